@@ -1,0 +1,232 @@
+"""The command line. Hands values from room to room; every heavy import waits until it is needed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from . import __version__
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from .estimation import Fit, PayloadEstimate, PayloadProblem
+    from .model import Processing, Recording, Robot
+
+ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
+    arguments = _parser().parse_args(argv)
+    from .model import InputError
+
+    try:
+        return int(arguments.run(arguments))
+    except (InputError, OSError) as error:
+        message = " ".join(str(error).split())
+        print(f"dynident: error: {message}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("dynident: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+class _Parser(argparse.ArgumentParser):
+    """A wrong command line is one line too."""
+
+    def error(self, message: str) -> NoReturn:
+        print(f"{self.prog}: error: {message} (see {self.prog} --help)", file=sys.stderr)
+        raise SystemExit(BAD_INPUT)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="dynident", description="Tells what hangs on the flange of an industrial manipulator.")
+    parser.add_argument("--version", action="version", version=f"dynident {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
+    _payload_parser(commands)
+    _identify_parser(commands)
+    _demo_parser(commands)
+    return parser
+
+
+def _payload_parser(commands: Any) -> None:
+    parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
+    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--unloaded", action="append", default=[], metavar="CSV", help="recording without payload")
+    parser.add_argument("--loaded", action="append", required=True, metavar="CSV", help="recording with payload")
+    parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
+    parser.add_argument("--method", choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
+    parser.add_argument("--free-friction", action="store_true", help="method 1: estimate friction anew under load")
+    parser.add_argument(
+        "--max-mismatch", type=float, metavar="RAD", help="method 3: largest difference of position"
+    )
+    parser.add_argument(
+        "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
+    )
+    _processing_arguments(parser)
+    parser.set_defaults(run=_payload)
+
+
+def _identify_parser(commands: Any) -> None:
+    parser = commands.add_parser("identify", help="identify the robot's own parameters, without payload")
+    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--data", action="append", required=True, metavar="CSV", help="recording without payload")
+    parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
+    _processing_arguments(parser)
+    parser.set_defaults(run=_identify)
+
+
+def _demo_parser(commands: Any) -> None:
+    parser = commands.add_parser("demo", help="the paper's experiment on a simulated RX90")
+    parser.add_argument("--out", default="demo", metavar="DIR", help="folder of the results (default: demo)")
+    parser.add_argument("--seed", type=int, default=0, help="of the trajectories and the noise (default: 0)")
+    parser.add_argument("--trajectories", type=int, default=18, metavar="N", help="default: 18, as in the paper")
+    parser.set_defaults(run=_demo)
+
+
+def _processing_arguments(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("processing", "defaults stand in the robot's file")
+    group.add_argument("--drive-gains", type=_gains, metavar="K1,K2,..", help="torque per current [N·m/A]")
+    group.add_argument("--rate", type=float, metavar="HZ", help="resample to this even rate")
+    group.add_argument("--cutoff", type=float, metavar="HZ", help="low-pass on positions and speeds")
+    group.add_argument("--decimate", type=int, metavar="N", help="parallel decimation of Y and W")
+    group.add_argument("--offsets", action=argparse.BooleanOptionalAction, help="a constant torque per joint")
+    group.add_argument("--coulomb", choices=("sum", "paper"), help="Coulomb friction of coupled drives")
+    group.add_argument("--json", metavar="F", help="write the result as JSON")
+
+
+def _gains(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
+
+
+def _settings(arguments: argparse.Namespace) -> tuple[Robot, Processing]:
+    """The robot with the model structure and processing that the command line asks for."""
+    from .model import InputError, load_robot
+
+    robot = load_robot(arguments.robot)
+    stored = getattr(arguments, "robot_parameters", None)
+    if stored:
+        from .estimation.stored import read_stored_robot
+
+        robot = read_stored_robot(stored).applied_to(robot)
+    given = {"rate": arguments.rate, "cutoff": arguments.cutoff, "decimate": arguments.decimate}
+    given["max_mismatch"] = getattr(arguments, "max_mismatch", None)
+    try:
+        if arguments.offsets is not None:
+            robot = robot.with_offsets(arguments.offsets)
+        if arguments.coulomb is not None:
+            robot = robot.with_coulomb(arguments.coulomb)
+        changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+        return robot, replace(robot.processing, **changes)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def _read(paths: Sequence[str], robot: Robot, gains: tuple[float, ...] | None, told: set[str]) -> list[Recording]:
+    """Read recordings; what a file says about unused columns is told once."""
+    from .estimation import read_recording
+
+    recordings = [read_recording(path, robot, gains) for path in paths]
+    for recording in recordings:
+        for note in recording.notes:
+            about = note.split(": ", 1)[1]
+            if about not in told:
+                told.add(about)
+                print(f"dynident: note: {note}", file=sys.stderr)
+    return recordings
+
+
+def _payload(arguments: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from .estimation import fit, identify_payload, payload_problem, usable_methods, weighted
+    from .estimation.identification import base_problem
+    from .estimation.stored import read_stored_robot
+    from .estimation.verdict import verdict
+    from .model import InputError
+
+    robot, processing = _settings(arguments)
+    if not arguments.unloaded and not arguments.robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    known = read_stored_robot(arguments.robot_parameters).estimate if arguments.robot_parameters else None
+    told: set[str] = set()
+    gains = arguments.drive_gains
+    unloaded = _read(arguments.unloaded, robot, gains, told)
+    loaded = _read(arguments.loaded, robot, gains, told)
+    held_out = _read(arguments.validate, robot, gains, told)
+    for note in robot.snapped:
+        print(f"dynident: note: {robot.name}: {note}", file=sys.stderr)
+    console = Console(stderr=True)
+    with console.status("reading") as status:
+        problem = payload_problem(robot, loaded, unloaded, known, processing, progress=status.update)
+        methods = usable_methods(problem) if arguments.method == "all" else (int(arguments.method),)
+        if arguments.free_friction and 1 not in methods:
+            raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+        status.update("estimating")
+        estimates = [identify_payload(problem, method, arguments.free_friction) for method in methods]
+        alone = weighted(problem.unloaded) if problem.unloaded else known
+        validation = None
+        if held_out and alone is not None:
+            check = base_problem(robot, problem.base, held_out, processing, check=False)
+            validation = fit(check, alone.values)
+    robot_fit = alone.fit if alone else None
+    judged = verdict(estimates, robot_fit)
+    _show_payload(Console(), problem, estimates, judged, robot_fit, validation)
+    if arguments.json:
+        from .report.documents import payload_document, write_json
+
+        document = payload_document(problem, estimates, judged, processing, robot_fit, validation)
+        write_json(arguments.json, document)
+    return DO_NOT_USE if judged.level == "do_not_use" else ANSWERED
+
+
+def _show_payload(
+    console: Console,
+    problem: PayloadProblem,
+    estimates: Sequence[PayloadEstimate],
+    judged: Any,
+    robot_fit: Fit | None,
+    validation: Fit | None,
+) -> None:
+    from .report.tables import payload_notes, payload_table
+
+    console.print(payload_table(estimates))
+    for line in payload_notes(problem, judged, robot_fit, validation):
+        console.print(line, markup=False, highlight=False)
+
+
+def _identify(arguments: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from .estimation import identify
+    from .report.tables import robot_notes, robot_table
+
+    robot, processing = _settings(arguments)
+    told: set[str] = set()
+    recordings = _read(arguments.data, robot, arguments.drive_gains, told)
+    held_out = _read(arguments.validate, robot, arguments.drive_gains, told)
+    with Console(stderr=True).status("reading") as status:
+        result = identify(robot, recordings, processing, held_out, progress=status.update)
+    console = Console()
+    console.print(robot_table(result))
+    for line in robot_notes(result):
+        console.print(line, markup=False, highlight=False)
+    if arguments.json:
+        from .report.documents import identification_document, write_json
+
+        write_json(arguments.json, identification_document(result, processing))
+    return ANSWERED
+
+
+def _demo(arguments: argparse.Namespace) -> int:
+    from .demo import run_demo
+
+    return run_demo(Path(arguments.out), arguments.seed, arguments.trajectories)

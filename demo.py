@@ -1,0 +1,111 @@
+"""The paper's experiment on a simulated RX90: ``dynident demo``. Like ``cli.py``, it hands values between rooms."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from .estimation import (
+    Identification,
+    Observer,
+    PayloadEstimate,
+    PayloadProblem,
+    combined,
+    fit,
+    identify,
+    identify_payload,
+    loaded_problem,
+    measurement,
+    payload_problem,
+)
+from .estimation.payload import payload_map
+from .estimation.verdict import verdict
+from .model import Recording, Robot, load_robot
+from .report.documents import payload_document, write_json
+from .report.paper import PaperTables, paper_tables
+from .report.plots import save_torques
+from .report.tables import paper_payload_table, paper_robot_table, payload_notes
+from .trajectories import RX90_NOISE, Simulator, random_via_points
+
+RATE = 250.0
+"""Hz, as the paper's controller records."""
+VIA_POINTS = 14
+"""Points per trajectory, as in the paper."""
+
+
+def run_demo(folder: Path, seed: int, trajectories: int) -> int:
+    """Simulate, identify by all four methods, and print the result next to the truth and the paper.
+
+    Args:
+        folder: where the figure and the JSON go; made if it is not there.
+        seed: of the trajectories and the noise.
+        trajectories: number of trajectories, each run without and with payload; one more is held out.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    console = Console()
+    robot, paper = load_robot("rx90"), paper_tables()
+    unloaded, loaded = record_runs(robot, paper, seed, trajectories + 1)
+    with Console(stderr=True).status("reducing") as status:
+        robot_result = identify(robot, unloaded[:-1], validation=unloaded[-1:], progress=status.update)
+        problem = payload_problem(robot, loaded[:-1], unloaded[:-1], progress=status.update)
+        estimates = [identify_payload(problem, method) for method in (1, 2, 3, 4)]
+    _print_tables(console, robot_result, problem, estimates, paper)
+    held_out = loaded_problem(robot, problem.base, [measurement(loaded[-1], robot.processing)], robot.processing)
+    both = fit(held_out, combined(problem).values)
+    console.print(f"Held-out trajectory with payload: relative residual {100 * both.relative:.2f} % (method 4).")
+    judged = verdict(estimates, robot_result.estimate.fit)
+    for line in payload_notes(problem, judged, robot_result.estimate.fit, robot_result.validation):
+        console.print(line, markup=False, highlight=False)
+    _save(folder, robot_result, problem, estimates, loaded[-1])
+    console.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
+    return 0
+
+
+def record_runs(robot: Robot, paper: PaperTables, seed: int, count: int) -> tuple[list[Recording], list[Recording]]:
+    """``count`` random trajectories, each recorded without and with the paper's payload."""
+    simulator = Simulator(robot)
+    unloaded, loaded = [], []
+    for k in track(range(count), "simulating", console=Console(stderr=True), transient=True):
+        motion = random_via_points(robot, VIA_POINTS, seed=1000 * seed + k).motion(RATE)
+        name = f"trajectory {k + 1}"
+        unloaded.append(simulator.record(motion, None, RX90_NOISE, [seed, k, 0], f"{name} without payload"))
+        loaded.append(simulator.record(motion, paper.payload, RX90_NOISE, [seed, k, 1], f"{name} with payload"))
+    return unloaded, loaded
+
+
+def _print_tables(
+    console: Console,
+    result: Identification,
+    problem: PayloadProblem,
+    estimates: Sequence[PayloadEstimate],
+    paper: PaperTables,
+) -> None:
+    truth = dict(zip(result.base.columns, result.base.value(problem.robot.parameters), strict=True))
+    console.print(paper_robot_table(combined(problem), truth, paper))
+    console.print(paper_payload_table(estimates, paper.payload, paper))
+
+
+def _save(
+    folder: Path,
+    result: Identification,
+    problem: PayloadProblem,
+    estimates: Sequence[PayloadEstimate],
+    held_out: Recording,
+) -> None:
+    robot, processing = problem.robot, problem.robot.processing
+    judged = verdict(estimates, result.estimate.fit)
+    document = payload_document(problem, estimates, judged, processing, result.estimate.fit, result.validation)
+    write_json(folder / "payload.json", document)
+    observer = Observer(robot, problem.base.columns)
+    observation = observer.observe(measurement(held_out, processing), processing)
+    loaded = combined(problem)
+    bare = result.estimate.values
+    # The payload changes the base parameters as in (25)-(28).
+    with_payload = loaded.values[: len(bare)] + payload_map(problem) @ loaded.values[len(bare) :]
+    save_torques(
+        folder / "torques.png",
+        observation,
+        [("predicted with payload (method 4)", with_payload), ("predicted without payload", bare)],
+        "RX90 with 7.025 kg, a trajectory that was not used",
+    )

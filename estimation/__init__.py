@@ -1,0 +1,53 @@
+"""From recordings to parameters. Imports only the model room."""
+
+from .alignment import AlignedPair, aligned
+from .estimate import Estimate, Fit, fit
+from .filtering import decimated, measurement, noise_bandwidth, resampled
+from .identification import Identification, base_problem, identify
+from .least_squares import ordinary, weighted
+from .observation import Observation, Observer
+from .payload import (
+    PAYLOAD,
+    PayloadEstimate,
+    PayloadProblem,
+    combined,
+    difference_problem,
+    identify_payload,
+    loaded_problem,
+    payload_problem,
+    usable_methods,
+)
+from .problem import ReducedProblem, merged, reduced
+from .records import read_recording
+
+__all__ = [
+    "PAYLOAD",
+    "AlignedPair",
+    "Estimate",
+    "Fit",
+    "Identification",
+    "Observation",
+    "Observer",
+    "PayloadEstimate",
+    "PayloadProblem",
+    "ReducedProblem",
+    "aligned",
+    "base_problem",
+    "combined",
+    "decimated",
+    "difference_problem",
+    "fit",
+    "identify",
+    "identify_payload",
+    "loaded_problem",
+    "measurement",
+    "merged",
+    "noise_bandwidth",
+    "ordinary",
+    "payload_problem",
+    "read_recording",
+    "reduced",
+    "resampled",
+    "usable_methods",
+    "weighted",
+]

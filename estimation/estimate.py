@@ -1,0 +1,96 @@
+"""What every estimator returns: names, values, covariance, and how well the torques are explained."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..model.arrays import Array, frozen_array
+from .problem import ReducedProblem
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a model explains torques.
+
+    Attributes:
+        error_norms: per joint, norm of Y_j - W_j chi [N·m or N].
+        torque_norms: per joint, norm of Y_j.
+        rows: per joint, number of equations.
+    """
+
+    error_norms: Array
+    torque_norms: Array
+    rows: tuple[int, ...]
+
+    @property
+    def relative(self) -> float:
+        """Norm of the error over norm of the torque, all joints."""
+        return float(np.linalg.norm(self.error_norms) / np.linalg.norm(self.torque_norms))
+
+    @property
+    def relative_per_joint(self) -> Array:
+        """The same for each joint, shape (n,); nan for a joint without equations."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.error_norms / self.torque_norms)
+
+
+def fit(problem: ReducedProblem, values: Array) -> Fit:
+    """How well parameters explain a problem's torques; for cross validation, another recording's."""
+    return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters with their covariance.
+
+    Attributes:
+        names: names of the parameters, c.
+        values: estimated values, SI units, shape (c,).
+        covariance: of the estimation error by (17)-(19), for white torque noise; c x c.
+        degrees_of_freedom: independent equations minus parameters.
+        fit: how well the torques of the data are explained.
+        weights: per joint, the weights that were used [1/(N·m) or 1/N].
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    degrees_of_freedom: float
+    fit: Fit
+    weights: Array
+
+    def __post_init__(self) -> None:
+        """Lock the arrays and check their shapes."""
+        c = len(self.names)
+        object.__setattr__(self, "values", frozen_array(self.values, (c,), "values"))
+        object.__setattr__(self, "covariance", frozen_array(self.covariance, (c, c), "covariance"))
+        object.__setattr__(self, "weights", frozen_array(self.weights, (None,), "weights"))
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviations (20), shape (c,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def relative_sigma_percent(self) -> Array:
+        """Relative standard deviations (21) in percent, shape (c,); infinite where the value is zero."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(100.0 * self.sigma / np.abs(self.values))
+
+    @cached_property
+    def interval95(self) -> Array:
+        """Nominal 95 % intervals by Student's t, c x 2."""
+        from scipy.special import stdtrit
+
+        half = float(stdtrit(max(self.degrees_of_freedom, 1.0), 0.975)) * self.sigma
+        return np.column_stack([self.values - half, self.values + half])
+
+    def __getitem__(self, name: str) -> float:
+        """Value of one parameter."""
+        return float(self.values[self.names.index(name)])
+
+    def select(self, names: tuple[str, ...]) -> tuple[Array, Array]:
+        """Values (k,) and covariance k x k of some of the parameters."""
+        places = [self.names.index(name) for name in names]
+        return self.values[places], self.covariance[np.ix_(places, places)]

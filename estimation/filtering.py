@@ -1,0 +1,133 @@
+"""Signal processing: uneven time to even, Butterworth, central differences, parallel decimation.
+
+scipy.signal and scipy.interpolate are imported where they are used: they are slow to import.
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from ..model import InputError, Measurement, Motion, Processing, Recording
+from ..model.arrays import Array
+
+_ORDER = 4  # of the Butterworth filter on positions and speeds
+_EVEN = 1e-2  # time steps that differ by less than this fraction count as even
+_STAGE = 10  # decimation by more than this goes in stages
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
+    """Make a recording even in time and filter positions and speeds; torques stay as they are.
+
+    Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
+    controller writes none. The filter runs forward and backward, so that nothing is delayed.
+
+    Raises:
+        InputError: if the recording is too short or the cut-off too high for its rate.
+    """
+    even = resampled(recording, processing.rate)
+    step = float(even.t[1] - even.t[0])
+    q = _lowpass(even.q, step, processing.cutoff, recording.source)
+    if even.qd is None:
+        qd = np.gradient(q, step, axis=0)
+    else:
+        qd = _lowpass(even.qd, step, processing.cutoff, recording.source)
+    return Measurement(Motion(even.t, q, qd, np.gradient(qd, step, axis=0)), even.torque)
+
+
+def resampled(recording: Recording, rate: float | None) -> Recording:
+    """The recording on an even time grid.
+
+    Args:
+        recording: the recording.
+        rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
+            rate.
+    """
+    steps = np.diff(recording.t)
+    mean = float(steps.mean())
+    even = float(np.abs(steps - mean).max()) < _EVEN * mean
+    if even and (rate is None or abs(rate * mean - 1.0) < 1e-6):
+        t = recording.t[0] + mean * np.arange(len(recording.t))
+        return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
+    rate = rate or 1.0 / mean
+    count = math.floor((recording.t[-1] - recording.t[0]) * rate * (1.0 + 1e-12)) + 1
+    return on_grid(recording, recording.t[0] + np.arange(count) / rate)
+
+
+def on_grid(recording: Recording, t: Array) -> Recording:
+    """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
+    from scipy.interpolate import PchipInterpolator
+
+    blocks = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
+    times = np.clip(t, recording.t[0], recording.t[-1])
+    values = PchipInterpolator(recording.t, np.hstack(blocks), axis=0)(times)
+    parts = np.split(values, len(blocks), axis=1)
+    qd = parts[2] if recording.qd is not None else None
+    return Recording(t, parts[0], parts[1], qd, recording.source, recording.notes)
+
+
+def decimated(signals: Array, factor: int) -> Array:
+    """Low-pass each row at 0.8 of the new Nyquist frequency, zero phase, and keep every ``factor``-th sample.
+
+    Args:
+        signals: shape (rows, N).
+        factor: decimation.
+
+    Source: the parallel filtering of section III; 8th-order Chebyshev filter as in Matlab's ``decimate``.
+    """
+    from scipy.signal import sosfiltfilt
+
+    for stage in decimation_stages(factor):
+        sos = _chebyshev(stage)
+        signals = sosfiltfilt(sos, signals, axis=1)[:, ::stage]
+    return signals
+
+
+def decimation_stages(factor: int) -> tuple[int, ...]:
+    """Split a decimation into factors of at most 10 where it has them, larger first."""
+    stages: list[int] = []
+    while factor > _STAGE:
+        divisor = next((d for d in range(_STAGE, 1, -1) if factor % d == 0), factor)
+        stages.append(divisor)
+        factor //= divisor
+    return tuple(stages + [factor] * (factor > 1))
+
+
+@functools.cache
+def noise_bandwidth(factor: int) -> float:
+    """Share of the new frequency range that white noise still fills after ``decimated``.
+
+    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's
+    pass band, where the columns of W live, the noise has the density of white noise, but its variance, which
+    is what residuals show, is smaller by this factor.
+    """
+    from scipy.signal import sosfreqz
+
+    stages = decimation_stages(factor)
+    if not stages:
+        return 1.0
+    _, response = sosfreqz(_chebyshev(stages[-1]), worN=1 << 14)
+    return float(np.mean(np.abs(response) ** 4) * stages[-1])
+
+
+@functools.cache
+def _chebyshev(factor: int) -> Array:
+    from scipy.signal import cheby1
+
+    return np.asarray(cheby1(8, 0.05, 0.8 / factor, output="sos"))
+
+
+def _lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
+    if cutoff is None:
+        return signals
+    if cutoff * step >= 0.5:
+        raise InputError(
+            f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
+            "lower --cutoff"
+        )
+    from scipy.signal import butter, sosfiltfilt
+
+    sos = butter(_ORDER, 2.0 * cutoff * step, output="sos")
+    if len(signals) < 30:
+        raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
+    return np.asarray(sosfiltfilt(sos, signals, axis=0))

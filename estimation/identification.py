@@ -1,0 +1,129 @@
+"""Identification of a robot from recordings without payload: the base parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
+from ..model.rank import leftmost_independent, random_states, stacked_regressor
+from .essential import essential_parameters
+from .estimate import Estimate, Fit, fit
+from .filtering import measurement
+from .least_squares import weighted
+from .observation import Observer
+from .plausibility import check_units, still_joints
+from .problem import ReducedProblem, merged, reduced
+from .progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The robot's base parameters as estimated.
+
+    Attributes:
+        robot: the robot's description.
+        base: which parameters, and how the standard ones are grouped in them.
+        problem: the reduced equations.
+        estimate: values in the order of ``base.columns``, with covariance.
+        essential: columns that remain after elimination.
+        validation: fit on recordings that were not used, if there were any.
+    """
+
+    robot: Robot
+    base: BaseParameters
+    problem: ReducedProblem
+    estimate: Estimate
+    essential: tuple[str, ...]
+    validation: Fit | None
+
+
+def identify(
+    robot: Robot,
+    recordings: Sequence[Recording],
+    processing: Processing | None = None,
+    validation: Sequence[Recording] = (),
+    progress: Progress = silent,
+) -> Identification:
+    """Identify a robot's base parameters by weighted least squares.
+
+    Args:
+        robot: the robot.
+        recordings: without payload.
+        processing: settings; the robot's own by default.
+        validation: recordings on which the result is tried.
+        progress: told what is being worked on.
+
+    Raises:
+        InputError: if the recordings cannot determine the parameters.
+    """
+    processing = processing or robot.processing
+    progress("base parameters")
+    base = base_parameters(robot)
+    problem = base_problem(robot, base, recordings, processing, progress=progress)
+    estimate = weighted(problem)
+    check = None
+    if validation:
+        check = fit(
+            base_problem(robot, base, validation, processing, check=False, progress=progress), estimate.values
+        )
+    return Identification(robot, base, problem, estimate, essential_parameters(problem, estimate), check)
+
+
+def base_problem(
+    robot: Robot,
+    base: BaseParameters,
+    recordings: Sequence[Recording],
+    processing: Processing,
+    check: bool = True,
+    progress: Progress = silent,
+) -> ReducedProblem:
+    """Process recordings and reduce them to equations in the base parameters.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        recordings: recordings of one and the same load.
+        processing: settings.
+        check: whether every joint must move.
+        progress: told what is being worked on.
+    """
+    if check:
+        check_moving(robot, base, recordings)
+    observer = Observer(robot, base.columns)
+    problems = []
+    for recording in recordings:
+        progress(f"filtering {recording.source}")
+        check_units(robot, recording)
+        problems.append(reduced(observer.observe(measurement(recording, processing), processing)))
+    return merged(problems)
+
+
+def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings in which some joint never moves.
+
+    Raises:
+        InputError: names the joints and the parameters that cannot be identified for it.
+    """
+    still = still_joints(recordings)
+    if still:
+        raise InputError(
+            f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves: "
+            f"{', '.join(hidden_by(robot, base, still))} cannot be identified; record a motion of every joint"
+        )
+
+
+def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple[str, ...]:
+    """Base parameters that cannot be told apart or seen at all while some joints stand still."""
+    q, qd, qdd = random_states(robot, 12 * robot.n, seed=0)
+    for joint in still:
+        q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.3, 0.0, 0.0
+    W = stacked_regressor(robot, q, qd, qdd)[:, list(base.chosen)]
+    # A joint that stands still holds any torque within its friction: its rows say nothing.
+    moving = np.concatenate([np.full(len(q), j + 1 not in still) for j in range(robot.n)])
+    W = W[moving]
+    seen = leftmost_independent(W)
+    unseen = [k for k in range(W.shape[1]) if k not in seen]
+    solution = np.linalg.lstsq(W[:, seen], W[:, unseen], rcond=None)[0]
+    mixed = {seen[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
+    return tuple(base.names[k] for k in sorted(mixed | set(unseen)))

@@ -1,0 +1,57 @@
+"""Method 2: the change of the base parameters under load, (24)-(28) for any robot."""
+
+import numpy as np
+
+from ...model import InputError, payload_columns
+from ...model.arrays import Array
+from ..estimate import Estimate, fit
+from ..least_squares import weighted
+from .problem import PAYLOAD, PayloadProblem
+
+_DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")
+
+
+def from_change(problem: PayloadProblem) -> Estimate:
+    """Payload from two identifications of the robot, without and with it.
+
+    Base parameters change by Delta chi = G_L chi_L, where G_L (N_b x 10) holds the last link's columns of the
+    grouping matrix; on the RX90 its rows are (25)-(28). Solved by least squares weighted by the covariance of
+    Delta chi. Friction may change under load and takes no part.
+    """
+    if problem.unloaded is None:
+        raise InputError("method 2 needs a recording without payload")
+    columns = problem.base.columns
+    before = weighted(problem.unloaded)
+    after = weighted(problem.loaded.select(columns))
+    inertial = tuple(name for name in columns if name.rstrip("0123456789") not in _DRIVE)
+    chi_a, C_a = before.select(inertial)
+    chi_b, C_b = after.select(inertial)
+    G = payload_map(problem)[[columns.index(name) for name in inertial]]
+    values, covariance = _generalised(G, chi_b - chi_a, C_a + C_b)
+    explained = np.concatenate([before.values, values])
+    return Estimate(
+        names=PAYLOAD,
+        values=values,
+        covariance=covariance,
+        degrees_of_freedom=min(before.degrees_of_freedom, after.degrees_of_freedom),
+        fit=fit(problem.loaded, explained),
+        weights=after.weights,
+    )
+
+
+def payload_map(problem: PayloadProblem) -> Array:
+    """G_L: how the base parameters change with the payload's ten; N_b x 10."""
+    return problem.base.effect_of(payload_columns(problem.robot))
+
+
+def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array]:
+    """Generalised least squares of G x = change with covariance C: x and its covariance."""
+    scale = np.sqrt(np.diag(C))
+    L = np.linalg.cholesky(C / np.outer(scale, scale))
+    A = np.linalg.solve(L, G / scale[:, None])
+    b = np.linalg.solve(L, change / scale)
+    Q, R = np.linalg.qr(A)
+    if np.abs(np.diag(R)).min() < 1e-10 * np.abs(np.diag(R)).max():
+        raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
+    inverse = np.linalg.inv(R)
+    return inverse @ (Q.T @ b), inverse @ inverse.T

@@ -1,0 +1,13 @@
+"""Method 3: torque difference on the same trajectory, (29)."""
+
+from ...model import InputError
+from ..estimate import Estimate
+from ..least_squares import weighted
+from .problem import PayloadProblem
+
+
+def from_difference(problem: PayloadProblem) -> Estimate:
+    """Payload from Y_T - Y_wL, the torques with and without it on one trajectory."""
+    if problem.difference is None:
+        raise InputError(f"method 3 cannot be used: {problem.without_difference}")
+    return weighted(problem.difference)

@@ -1,0 +1,156 @@
+"""The payload problem: what the four methods need, reduced once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...model import (
+    INERTIAL,
+    BaseParameters,
+    InputError,
+    Measurement,
+    Processing,
+    Recording,
+    Robot,
+    base_parameters,
+    payload_columns,
+)
+from ..alignment import AlignedPair, aligned
+from ..estimate import Estimate
+from ..filtering import measurement
+from ..identification import base_problem, check_moving
+from ..observation import Observer
+from ..plausibility import check_units
+from ..problem import ReducedProblem, merged, reduced
+from ..progress import Progress, silent
+
+PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
+"""Names of the payload's ten parameters chi_L, in the order of (6)."""
+
+
+@dataclass(frozen=True)
+class PayloadProblem:
+    """Reduced equations for the payload methods.
+
+    Attributes:
+        robot: the robot.
+        base: its base parameters; their columns make up W.
+        loaded: equations [W W_L] of (22) with payload; columns base, then ``PAYLOAD``.
+        unloaded: equations W without payload, for methods 1, 2 and 4.
+        known: the robot's parameters from an earlier identification, for method 1 without ``unloaded``.
+        difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
+        pairs: how the recordings of method 3 were aligned.
+        without_difference: why method 3 cannot be used, if it cannot.
+    """
+
+    robot: Robot
+    base: BaseParameters
+    loaded: ReducedProblem
+    unloaded: ReducedProblem | None = None
+    known: Estimate | None = None
+    difference: ReducedProblem | None = None
+    pairs: tuple[AlignedPair, ...] = ()
+    without_difference: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a robot whose parameters are not those of this model."""
+        if self.known is not None and self.known.names != self.base.columns:
+            other = sorted(set(self.known.names) ^ set(self.base.columns))
+            raise InputError(
+                f"the stored robot parameters are of another model of {self.robot.name}: they differ in "
+                f"{', '.join(other[:8])}: identify the robot again with the same options"
+            )
+
+
+def payload_problem(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording] = (),
+    known: Estimate | None = None,
+    processing: Processing | None = None,
+    progress: Progress = silent,
+) -> PayloadProblem:
+    """Process recordings with and without payload and reduce them.
+
+    Args:
+        robot: the robot.
+        loaded: recordings with the payload.
+        unloaded: recordings without; for method 3 the k-th is the same trajectory as the k-th of ``loaded``.
+        known: the robot's identified parameters, instead of or beside ``unloaded``.
+        processing: settings; the robot's own by default.
+        progress: told what is being worked on.
+
+    Raises:
+        InputError: if a recording cannot be used.
+    """
+    processing = processing or robot.processing
+    progress("base parameters")
+    base = base_parameters(robot)
+    check_moving(robot, base, loaded)
+    bare = base_problem(robot, base, unloaded, processing, progress=progress) if unloaded else None
+    measured = []
+    for recording in loaded:
+        progress(f"filtering {recording.source}")
+        check_units(robot, recording)
+        measured.append(measurement(recording, processing))
+    both = loaded_problem(robot, base, measured, processing)
+    difference: ReducedProblem | None = None
+    pairs: tuple[AlignedPair, ...] = ()
+    reason = "no recordings without payload"
+    if unloaded:
+        progress("aligning recordings with and without payload")
+        try:
+            difference, pairs = _paired(robot, loaded, unloaded, processing)
+            reason = ""
+        except InputError as error:
+            reason = str(error)
+    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason)
+
+
+def loaded_problem(
+    robot: Robot, base: BaseParameters, measurements: Sequence[Measurement], processing: Processing
+) -> ReducedProblem:
+    """Equations [W W_L] of (22)."""
+    names = (*base.columns, *PAYLOAD)
+    observer = Observer(robot, (*base.columns, *payload_columns(robot)), names)
+    return merged(reduced(observer.observe(data, processing)) for data in measurements)
+
+
+def difference_problem(
+    robot: Robot, pairs: Sequence[tuple[Measurement, Measurement]], processing: Processing
+) -> ReducedProblem:
+    """Equations W_L of (29) from (unloaded, loaded) measurements on one trajectory and time.
+
+    W_L is taken on the loaded motion.
+    """
+    observer = Observer(robot, payload_columns(robot), PAYLOAD)
+    problems = []
+    for unloaded, loaded in pairs:
+        change = Measurement(loaded.motion, loaded.torque - unloaded.torque)
+        if robot.spring is not None:
+            # The observer moves the spring's torque into Y; in a difference it is there twice already.
+            change = _without_spring(robot, unloaded, loaded)
+        problems.append(reduced(observer.observe(change, processing, partner=unloaded.motion)))
+    return merged(problems)
+
+
+def _without_spring(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
+    assert robot.spring is not None
+    k = robot.spring.joint - 1
+    torque = loaded.torque - unloaded.torque
+    torque[:, k] -= robot.spring.torque(unloaded.motion.q[:, k])
+    return Measurement(loaded.motion, torque)
+
+
+def _paired(
+    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+) -> tuple[ReducedProblem, tuple[AlignedPair, ...]]:
+    if len(loaded) != len(unloaded):
+        raise InputError(
+            f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
+            "needs each trajectory once without and once with it, in the same order"
+        )
+    pairs = tuple(
+        aligned(a, b, processing.rate, processing.max_mismatch) for a, b in zip(unloaded, loaded, strict=True)
+    )
+    measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
+    return difference_problem(robot, measured, processing), pairs

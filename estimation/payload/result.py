@@ -1,0 +1,66 @@
+"""What every payload method returns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...model import INERTIAL, InertialParameters
+from ...model.arrays import Array
+from ..estimate import Estimate
+
+
+@dataclass(frozen=True)
+class PayloadEstimate:
+    """A payload as one method sees it.
+
+    Attributes:
+        method: 1 to 4.
+        estimate: the ten parameters ``PAYLOAD`` about the origin of ``frame``, with covariance.
+        frame: the frame, in words.
+    """
+
+    method: int
+    estimate: Estimate
+    frame: str
+
+    @cached_property
+    def body(self) -> InertialParameters:
+        """The payload as a body."""
+        return InertialParameters(self.estimate.values)
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @cached_property
+    def sigma_com(self) -> Array:
+        """Standard deviations of the centre of mass [m], shape (3,), by the full covariance."""
+        return self._propagated(lambda x: x[6:9] / x[9])
+
+    @cached_property
+    def sigma_inertia_com(self) -> Array:
+        """Standard deviations of the inertia at the centre of mass [kg m^2], 3 x 3, by the full covariance."""
+        return self._propagated(_inertia_com).reshape(3, 3)
+
+    def named(self, values: Array) -> dict[str, float]:
+        """Ten numbers by name, "XX" to "M"."""
+        return {kind: float(value) for kind, value in zip(INERTIAL, values, strict=True)}
+
+    def _propagated(self, function: Callable[[Array], Array]) -> Array:
+        """Standard deviations of a function of the ten, to first order (derivative by complex step)."""
+        step = 1e-30
+        x = self.estimate.values.astype(complex)
+        jacobian = np.array([np.imag(function(x + 1j * step * unit)).ravel() / step for unit in np.eye(10)])
+        variances = np.einsum("ki,kl,li->i", jacobian, self.estimate.covariance, jacobian)
+        return np.asarray(np.sqrt(variances))
+
+
+def _inertia_com(x: Array) -> Array:
+    xx, xy, xz, yy, yz, zz, *h, m = x
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    a, b, c = h
+    cross = np.array([[0 * a, -c, b], [c, 0 * a, -a], [-b, a, 0 * a]])
+    return np.asarray(inertia + cross @ cross / m)

@@ -1,0 +1,159 @@
+"""The reduced problem: [W Y] compressed by QR, joint by joint. What every estimator takes."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import qr
+
+from ..model import InputError
+from ..model.arrays import Array
+from .observation import Observation
+
+_BLOCK = 2048  # rows per QR: the factor and the rows stay in the processor's cache
+RANK_TOLERANCE = 1e-8
+"""Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
+
+
+@dataclass(frozen=True)
+class ReducedProblem:
+    """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
+
+    Attributes:
+        columns: names of the parameters, c.
+        factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
+        rows: per joint, number of equations.
+        effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
+    """
+
+    columns: tuple[str, ...]
+    factors: tuple[Array, ...]
+    rows: tuple[int, ...]
+    effective_rows: tuple[float, ...]
+
+    def select(self, columns: Sequence[str]) -> "ReducedProblem":
+        """The same equations with only some of the parameters, in the order given."""
+        places = [self.columns.index(name) for name in columns]
+        factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
+        return ReducedProblem(tuple(columns), factors, self.rows, self.effective_rows)
+
+    def renamed(self, columns: Sequence[str]) -> "ReducedProblem":
+        """The same equations in other parameters' place among ``columns``; absent ones get no column."""
+        factors = []
+        places = [columns.index(name) for name in self.columns]
+        for factor in self.factors:
+            wide = np.zeros((len(factor), len(columns) + 1))
+            wide[:, [*places, len(columns)]] = factor
+            factors.append(wide)
+        return ReducedProblem(tuple(columns), tuple(factors), self.rows, self.effective_rows)
+
+    def stacked(self, weights: Array | None = None) -> Array:
+        """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
+        weights = np.ones(len(self.factors)) if weights is None else weights
+        return triangular(np.vstack([w * factor for w, factor in zip(weights, self.factors, strict=True)]))
+
+    def error_norms(self, values: Array) -> Array:
+        """Norm of Y_j - W_j chi for each joint, shape (n,)."""
+        x = np.append(-values, 1.0)
+        return np.array([np.linalg.norm(factor @ x) for factor in self.factors])
+
+    @cached_property
+    def torque_norms(self) -> Array:
+        """Norm of Y_j for each joint, shape (n,)."""
+        return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
+
+    @property
+    def equations(self) -> int:
+        """Number of equations r."""
+        return sum(self.rows)
+
+    def condition_numbers(self) -> tuple[float, float]:
+        """Condition number of the unweighted W: in SI units, and with columns scaled to norm 1.
+
+        Infinite where W is rank-deficient.
+        """
+        W = self.stacked()[:, :-1]
+        return _condition(W), _condition(_scaled(W)[0])
+
+
+def triangular(rows: Array) -> Array:
+    """R of the QR decomposition; fewer rows than columns are kept as they are."""
+    if len(rows) <= rows.shape[1]:
+        return rows
+    return np.asarray(qr(rows, mode="r", check_finite=False)[0][: rows.shape[1]])
+
+
+def reduced(observation: Observation) -> ReducedProblem:
+    """Reduce one observation."""
+    factors = tuple(_reduced_rows(W, Y) for W, Y in zip(observation.W, observation.Y, strict=True))
+    rows = tuple(len(Y) for Y in observation.Y)
+    effective = tuple(observation.bandwidth * count for count in rows)
+    return ReducedProblem(observation.columns, factors, rows, effective)
+
+
+def merged(problems: Iterable[ReducedProblem]) -> ReducedProblem:
+    """All equations of several problems with the same parameters; the merge is one more QR."""
+    problems = list(problems)
+    first = problems[0]
+    for other in problems[1:]:
+        if other.columns != first.columns:
+            raise ValueError("problems with different columns cannot be merged")
+    if len(problems) == 1:
+        return first
+    stacks = zip(*(problem.factors for problem in problems), strict=True)
+    return ReducedProblem(
+        first.columns,
+        tuple(triangular(np.vstack(stack)) for stack in stacks),
+        tuple(np.sum([problem.rows for problem in problems], axis=0).tolist()),
+        tuple(np.sum([problem.effective_rows for problem in problems], axis=0).tolist()),
+    )
+
+
+def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:
+    """Refuse data that leave a direction of the parameters undetermined.
+
+    Args:
+        W: observation matrix or its triangular factor, k x c.
+        columns: names of the parameters.
+        rows: number of equations behind it.
+
+    Raises:
+        InputError: names the parameters in the undetermined directions.
+    """
+    if rows < len(columns):
+        raise InputError(
+            f"{rows} equations for {len(columns)} parameters: fewer samples than parameters; record longer "
+            "or decimate less"
+        )
+    scaled, norms = _scaled(W)
+    _, singular, Vt = np.linalg.svd(scaled)
+    deficient = np.ones(len(columns), dtype=bool)
+    deficient[: len(singular)] = singular < RANK_TOLERANCE * singular.max(initial=1e-300)
+    if deficient.any() or not norms.all():
+        weight = np.abs(Vt[deficient]).max(axis=0, initial=0.0)
+        named = [name for name, w, norm in zip(columns, weight, norms, strict=True) if w > 0.05 or norm == 0.0]
+        raise InputError(
+            f"the recorded motion leaves {int(deficient.sum())} of {len(columns)} directions undetermined, in "
+            f"{', '.join(named)}: move more joints, faster and over a wider range"
+        )
+
+
+def _scaled(W: Array) -> tuple[Array, Array]:
+    norms = np.linalg.norm(W, axis=0)
+    return W / np.where(norms > 0.0, norms, 1.0), norms
+
+
+def _condition(W: Array) -> float:
+    singular = np.linalg.svd(W, compute_uv=False)
+    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
+        return float("inf")
+    return float(singular[0] / singular[-1])
+
+
+def _reduced_rows(W: Array, Y: Array) -> Array:
+    factor = np.empty((0, W.shape[1] + 1))
+    for start in range(0, len(Y), _BLOCK):
+        block = np.column_stack([W[start : start + _BLOCK], Y[start : start + _BLOCK]])
+        factor = triangular(np.vstack([factor, block]))
+    return factor

@@ -1,0 +1,195 @@
+"""Reads recordings: CSV, plain or gzip, header ``t,q1..qn[,qd1..qdn],tau1..taun`` or ``i1..in``."""
+
+import csv
+import gzip
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from ..model import InputError, Recording, Robot
+from ..model.arrays import Array
+
+_ALIASES = {
+    "time": "t", "timestamp": "t", "position": "q", "pos": "q", "velocity": "qd", "vel": "qd", "speed": "qd",
+    "dq": "qd", "qdot": "qd", "torque": "tau", "tq": "tau", "current": "i", "cur": "i",
+}  # fmt: skip
+
+
+def read_recording(path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None) -> Recording:
+    """Read one CSV file.
+
+    Args:
+        path: the file; ``.gz`` is unpacked.
+        robot: tells how many joints there are.
+        drive_gains: torque per current of each joint [N·m/A or N/A], if currents are to be used.
+
+    Returns:
+        The recording; its notes list the columns that were ignored.
+
+    Raises:
+        InputError: names the file, line and column of whatever cannot be used.
+    """
+    path = Path(path)
+    header = _header(path)
+    torque, notes = _torque_columns(path, header, robot.n, drive_gains)
+    wanted = ["t", *_numbered("q", robot.n)]
+    speeds = _numbered("qd", robot.n)
+    found = [name for name in speeds if name in header]
+    if found:
+        wanted += speeds
+    wanted += torque
+    _check_names(path, header, wanted, robot)
+    ignored = [name for name in header if name not in wanted]
+    if ignored:
+        notes.append(f"{path.name}: columns not used: {', '.join(ignored)}")
+    table = _numbers(path, header, wanted)
+    if len(table) < 2:
+        raise InputError(f"{path}: {len(table)} rows of numbers: a recording needs many")
+    _check_time(path, table[:, 0])
+    n = robot.n
+    gains = np.ones(n) if drive_gains is None else np.array(drive_gains, dtype=float)
+    return Recording(
+        t=table[:, 0],
+        q=table[:, 1 : n + 1],
+        qd=table[:, n + 1 : 2 * n + 1] if found else None,
+        torque=table[:, -n:] * gains,
+        source=str(path),
+        notes=tuple(notes),
+    )
+
+
+def _numbered(prefix: str, n: int) -> list[str]:
+    return [f"{prefix}{joint}" for joint in range(1, n + 1)]
+
+
+def _torque_columns(
+    path: Path, header: list[str], n: int, gains: Sequence[float] | None
+) -> tuple[list[str], list[str]]:
+    """Columns that carry the torque, and what to tell the user about the choice."""
+    torques, currents = _numbered("tau", n), _numbered("i", n)
+    if gains is None:
+        if not set(torques) & set(header) and set(currents) & set(header):
+            raise InputError(
+                f"{path}: carries currents (i1..i{n}) but no torques: give --drive-gains, {n} numbers in N·m/A"
+            )
+        return torques, []
+    if len(gains) != n:
+        raise InputError(f"--drive-gains has {len(gains)} numbers, the robot has {n} joints: give one per joint")
+    for joint, gain in enumerate(gains, 1):
+        if not math.isfinite(gain) or gain == 0.0:
+            raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
+    if not set(currents) & set(header):
+        raise InputError(f"{path}: --drive-gains given, but the file has no currents i1..i{n}: leave them out")
+    both = set(torques) <= set(header)
+    return currents, [f"{path.name}: has torques too; currents and drive gains are used"] * both
+
+
+def _check_names(path: Path, header: list[str], wanted: list[str], robot: Robot) -> None:
+    twice = sorted({name for name in header if header.count(name) > 1})
+    if twice:
+        raise InputError(f"{path}: column {twice[0]!r} stands in the header twice: rename one")
+    known = {"t"} | {name for prefix in ("q", "qd", "tau", "i") for name in _numbered(prefix, robot.n)}
+    for name in header:
+        if name in known:
+            continue
+        meant = _meant(name)
+        if meant in known and (meant not in header or meant == name.strip().lower()):
+            raise InputError(f"{path}: column {name!r} looks like {meant!r}: rename it")
+        beyond = re.fullmatch(r"(q|qd|tau|i)(\d+)", name)
+        if beyond:
+            raise InputError(
+                f"{path}: column {name!r}, but robot {robot.name!r} has {robot.n} joints: is it the right robot?"
+            )
+    missing = [name for name in wanted if name not in header]
+    if missing:
+        raise InputError(f"{path}: column {', '.join(missing)} missing; found {', '.join(header)}")
+
+
+def _meant(name: str) -> str:
+    """The known name that a header entry most likely stands for, or the entry itself."""
+    plain = re.sub(r"[\[(].*?[\])]|[^a-z0-9]", "", name.lower())
+    match = re.fullmatch(r"([a-z]+?)0*(\d*)", plain)
+    if not match:
+        return name
+    return _ALIASES.get(match[1], match[1]) + match[2]
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[io.TextIOBase]:
+    try:
+        open_binary = gzip.open if path.suffix == ".gz" else open
+        with open_binary(path, "rb") as binary, io.TextIOWrapper(binary, encoding="utf-8-sig", newline="") as text:
+            yield text
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from None
+
+
+def _header(path: Path) -> list[str]:
+    with _opened(path) as text:
+        line = text.readline()
+    header = [name.strip() for name in line.rstrip("\r\n").split(",")]
+    if header == [""]:
+        raise InputError(f"{path}: is empty: a header line and rows of numbers are needed")
+    if len(header) == 1:
+        raise InputError(f"{path}: the header {line.strip()[:40]!r} has one column: separate columns by commas")
+    if all(re.fullmatch(r"[-+.\deE]+", name) for name in header):
+        raise InputError(f"{path}: line 1 holds numbers: a header with column names is needed")
+    return header
+
+
+def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
+    """The wanted columns, shape (rows, len(wanted))."""
+    places = [header.index(name) for name in wanted]
+    table: Array | None = None
+    with _opened(path) as text:
+        text.readline()
+        try:
+            table = np.loadtxt(text, delimiter=",", usecols=places, ndmin=2, comments=None)
+        except (ValueError, IndexError):
+            table = None
+    if table is None or not np.isfinite(table).all():
+        raise _bad_cell(path, header, wanted)
+    return table
+
+
+def _bad_cell(path: Path, header: list[str], wanted: list[str]) -> InputError:
+    """Say where the first cell stands that is not a finite number."""
+    places = {name: header.index(name) for name in wanted}
+    with _opened(path) as text:
+        for line, cells in enumerate(csv.reader(text), 1):
+            if line == 1 or not cells:
+                continue
+            for name, place in places.items():
+                cell = cells[place].strip() if place < len(cells) else ""
+                try:
+                    good = math.isfinite(float(cell))
+                except ValueError:
+                    good = False
+                if not good:
+                    return InputError(
+                        f"{path}: line {line}, column {name!r}: {cell[:20]!r} is not a finite number: "
+                        "mend or remove the row"
+                    )
+    return InputError(f"{path}: the rows cannot be read as numbers")
+
+
+def _check_time(path: Path, t: Array) -> None:
+    steps = np.diff(t)
+    if (steps <= 0.0).any():
+        k = int(np.argmax(steps <= 0.0))
+        what = "stands still" if steps[k] == 0.0 else "runs back"
+        raise InputError(
+            f"{path}: line {k + 3}, column 't': time {what} ({t[k]:g} s, then {t[k + 1]:g} s): "
+            "remove the repeated rows or split the file"
+        )
+    if np.median(steps) > 0.5:
+        raise InputError(
+            f"{path}: column 't': {np.median(steps):g} s from row to row: t must be in seconds; is it in ms?"
+        )

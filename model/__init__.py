@@ -1,0 +1,47 @@
+"""The robot and its dynamics: what torque a motion needs, and which parameters the torque shows.
+
+Imports no other room.
+"""
+
+from .base import BaseParameters
+from .drives import Coupling, Drives, Spring
+from .errors import InputError
+from .inertia import InertialParameters
+from .kernel import Kernel
+from .kinematics import forward_kinematics
+from .motion import Measurement, Motion, Recording
+from .newton_euler import inverse_dynamics, mass_matrix
+from .processing import Processing
+from .rank import base_parameters
+from .regressor import payload_columns, payload_regressor, regressor, standard_columns, standard_regressor
+from .robot import INERTIAL, Joint, Limits, Robot
+from .robot_file import load_robot, robot_names
+
+__all__ = [
+    "INERTIAL",
+    "BaseParameters",
+    "Coupling",
+    "Drives",
+    "InertialParameters",
+    "InputError",
+    "Joint",
+    "Kernel",
+    "Limits",
+    "Measurement",
+    "Motion",
+    "Processing",
+    "Recording",
+    "Robot",
+    "Spring",
+    "base_parameters",
+    "forward_kinematics",
+    "inverse_dynamics",
+    "load_robot",
+    "mass_matrix",
+    "payload_columns",
+    "payload_regressor",
+    "regressor",
+    "robot_names",
+    "standard_columns",
+    "standard_regressor",
+]

@@ -1,0 +1,76 @@
+"""Base parameters: what the torques determine, and how standard parameters are grouped in it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array, frozen_array
+
+
+@dataclass(frozen=True)
+class BaseParameters:
+    """The minimal parameters chi of (13).
+
+    Attributes:
+        standard: names of the standard parameters, N_s.
+        chosen: positions in ``standard`` of those that stand for a base parameter, N_b, rising.
+        grouping: G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G.
+    """
+
+    standard: tuple[str, ...]
+    chosen: tuple[int, ...]
+    grouping: Array
+
+    def __post_init__(self) -> None:
+        """Lock the grouping matrix and check its shape."""
+        shape = (len(self.chosen), len(self.standard))
+        object.__setattr__(self, "grouping", frozen_array(self.grouping, shape, "grouping"))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Standard parameters whose columns make up W_base, N_b names ("XX2")."""
+        return tuple(self.standard[k] for k in self.chosen)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the base parameters, with R where others are grouped in ("XX2R")."""
+        grouped = (np.abs(self.grouping) > 0).sum(axis=1) > 1
+        return tuple(f"{name}R" if more else name for name, more in zip(self.columns, grouped, strict=True))
+
+    @property
+    def unidentifiable(self) -> tuple[str, ...]:
+        """Standard parameters without any effect on the torques."""
+        effect = np.abs(self.grouping).sum(axis=0)
+        return tuple(name for name, size in zip(self.standard, effect, strict=True) if size == 0.0)
+
+    def groupings(self) -> tuple[str, ...]:
+        """Each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3"."""
+        return tuple(
+            f"{name} = {self._sum(row, k)}"
+            for name, row, k in zip(self.names, self.grouping, self.chosen, strict=True)
+        )
+
+    def _sum(self, row: Array, first: int) -> str:
+        text = self.standard[first]
+        for k in np.flatnonzero(row):
+            if k == first:
+                continue
+            size = "" if abs(abs(row[k]) - 1.0) < 1e-9 else f"{abs(row[k]):.6g} "
+            text += f" {'-' if row[k] < 0 else '+'} {size}{self.standard[k]}"
+        return text
+
+    def value(self, parameters: Mapping[str, float]) -> Array:
+        """Base parameters of a robot with the given standard parameters, shape (N_b,).
+
+        Raises:
+            KeyError: if a standard parameter is missing.
+        """
+        return np.asarray(self.grouping @ np.array([parameters[name] for name in self.standard]))
+
+    def effect_of(self, columns: tuple[str, ...]) -> Array:
+        """How the base parameters change with some standard parameters: N_b x ``len(columns)``.
+
+        With the last link's ten it is the map from a payload to base parameters behind (25)-(28).
+        """
+        return self.grouping[:, [self.standard.index(name) for name in columns]]

@@ -1,0 +1,155 @@
+"""What the drives add to a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from .arrays import Array
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Two drives coupled as in (8): motor k turns with the sum of the joint speeds j and k.
+
+    Attributes:
+        joints: numbers (j, k) of the coupled joints; rotor k feels both.
+        coulomb: sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what
+            the duality of (8) and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11)
+            are printed.
+    """
+
+    joints: tuple[int, int]
+    coulomb: Literal["sum", "paper"] = "sum"
+
+    def __post_init__(self) -> None:
+        """Refuse an unknown Coulomb form and a joint coupled with itself."""
+        if self.coulomb not in ("sum", "paper"):
+            raise ValueError(f"coulomb must be 'sum' or 'paper', got {self.coulomb!r}")
+        if self.joints[0] == self.joints[1]:
+            raise ValueError("coupled joints must differ")
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A known torque on one joint, by a table or by the law of a spring between two pivots.
+
+    Geometric law: tau = k (1 - L0/L) a b sin(psi), L^2 = a^2 + b^2 + 2 a b cos(psi), psi = q - q0.
+
+    Attributes:
+        joint: number of the joint.
+        stiffness: k [N/m]; length: L0 [m]; arms: a, b [m]; zero: q0 [rad].
+        table: (q [rad], torque [N·m]) pairs with rising q, linear in between; excludes the geometric law.
+    """
+
+    joint: int
+    stiffness: float = 0.0
+    length: float = 0.0
+    arms: tuple[float, float] = (0.0, 0.0)
+    zero: float = 0.0
+    table: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a spring with two laws or none."""
+        geometric = self.stiffness > 0.0 and min(self.arms) > 0.0 and self.length >= 0.0
+        if geometric == bool(self.table):
+            raise ValueError("a spring needs either a table or stiffness, length and arms")
+        angles = [angle for angle, _ in self.table]
+        if self.table and (len(angles) < 2 or any(b <= a for a, b in pairwise(angles))):
+            raise ValueError("a spring table needs at least two rows with rising angles")
+
+    def torque(self, q: Array) -> Array:
+        """Torque of the spring on its joint [N·m] at the angles ``q`` [rad], same shape.
+
+        Raises:
+            InputError: if an angle lies outside the table.
+        """
+        if self.table:
+            angles, torques = np.array(self.table).T
+            if q.size and (q.min() < angles[0] or q.max() > angles[-1]):
+                raise InputError(
+                    f"joint {self.joint} moves from {q.min():.3f} to {q.max():.3f} rad, outside the spring's "
+                    f"table ({angles[0]:.3f} to {angles[-1]:.3f} rad): extend the table"
+                )
+            return np.asarray(np.interp(q, angles, torques))
+        return np.asarray(self._law(q, np))
+
+    def torque_symbol(self, q: ca.SX) -> ca.SX:
+        """The same as an expression; a table goes on linearly beyond its ends."""
+        if self.table:
+            angles, torques = zip(*self.table, strict=True)
+            return ca.pw_lin(q, list(angles), list(torques))
+        return ca.SX(self._law(q, ca))
+
+    def _law(self, q: Any, lib: Any) -> Any:
+        a, b = self.arms
+        psi = q - self.zero
+        stretched = lib.sqrt(a * a + b * b + 2.0 * a * b * lib.cos(psi))
+        return self.stiffness * (1.0 - self.length / stretched) * a * b * lib.sin(psi)
+
+
+@dataclass(frozen=True)
+class Drives:
+    """Which drive parameters the model has, for every joint alike.
+
+    Attributes:
+        rotor_inertia: IA of (3).
+        friction: FS and FV of (2).
+        offsets: a constant torque OFF per joint.
+        coupling: two coupled drives, if any.
+        spring: a gravity spring, if any.
+    """
+
+    rotor_inertia: bool = True
+    friction: bool = True
+    offsets: bool = False
+    coupling: Coupling | None = None
+    spring: Spring | None = None
+
+    def check(self, n: int) -> None:
+        """Refuse drives that name joints which a robot of ``n`` joints lacks."""
+        named = list(self.coupling.joints) if self.coupling else []
+        named += [self.spring.joint] if self.spring else []
+        for joint in named:
+            if not 1 <= joint <= n:
+                raise ValueError(f"drives name joint {joint}, the robot has joints 1 to {n}")
+        if self.coupling and not (self.rotor_inertia and self.friction):
+            raise ValueError("coupled drives need rotor inertia and friction")
+
+    def names(self, joint: int) -> tuple[str, ...]:
+        """Names of one joint's drive parameters, in the order of (6), the offset last."""
+        kinds = ("IA",) * self.rotor_inertia + ("FS", "FV") * self.friction + ("OFF",) * self.offsets
+        return tuple(f"{kind}{joint}" for kind in kinds)
+
+    def coupling_names(self) -> tuple[str, ...]:
+        """Names of the friction parameters of coupled drives: FVMk and FSMk."""
+        return (f"FVM{self.coupling.joints[1]}", f"FSM{self.coupling.joints[1]}") if self.coupling else ()
+
+
+def drive_terms(drives: Drives, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:
+    """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
+
+    Args:
+        drives: the drives.
+        qd: joint speeds, n x 1 [rad/s or m/s].
+        qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2].
+
+    Source: (2), (3) and, for coupled drives, (10) and (11).
+    """
+    terms: dict[str, dict[int, ca.SX]] = {}
+    for row in range(qd.numel()):
+        factors = {"IA": qdd[row], "FS": ca.sign(qd[row]), "FV": qd[row], "OFF": ca.SX(1)}
+        for name in drives.names(row + 1):
+            terms[name] = {row: factors[name.rstrip("0123456789")]}
+    if drives.coupling:
+        j, k = (joint - 1 for joint in drives.coupling.joints)
+        terms[f"IA{k + 1}"][j] = qdd[k]
+        terms[f"IA{k + 1}"][k] = qdd[k] + qdd[j]
+        terms[f"FVM{k + 1}"] = {j: qd[k], k: qd[j]}
+        both = ca.sign(qd[j] + qd[k])
+        printed = {j: ca.sign(qd[k]), k: ca.sign(qd[j])}
+        terms[f"FSM{k + 1}"] = {j: both, k: both} if drives.coupling.coulomb == "sum" else printed
+    return terms

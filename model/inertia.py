@@ -1,0 +1,107 @@
+"""The inertial parameters of one body, in all their views."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .arrays import Array, frozen_array
+from .robot import INERTIAL
+
+
+def skew(v: ArrayLike) -> Array:
+    """3 x 3 matrix of the cross product with ``v``."""
+    x, y, z = np.asarray(v, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+@dataclass(frozen=True)
+class InertialParameters:
+    """One body by Khalil's ten, about the origin and in the axes of its frame.
+
+    Attributes:
+        vector: XX XY XZ YY YZ ZZ [kg m^2], MX MY MZ [kg m], M [kg], shape (10,). XY is the entry of the
+            inertia matrix, -integral of x y dm.
+    """
+
+    vector: Array
+
+    def __post_init__(self) -> None:
+        """Lock the numbers."""
+        object.__setattr__(self, "vector", frozen_array(self.vector, (10,), "inertial parameters"))
+
+    @staticmethod
+    def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> "InertialParameters":
+        """From mass [kg], centre of mass [m] and the 3 x 3 inertia about it [kg m^2]."""
+        c = np.asarray(com, dtype=float)
+        inertia = np.asarray(inertia_com, dtype=float) - mass * skew(c) @ skew(c)
+        upper = inertia[np.triu_indices(3)]
+        return InertialParameters(np.concatenate([upper, mass * c, [mass]]))
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return float(self.vector[9])
+
+    @property
+    def first_moments(self) -> Array:
+        """Mass times centre of mass [kg m], shape (3,)."""
+        return self.vector[6:9]
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Inertia about the frame's origin [kg m^2], 3 x 3."""
+        xx, xy, xz, yy, yz, zz = self.vector[:6]
+        return frozen_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], (3, 3), "inertia")
+
+    @cached_property
+    def com(self) -> Array:
+        """Centre of mass [m], shape (3,). Raises ZeroDivisionError for a body without mass."""
+        if self.mass == 0.0:
+            raise ZeroDivisionError("a body without mass has no centre of mass")
+        return frozen_array(self.first_moments / self.mass, (3,), "centre of mass")
+
+    @cached_property
+    def inertia_com(self) -> Array:
+        """Inertia about the centre of mass, in the frame's axes [kg m^2], 3 x 3."""
+        cross = skew(self.com)
+        return frozen_array(self.inertia + self.mass * cross @ cross, (3, 3), "inertia")
+
+    @cached_property
+    def pseudo_inertia(self) -> Array:
+        """4 x 4 pseudo-inertia [[integral of p p' dm, m c], [m c', m]]; a body can exist if it has no
+        negative eigenvalue (Wensing, Kim and Slotine, 2018).
+        """
+        sigma = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        h = self.first_moments[:, None]
+        return frozen_array(np.block([[sigma, h], [h.T, np.array([[self.mass]])]]), (4, 4), "pseudo-inertia")
+
+    @cached_property
+    def min_pseudo_inertia_eigenvalue(self) -> float:
+        """Smallest eigenvalue of the pseudo-inertia (mixed units: kg m^2, kg m and kg)."""
+        return float(np.linalg.eigvalsh(self.pseudo_inertia)[0])
+
+    @property
+    def physically_consistent(self) -> bool:
+        """Whether such a body can exist: positive mass and no negative pseudo-inertia eigenvalue."""
+        return self.mass > 0.0 and self.min_pseudo_inertia_eigenvalue >= 0.0
+
+    def moved(self, rotation: ArrayLike, origin: ArrayLike) -> "InertialParameters":
+        """The same body seen from another frame.
+
+        Args:
+            rotation: 3 x 3; its columns are this frame's axes in the other frame.
+            origin: this frame's origin in the other frame [m], shape (3,).
+        """
+        R, p = np.asarray(rotation, dtype=float), np.asarray(origin, dtype=float)
+        h = R @ self.first_moments
+        # About the new origin: J' = R J R' - (h^ p^ + p^ h^) - m p^ p^.
+        inertia = R @ self.inertia @ R.T - skew(h) @ skew(p) - skew(p) @ skew(h)
+        inertia -= self.mass * skew(p) @ skew(p)
+        upper = inertia[np.triu_indices(3)]
+        return InertialParameters(np.concatenate([upper, h + self.mass * p, [self.mass]]))
+
+    def named(self, suffix: str = "") -> dict[str, float]:
+        """The ten by name, "XX" to "M", with a suffix such as "6"."""
+        return {f"{kind}{suffix}": float(value) for kind, value in zip(INERTIAL, self.vector, strict=True)}

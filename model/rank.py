@@ -1,0 +1,69 @@
+"""Base parameters found numerically: QR of the regressor on random states (Gautier 1991)."""
+
+import numpy as np
+
+from .arrays import Array
+from .base import BaseParameters
+from .kernel import Kernel
+from .regressor import standard_columns, standard_regressor
+from .robot import Robot
+
+RANK_TOLERANCE = 1e-8
+"""A column is dependent if what is left of it is below this fraction of the largest column."""
+_STATES_PER_JOINT = 12
+
+
+def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
+    """Base parameters of a robot, drives included, as a left-to-right choice of columns.
+
+    Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
+    into them. This finds the same names as Khalil's closed-form rules.
+
+    Args:
+        robot: the robot.
+        seed: of the random states.
+    """
+    W = stacked_regressor(robot, *random_states(robot, _STATES_PER_JOINT * robot.n, seed))
+    chosen = leftmost_independent(W)
+    grouping = np.zeros((len(chosen), W.shape[1]))
+    rest = np.setdiff1d(np.arange(W.shape[1]), chosen)
+    grouping[:, chosen] = np.eye(len(chosen))
+    grouping[:, rest] = np.linalg.lstsq(W[:, chosen], W[:, rest], rcond=None)[0]
+    grouping[np.abs(grouping) < RANK_TOLERANCE] = 0.0
+    return BaseParameters(standard_columns(robot), tuple(int(k) for k in chosen), grouping)
+
+
+def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Array]:
+    """Random q, qd, qdd of shape (count, n), of the order of 1 in SI units."""
+    draw = np.random.default_rng(seed)
+    span = np.array([np.pi if joint.revolute else 1.0 for joint in robot.joints])
+    q = draw.uniform(-1.0, 1.0, (count, robot.n)) * span
+    qd, qdd = draw.uniform(-3.0, 3.0, (2, count, robot.n))
+    return q, qd, qdd
+
+
+def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
+    """Standard regressor on all states, one below the other: (count * n) x N_s."""
+    kernel = Kernel(standard_regressor(robot))
+    stacked = np.zeros((robot.n, len(q), len(standard_columns(robot))))
+    stacked[kernel.rows, :, kernel.columns] = kernel(q, qd, qdd)
+    return stacked.reshape(-1, stacked.shape[2])
+
+
+def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:
+    """Columns of ``W`` that do not depend on those to their left.
+
+    Every residual is orthogonalised twice, so that the decision does not hang on rounding.
+    """
+    largest = np.linalg.norm(W, axis=0).max(initial=0.0)
+    basis = np.empty((W.shape[0], min(W.shape)))
+    chosen: list[int] = []
+    for k in range(W.shape[1]):
+        known = basis[:, : len(chosen)]
+        residual = W[:, k] - known @ (known.T @ W[:, k])
+        residual -= known @ (known.T @ residual)
+        size = np.linalg.norm(residual)
+        if size > tolerance * largest and len(chosen) < basis.shape[1]:
+            basis[:, len(chosen)] = residual / size
+            chosen.append(k)
+    return chosen

@@ -1,0 +1,98 @@
+"""The regressor Phi_s of (4): torque is linear in the standard parameters."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from .drives import drive_terms
+from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion
+from .robot import INERTIAL, Robot
+
+
+def standard_columns(robot: Robot) -> tuple[str, ...]:
+    """Names of the standard parameters, link by link in the order of (6), coupled friction last."""
+    names: list[str] = []
+    for joint in range(1, robot.n + 1):
+        names += [f"{kind}{joint}" for kind in INERTIAL]
+        names += robot.drives.names(joint)
+    return (*names, *robot.drives.coupling_names())
+
+
+def payload_columns(robot: Robot) -> tuple[str, ...]:
+    """Names of the last link's ten inertial parameters: a payload fixed to it has the same columns."""
+    return tuple(f"{kind}{robot.n}" for kind in INERTIAL)
+
+
+def standard_regressor(robot: Robot) -> ca.Function:
+    """``standard_regressor(q, qd, qdd) -> Phi_s``, n x N_s, columns as ``standard_columns`` (4)."""
+    return regressor(robot, standard_columns(robot), "standard_regressor")
+
+
+def payload_regressor(robot: Robot) -> ca.Function:
+    """``payload_regressor(q, qd, qdd) -> Phi_L``, n x 10, payload in the frame of the last link (22)."""
+    return regressor(robot, payload_columns(robot), "payload_regressor")
+
+
+def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> ca.Function:
+    """Regressor of chosen columns.
+
+    Args:
+        robot: the robot, n joints.
+        columns: standard parameters, as in ``standard_columns``; the order is kept.
+        name: the function's name.
+
+    Returns:
+        Function of q, qd, qdd (each n x 1; rad or m, per second, per second squared) to an n x
+        ``len(columns)`` sparse matrix, with common subexpressions eliminated.
+
+    Raises:
+        KeyError: for a name that is not a standard parameter of the robot.
+    """
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
+    phi = ca.SX(robot.n, len(columns))
+    for k, column in enumerate(columns):
+        for row, value in terms[column].items():
+            if not value.is_zero():
+                phi[row, k] = value
+    return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+
+
+def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:
+    """What multiplies each inertial parameter in each joint's torque.
+
+    The wrench of link j is projected on the axis of joint i seen from frame j (virtual power), which needs
+    fewer operations than carrying ten wrenches back to the base.
+    """
+    terms: dict[str, dict[int, ca.SX]] = {}
+    motion = base_motion(robot)
+    axes: list[tuple[ca.SX, ca.SX]] = []
+    for j, joint in enumerate(robot.joints):
+        rotation, origin = joint_transform(joint, q[j])
+        axes = [(rotation.T @ a, rotation.T @ (b + ca.cross(a, origin))) for a, b in axes]
+        axes.append(joint_axis(joint))
+        motion = next_motion(motion, rotation, origin, axes[-1], qd[j], qdd[j])
+        force, moment = _link_wrench(motion)
+        for k, kind in enumerate(INERTIAL):
+            terms[f"{kind}{j + 1}"] = {
+                i: ca.dot(turn, moment[:, k]) + ca.dot(slide, force[:, k]) for i, (turn, slide) in enumerate(axes)
+            }
+    return terms
+
+
+def _link_wrench(motion: LinkMotion) -> tuple[ca.SX, ca.SX]:
+    """Force and moment at the link's origin per unit inertial parameter, each 3 x 10 (Newton, Euler)."""
+    w, alpha, a = motion
+    spin = ca.skew(alpha) + ca.skew(w) @ ca.skew(w)
+    inertia = _inertia_times(alpha) + ca.skew(w) @ _inertia_times(w)
+    force = ca.horzcat(ca.SX(3, 6), spin, a)
+    moment = ca.horzcat(inertia, -ca.skew(a), ca.SX(3, 1))
+    return force, moment
+
+
+def _inertia_times(v: ca.SX) -> ca.SX:
+    """3 x 6 matrix K with J v = K [XX XY XZ YY YZ ZZ]'."""
+    x, y, z = v[0], v[1], v[2]
+    zero = ca.SX(0)
+    rows = [[x, y, z, zero, zero, zero], [zero, x, zero, y, z, zero], [zero, zero, x, zero, y, z]]
+    return ca.vertcat(*(ca.horzcat(*row) for row in rows))

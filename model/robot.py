@@ -1,0 +1,158 @@
+"""The robot: a serial chain in modified DH notation (Khalil-Kleinfinger), its drives and limits.
+
+Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation ``d`` along x, a rotation
+``theta`` about z and a translation ``r`` along z; the joint turns about or slides along z of frame j.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Literal
+
+from .drives import Coupling, Drives, Spring
+from .processing import Processing
+
+SNAP_ANGLE = 1e-4
+"""rad: an angle closer than this to a multiple of 90 degrees is taken as that multiple."""
+SNAP_LENGTH = 1e-6
+"""m: a length shorter than this is taken as zero."""
+
+INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
+"""The ten inertial parameters of a body, in the order of (6)."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a joint may do: position [rad or m], speed [rad/s or m/s], acceleration, torque [N·m or N]."""
+
+    position: tuple[float, float] = (-math.inf, math.inf)
+    speed: float = math.inf
+    acceleration: float = math.inf
+    torque: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse an empty range and a bound that is not positive."""
+        if not self.position[0] < self.position[1]:
+            raise ValueError(f"position limits {self.position} leave no range")
+        for name in ("speed", "acceleration", "torque"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} limit must be positive")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint and the frame change before it.
+
+    Attributes:
+        kind: "revolute" or "prismatic".
+        alpha: angle about x from z of frame j-1 to z of frame j [rad].
+        d: distance along x [m].
+        theta: zero offset of a revolute joint, constant angle of a prismatic one [rad].
+        r: constant distance along z of a revolute joint, zero offset of a prismatic one [m].
+        limits: what the joint may do.
+        names: the geometric names of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none.
+    """
+
+    kind: Literal["revolute", "prismatic"] = "revolute"
+    alpha: float = 0.0
+    d: float = 0.0
+    theta: float = 0.0
+    r: float = 0.0
+    limits: Limits = Limits()
+    names: tuple[str, str] = ("", "")
+
+    def __post_init__(self) -> None:
+        """Refuse an unknown kind and numbers that are not finite."""
+        if self.kind not in ("revolute", "prismatic"):
+            raise ValueError(f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'")
+        if not all(math.isfinite(value) for value in (self.alpha, self.d, self.theta, self.r)):
+            raise ValueError("alpha, d, theta and r must be finite")
+
+    @property
+    def revolute(self) -> bool:
+        """Whether the joint turns."""
+        return self.kind == "revolute"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial robot.
+
+    Attributes:
+        name: short name, as on the command line.
+        joints: joint 1 to n, base to tip.
+        gravity: acceleration of gravity in frame 0 [m/s^2].
+        drives: which drive parameters the model has.
+        payload_frame: the frame in which a payload is given, in words.
+        processing: how recordings of this robot are treated unless told otherwise.
+        parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
+        title: full name.
+        snapped: what was made exact when the robot was made ("alpha2: 1.5708 -> pi/2").
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    drives: Drives = Drives()
+    payload_frame: str = "last link"
+    processing: Processing = Processing()
+    parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    title: str = ""
+    snapped: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Snap nearly special geometry, check that drives name joints of this robot."""
+        if not self.joints:
+            raise ValueError(f"robot {self.name!r} has no joints")
+        if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):
+            raise ValueError("gravity must be three finite numbers")
+        notes = list(self.snapped)
+        joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
+        object.__setattr__(self, "joints", joints)
+        object.__setattr__(self, "snapped", tuple(notes))
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        self.drives.check(len(joints))
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    @property
+    def coupling(self) -> Coupling | None:
+        """The coupling between two drives, if there is one."""
+        return self.drives.coupling
+
+    @property
+    def spring(self) -> Spring | None:
+        """The gravity spring, if there is one."""
+        return self.drives.spring
+
+    def with_offsets(self, offsets: bool) -> "Robot":
+        """The same robot with or without a constant friction offset per joint."""
+        return replace(self, drives=replace(self.drives, offsets=offsets))
+
+    def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
+        """The same robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
+        if self.coupling is None:
+            raise ValueError(f"robot {self.name!r} has no coupled drives")
+        return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))
+
+
+def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
+    changes: dict[str, float] = {}
+    for name in ("alpha", "theta"):
+        angle = getattr(joint, name)
+        quarter = round(angle / (math.pi / 2)) * (math.pi / 2)
+        if angle != quarter and abs(angle - quarter) < SNAP_ANGLE:
+            changes[name] = quarter
+    for name in ("d", "r"):
+        length = getattr(joint, name)
+        if length != 0.0 and abs(length) < SNAP_LENGTH:
+            changes[name] = 0.0
+    for name, value in changes.items():
+        old = getattr(joint, name)
+        if abs(old - value) > 1e-12:
+            notes.append(f"{name}{number}: {old:.9g} taken as {value:.9g}")
+    return replace(joint, **changes) if changes else joint  # type: ignore[arg-type]

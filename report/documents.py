@@ -1,0 +1,162 @@
+"""Results as JSON documents."""
+
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..estimation import Fit, Identification, PayloadEstimate, PayloadProblem, ReducedProblem
+from ..estimation.verdict import Verdict
+from ..model import Processing, Robot
+
+Document = dict[str, Any]
+
+
+def identification_document(result: Identification, processing: Processing) -> Document:
+    """What ``dynident identify --json`` writes."""
+    estimate = result.estimate
+    groupings = result.base.groupings()
+    parameters = [
+        {
+            "name": result.base.names[k],
+            "grouping": groupings[k],
+            "value": estimate.values[k],
+            "sigma": estimate.sigma[k],
+            "relative_sigma_percent": estimate.relative_sigma_percent[k],
+            "essential": name in result.essential,
+        }
+        for k, name in enumerate(estimate.names)
+    ]
+    raw, scaled = result.problem.condition_numbers()
+    return {
+        "robot": result.robot.name,
+        "processing": processing_document(result.robot, processing),
+        "data": {
+            "equations": result.problem.equations,
+            "rows_per_joint": list(result.problem.rows),
+            "degrees_of_freedom": estimate.degrees_of_freedom,
+            "error_norms": estimate.fit.error_norms,
+            "torque_norms": estimate.fit.torque_norms,
+            "weights": estimate.weights,
+        },
+        "columns": list(estimate.names),
+        "covariance": estimate.covariance,
+        "base_parameters": parameters,
+        "condition_number": raw,
+        "condition_number_scaled": scaled,
+        "relative_residual": residual_document(estimate.fit),
+        "validation": residual_document(result.validation) if result.validation else None,
+    }
+
+
+def payload_document(
+    problem: PayloadProblem,
+    estimates: Sequence[PayloadEstimate],
+    judged: Verdict,
+    processing: Processing,
+    robot_fit: Fit | None,
+    validation: Fit | None,
+) -> Document:
+    """What ``dynident payload --json`` writes."""
+    fitted = residual_document(robot_fit) if robot_fit else {"all": None, "per_joint": None}
+    return {
+        "robot": problem.robot.name,
+        "frame": problem.robot.payload_frame,
+        "processing": processing_document(problem.robot, processing),
+        "relative_residual": {**fitted, "validation": residual_document(validation) if validation else None},
+        "data": _data_document(problem, processing),
+        "estimates": [_estimate_document(estimate) for estimate in estimates],
+        "verdict": {"level": judged.level, "reasons": list(judged.reasons)},
+    }
+
+
+def processing_document(robot: Robot, processing: Processing) -> Document:
+    """Settings, so that a result can be repeated."""
+    return {
+        "rate_hz": processing.rate,
+        "cutoff_hz": processing.cutoff,
+        "decimate": processing.decimate,
+        "still_speed": processing.still_speed,
+        "slow_fraction": processing.slow_fraction,
+        "max_mismatch": processing.max_mismatch,
+        "offsets": robot.drives.offsets,
+        "coulomb": robot.coupling.coulomb if robot.coupling else None,
+    }
+
+
+def residual_document(fit: Fit) -> Document:
+    """Relative residual, all joints and each."""
+    return {"all": fit.relative, "per_joint": fit.relative_per_joint}
+
+
+def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
+    bare: ReducedProblem | None = problem.unloaded
+    raw, scaled = bare.condition_numbers() if bare else (None, None)
+    pairs = problem.pairs
+    return {
+        "equations": bare.equations if bare else problem.loaded.equations,
+        "equations_loaded": problem.loaded.equations,
+        "rate_hz": processing.rate,
+        "cutoff_hz": processing.cutoff,
+        "lag_s": pairs[0].lag if pairs else None,
+        "lags_s": [pair.lag for pair in pairs],
+        "max_position_mismatch_rad": max((pair.max_mismatch for pair in pairs), default=None),
+        "condition_number": raw,
+        "condition_number_scaled": scaled,
+        "base_parameters": len(problem.base.columns),
+        "method_3_unavailable": problem.without_difference or None,
+    }
+
+
+def _estimate_document(result: PayloadEstimate) -> Document:
+    estimate, body = result.estimate, result.body
+    return {
+        "method": result.method,
+        "estimator": "wls",
+        "parameters": result.named(estimate.values),
+        "sigma": result.named(estimate.sigma),
+        "sigma_robust": None,
+        "interval95": {
+            kind: list(interval)
+            for kind, interval in zip(result.named(estimate.values), estimate.interval95, strict=True)
+        },
+        "com": body.com if body.mass else None,
+        "com_sigma": result.sigma_com if body.mass else None,
+        "inertia_com": body.inertia_com if body.mass else None,
+        "inertia_com_sigma": result.sigma_inertia_com if body.mass else None,
+        "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
+        "physically_consistent": body.physically_consistent,
+        "relative_residual": estimate.fit.relative,
+    }
+
+
+def write_json(path: str | Path, document: Document) -> None:
+    """Write a document in one step, so that a killed run leaves no half file; nan and inf become null."""
+    text = json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    path = Path(path)
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
