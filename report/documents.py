@@ -100,7 +100,7 @@ def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
     return {
         "equations": bare.equations if bare else problem.loaded.equations,
         "equations_loaded": problem.loaded.equations,
-        "rate_hz": processing.rate,
+        "rate_hz": problem.rate,
         "cutoff_hz": processing.cutoff,
         "lag_s": pairs[0].lag if pairs else None,
         "lags_s": [pair.lag for pair in pairs],

@@ -157,7 +157,10 @@ def _value(value: float, sigma: float) -> str:
 def _short(value: float, spread: float) -> str:
     """Three decimals, as the paper prints; a spread that they do not show is left out."""
     text = f"{round(value, 3) + 0.0:.3f}"
-    return f"{text}±{spread:.3f}".replace("0.", ".") if spread >= 0.0005 else text
+    if spread < 0.0005:
+        return text
+    parts = (text, f"{spread:.3f}")
+    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
 
 
 def _alignment(problem: PayloadProblem) -> str:

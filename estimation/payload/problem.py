@@ -40,6 +40,7 @@ class PayloadProblem:
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
         pairs: how the recordings of method 3 were aligned.
         without_difference: why method 3 cannot be used, if it cannot.
+        rate: at which the (first) loaded recording was processed [Hz].
     """
 
     robot: Robot
@@ -50,6 +51,7 @@ class PayloadProblem:
     difference: ReducedProblem | None = None
     pairs: tuple[AlignedPair, ...] = ()
     without_difference: str = ""
+    rate: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
@@ -103,7 +105,7 @@ def payload_problem(
             reason = ""
         except InputError as error:
             reason = str(error)
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason)
+    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, measured[0].motion.rate)
 
 
 def loaded_problem(
