@@ -18,7 +18,7 @@ from dynident.estimation import (
     loaded_problem,
     measurement,
     merged,
-    reduced,
+    reduced_measurement,
 )
 from dynident.model import INERTIAL, base_parameters, load_robot
 from dynident.model.arrays import Array
@@ -57,7 +57,7 @@ class Experiment:
             robot=robot,
             base=base,
             loaded=loaded_problem(robot, base, [loaded for _, loaded in measured], processing),
-            unloaded=merged(reduced(observer.observe(bare, processing)) for bare, _ in measured),
+            unloaded=merged(reduced_measurement(observer, bare, processing) for bare, _ in measured),
             difference=difference_problem(robot, [(bare, loaded) for bare, loaded in measured], processing),
         )
 

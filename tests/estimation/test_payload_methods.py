@@ -15,7 +15,7 @@ from dynident.estimation import (
     loaded_problem,
     merged,
     payload_problem,
-    reduced,
+    reduced_measurement,
     usable_methods,
     weighted,
 )
@@ -60,7 +60,7 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
         robot=robot,
         base=base,
         loaded=loaded_problem(robot, base, [loaded for _, loaded in pairs], EXACT),
-        unloaded=merged(reduced(observer.observe(bare, EXACT)) for bare, _ in pairs),
+        unloaded=merged(reduced_measurement(observer, bare, EXACT) for bare, _ in pairs),
         difference=difference_problem(robot, [(a, b) for a, b in pairs], EXACT),
     )
 
