@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import casadi as ca
-
 from dynident.model import (
     Drives,
     base_parameters,
