@@ -129,7 +129,12 @@ def _header(export: _Export, symbol: str) -> str:
 
 
 def _comment(text: str) -> list[str]:
-    return [f" * {line}" for line in textwrap.wrap(text, 100, subsequent_indent="    ")]
+    return [f" * {line}" for line in _wrapped(text)]
+
+
+def _wrapped(text: str) -> list[str]:
+    """Lines broken at spaces only: a number such as 1e-05 stays whole."""
+    return textwrap.wrap(text, 98, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
 
 
 def _parameter_comment(export: _Export) -> list[str]:
@@ -158,7 +163,7 @@ def _example(export: _Export, symbol: str, robot: Robot) -> str:
         name, size = function.name_in(k), function.numel_in(k)
         values = _example_parameters(export, robot) if name == "chi" else [0.1 * (k + 1)] * size
         text = f"const double {name}[{size}] = {{{', '.join(f'{value:.9g}' for value in values)}}};"
-        lines += [f"  {line}" for line in textwrap.wrap(text, 98, subsequent_indent="  ")]
+        lines += [f"  {line}" for line in _wrapped(text)]
     names = [function.name_in(k) for k in range(function.n_in())]
     lines += [f"  double {output}[{rows * columns}];", "", f"  {symbol}({', '.join([*names, output])});"]
     lines += [

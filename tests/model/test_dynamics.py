@@ -161,19 +161,35 @@ def test_coriolis_matrix_keeps_energy(robot: Robot) -> None:
     np.testing.assert_allclose(N, -N.T, atol=1e-12)
 
 
-def test_gravity_is_the_gradient_of_the_potential(robot: Robot) -> None:
-    """Potential energy from the kinematics of each link alone."""
-    values, q = parameters(robot, 0), ca.SX.sym("q", robot.n)
-    potential = ca.SX(0)
+def energies(robot: Robot, q: ca.SX, qd: ca.SX, values: dict[str, float]) -> tuple[ca.SX, ca.SX]:
+    """Kinetic and potential energy of the links, from the frames of each and its pseudo-inertia alone."""
+    kinetic, potential = ca.SX(0), ca.SX(0)
     for link in range(1, robot.n + 1):
         R, p = forward_kinematics(Robot("part", robot.joints[:link]))(q[:link])
-        h = ca.DM([values[f"M{axis}{link}"] for axis in "XYZ"])
-        potential -= ca.dot(ca.DM(robot.gravity), R @ h + values[f"M{link}"] * p)
-    slope = ca.Function("slope", [q], [ca.gradient(potential, q)])
-    point = state(robot, 0)[0]
-    np.testing.assert_allclose(
-        dense(gravity(robot)(point, chi(robot, 0))), dense(slope(point)), rtol=1e-11, atol=1e-11
-    )
+        xx, xy, xz, yy, yz, zz, mx, my, mz, m = (values[f"{kind}{link}"] for kind in INERTIAL)
+        J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        h = np.array([[mx], [my], [mz]])
+        P = np.block([[np.trace(J) / 2 * np.eye(3) - J, h], [h.T, np.array([[m]])]])
+        frame = ca.horzcat(R, p)
+        speed = ca.reshape(ca.jtimes(ca.vec(frame), q, qd), 3, 4)
+        kinetic += 0.5 * ca.trace(speed @ P @ speed.T)
+        potential -= ca.dot(ca.DM(robot.gravity), frame @ P[:, 3])
+    return kinetic, potential
+
+
+def test_inverse_dynamics_agrees_with_lagrange(robot: Robot) -> None:
+    """Links only: Gamma = d/dt(dT/dqd) - dT/dq + dU/dq."""
+    links = replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    kinetic, potential = energies(links, q, qd, parameters(links, 0))
+    momentum = ca.gradient(kinetic, qd)
+    weight = ca.gradient(potential, q)
+    rate = ca.jtimes(momentum, q, qd) + ca.jtimes(momentum, qd, qdd)
+    lagrange = ca.Function("lagrange", [q, qd, qdd], [rate - ca.gradient(kinetic, q) + weight, weight])
+    torque, held = (dense(part) for part in lagrange(*state(robot, 0)))
+    point, values = state(robot, 0), chi(links, 0)
+    np.testing.assert_allclose(dense(inverse_dynamics(links)(*point, values)), torque, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(dense(gravity(links)(point[0], values)), held, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
