@@ -24,6 +24,7 @@ class _Export(NamedTuple):
     function: ca.Function
     parameters: tuple[str, ...]
     base: BaseParameters | None = None
+    note: str = ""
 
 
 def _standard(make: Callable[[Robot], ca.Function]) -> Callable[[Robot], _Export]:
@@ -38,6 +39,14 @@ def _base(make: Callable[[Robot, BaseParameters], ca.Function]) -> Callable[[Rob
     return export
 
 
+def _payload(robot: Robot) -> _Export:
+    # The frame is free text: nothing in it may end the comment.
+    frame = re.sub(r"[^ -~]|[*/\\?]", "_", robot.payload_frame)
+    return _Export(
+        regressor.payload_regressor(robot), payload_columns(robot), note=f"Frame of the payload: {frame}"
+    )
+
+
 _EXPORTS: dict[str, Callable[[Robot], _Export]] = {
     "inverse_dynamics": _standard(newton_euler.inverse_dynamics),
     "inverse_dynamics_base": _base(dynamics.inverse_dynamics_base),
@@ -47,7 +56,7 @@ _EXPORTS: dict[str, Callable[[Robot], _Export]] = {
     "forward_dynamics": _standard(dynamics.forward_dynamics),
     "standard_regressor": _standard(regressor.standard_regressor),
     "base_regressor": _base(regressor.base_regressor),
-    "payload_regressor": lambda robot: _Export(regressor.payload_regressor(robot), payload_columns(robot)),
+    "payload_regressor": _payload,
 }
 
 _MEANING = {
@@ -140,7 +149,7 @@ def _wrapped(text: str) -> list[str]:
 def _parameter_comment(export: _Export) -> list[str]:
     where = "Columns of Phi" if export.function.name_out(0) == "Phi" else "Entries of chi"
     names = ", ".join(f"{k}={name}" for k, name in enumerate(export.parameters))
-    lines = _comment(f"{where}: {names}")
+    lines = _comment(f"{where}: {names}") + _comment(export.note)
     if export.base:
         lines += [" *", " * These are base parameters; R marks those that others are grouped in:"]
         for name, grouping in zip(export.base.names, export.base.groupings(), strict=True):

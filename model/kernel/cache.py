@@ -50,17 +50,22 @@ def compiled_library(source: str) -> ctypes.CDLL:
 
 def cache_folder() -> Path:
     """The folder of compiled code, private to the user; a temporary one if that cannot be had."""
-    wanted = os.environ.get("DYNIDENT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(wanted) if wanted else Path(base) / "dynident"
     try:
+        folder = _wanted_folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if _writable_by_others(folder):
             return _temporary_folder()
         with tempfile.TemporaryFile(dir=folder):
             return folder
-    except OSError:
+    except (OSError, RuntimeError):  # the second where a user has no home
         return _temporary_folder()
+
+
+def _wanted_folder() -> Path:
+    wanted, base = os.environ.get("DYNIDENT_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    if wanted:
+        return Path(wanted)
+    return (Path(base) if base else Path.home() / ".cache") / "dynident"
 
 
 def _writable_by_others(folder: Path) -> bool:

@@ -133,6 +133,13 @@ def test_header_names_shapes_and_parameters(robot: Robot, name: str, tmp_path: P
         assert f"Phi: out, {robot.n} x {len(names)}, row-major: Phi[{len(names)} * row + column]" in header
 
 
+def test_header_names_the_frame_of_the_payload(tmp_path: Path) -> None:
+    robot = replace(SLIDER, payload_frame="tool */ #error, 30° turned")
+    header = generate_code(robot, "payload_regressor", tmp_path)[0].read_text(encoding="utf-8")
+    assert " * Frame of the payload: tool __ #error, 30_ turned\n" in header
+    assert header.count("*/") == 1
+
+
 def test_code_needs_nothing_but_the_mathematics_library(tmp_path: Path) -> None:
     header, source, _ = generate_code(ROBOTS["tx40"], "forward_dynamics", tmp_path)
     text = source.read_text(encoding="utf-8") + header.read_text(encoding="utf-8")

@@ -144,6 +144,16 @@ def test_cache_that_others_can_write_is_not_used(folder: Path) -> None:
     assert stat.S_IMODE(used.stat().st_mode) == 0o700
 
 
+def test_user_without_a_home_has_a_temporary_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("DYNIDENT_CACHE", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    assert cache.cache_folder().is_dir()
+
+
 def test_folder_that_forbids_loading_is_replaced(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     load = ctypes.CDLL
 
