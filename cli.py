@@ -48,6 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
     _payload_parser(commands)
     _identify_parser(commands)
+    _codegen_parser(commands)
     _demo_parser(commands)
     return parser
 
@@ -77,6 +78,14 @@ def _identify_parser(commands: Any) -> None:
     parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
     _processing_arguments(parser)
     parser.set_defaults(run=_identify)
+
+
+def _codegen_parser(commands: Any) -> None:
+    parser = commands.add_parser("codegen", help="write a function of the robot as self-contained C")
+    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--function", required=True, metavar="NAME", help="such as base_regressor")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the files, made if missing")
+    parser.set_defaults(run=_codegen)
 
 
 def _demo_parser(commands: Any) -> None:
@@ -222,6 +231,14 @@ def _identify(arguments: argparse.Namespace) -> int:
         from .report.documents import identification_document, write_json
 
         write_json(arguments.json, identification_document(result, processing))
+    return ANSWERED
+
+
+def _codegen(arguments: argparse.Namespace) -> int:
+    from .model import generate_code, load_robot
+
+    for path in generate_code(load_robot(arguments.robot), arguments.function, arguments.out):
+        print(path)
     return ANSWERED
 
 

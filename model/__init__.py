@@ -4,16 +4,34 @@ Imports no other room.
 """
 
 from .base import BaseParameters
+from .codegen import code_names, generate_code
 from .drives import Coupling, Drives, Spring
+from .dynamics import (
+    coriolis,
+    coriolis_matrix,
+    drive_torque,
+    forward_dynamics,
+    gravity,
+    inverse_dynamics_base,
+    mass_matrix,
+)
 from .errors import InputError
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
-from .newton_euler import inverse_dynamics, mass_matrix
+from .newton_euler import inverse_dynamics
 from .processing import Processing
 from .rank import base_parameters
-from .regressor import payload_columns, payload_regressor, regressor, standard_columns, standard_regressor
+from .regressor import (
+    base_regressor,
+    essential_regressor,
+    payload_columns,
+    payload_regressor,
+    regressor,
+    standard_columns,
+    standard_regressor,
+)
 from .robot import INERTIAL, Joint, Limits, Robot
 from .robot_file import load_robot, robot_names
 
@@ -34,8 +52,18 @@ __all__ = [
     "Robot",
     "Spring",
     "base_parameters",
+    "base_regressor",
+    "code_names",
+    "coriolis",
+    "coriolis_matrix",
+    "drive_torque",
+    "essential_regressor",
+    "forward_dynamics",
     "forward_kinematics",
+    "generate_code",
+    "gravity",
     "inverse_dynamics",
+    "inverse_dynamics_base",
     "load_robot",
     "mass_matrix",
     "payload_columns",

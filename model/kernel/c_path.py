@@ -85,7 +85,7 @@ def c_source(program: Program) -> str:
     """The program as one C file that exports ``kernel``."""
     lines = ["", "static void sample8(const double *in, long si, double *out, long so) {"]
     lines += [f"  v8 x{k} = load8(in + {row} * si);" for k, row in program.inputs.items()]
-    lines += [f"  v8 x{k} = splat8({_number(value)});" for k, value in program.constants.items()]
+    lines += [f"  v8 x{k} = splat8({c_number(value)});" for k, value in program.constants.items()]
     for step in program.steps:
         expression = OPERATIONS[step.name].c.format(*(f"x{k}" for k in step.arguments))
         lines.append(f"  v8 x{step.result} = {expression};")
@@ -94,7 +94,7 @@ def c_source(program: Program) -> str:
     return _PRELUDE + "\n".join(lines) + "\n}\n" + loop
 
 
-def _number(value: float) -> str:
+def c_number(value: float) -> str:
     """A C constant that is exactly ``value``."""
     if math.isnan(value):
         return "NAN"
