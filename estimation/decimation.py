@@ -1,7 +1,7 @@
 """Parallel decimation: low-pass and keep every k-th sample, block by block, without delay.
 
-The filter has finite length, so that a recording cut into blocks gives what it gives in one piece. Beyond the
-ends of a recording everything counts as zero, in Y as in W: the same linear operation on both sides keeps Y = W chi.
+The filter has finite length: a recording cut into blocks gives what it gives in one piece. Beyond the
+ends of a recording everything counts as zero, in Y as in W; the same linear operation on both keeps Y = W chi.
 """
 
 import functools
