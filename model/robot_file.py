@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from .drives import Coupling, Drives, Spring
 from .errors import InputError
 from .processing import Processing
+from .regressor import standard_columns
 from .robot import Joint, Limits, Robot
 
 _ROBOT = {"name", "title", "source", "payload_frame", "gravity", "lengths", "joints", "drives", "processing",
@@ -86,7 +87,12 @@ class _Reader:
         }
         if "gravity" in data:
             arguments["gravity"] = self._numbers(data, "gravity", 3, "")
-        return self._make("", Robot, arguments)
+        robot = self._make("", Robot, arguments)
+        known = standard_columns(robot.with_offsets(True))
+        for key in robot.parameters:
+            if key not in known:
+                raise self._error(f"parameters.{key}", "not a standard parameter of this robot")
+        return robot
 
     def _joint(self, table: Any, number: int, lengths: Mapping[str, float]) -> Joint:
         where = f"joints[{number}]."
