@@ -175,6 +175,7 @@ def test_welded_payload_only_changes_the_last_link(
     assert_equal(evaluate(payload_regressor(robot), *states) @ moved.vector, with_payload - without, 1e-10)
 
 
+@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
 @pytest.mark.parametrize(("length", "mass"), [(1000.0, 1.0), (0.37, 2.9)])
 def test_change_of_units(
     robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters, length: float, mass: float
@@ -194,6 +195,7 @@ def test_change_of_units(
     assert_equal(other, torque * mass * length ** np.where(turns, 2, 1))
 
 
+@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
 def test_frame_zero_is_free(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
     """Turning frame 0 about its x axis turns gravity's components and changes no torque."""
     angle = radians(37)
