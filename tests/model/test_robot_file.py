@@ -6,7 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.model import InputError, Joint, Limits, Robot, load_robot, robot_names, standard_columns
+from dynident.model import (
+    INERTIAL,
+    InertialParameters,
+    InputError,
+    Joint,
+    Limits,
+    Robot,
+    load_robot,
+    robot_names,
+    standard_columns,
+)
 
 Write = Callable[[str], Path]
 
@@ -93,8 +103,6 @@ def test_names_of_shipped_robots(root: Path) -> None:
 
 
 def test_rx90_parameters_are_complete_and_possible(rx90: Robot) -> None:
-    from dynident.model import INERTIAL, InertialParameters
-
     assert set(rx90.parameters) == set(standard_columns(rx90))
     for link in range(1, 7):
         ten = np.array([rx90.parameters[f"{kind}{link}"] for kind in INERTIAL])
@@ -138,9 +146,8 @@ def test_defaults(write: Write) -> None:
 @pytest.mark.parametrize("degrees", [-270, -180, -90, 0, 90, 180, 270, 30, 12.5])
 def test_degrees_are_converted_exactly(write: Write, degrees: float) -> None:
     joint = load_robot(write(f'name = "x"\n[[joints]]\nalpha_deg = {degrees}\ntheta_deg = {degrees}')).joints[0]
-    assert joint.alpha == joint.theta == degrees / 180.0 * math.pi or joint.alpha == math.radians(degrees)
-    if degrees % 90 == 0:
-        assert joint.alpha == joint.theta == degrees / 90 * (math.pi / 2)
+    exact = degrees / 90 * (math.pi / 2) if degrees % 90 == 0 else math.radians(degrees)
+    assert joint.alpha == joint.theta == exact
 
 
 def test_nearly_special_geometry_is_snapped_and_noted(write: Write) -> None:
