@@ -189,6 +189,13 @@ def test_leftmost_columns_are_chosen() -> None:
     assert leftmost_independent(np.eye(2, 5) + 1.0) == [0, 1]
 
 
+def test_choice_does_not_hang_on_rounding() -> None:
+    """Powers of x are nearly dependent: orthogonalised once, their sum would seem to be something new."""
+    powers = np.linspace(0.0, 1.0, 50)[:, None] ** np.arange(11)
+    W = np.column_stack([powers, powers.sum(axis=1)])
+    assert leftmost_independent(W) == list(range(11))
+
+
 def test_zeros_by_geometry_are_not_stored(rx90: Robot) -> None:
     """Exact right angles leave 139 entries in the rigid base regressor; friction, rotors, coupling 21 more."""
     rigid = with_drives(rx90, INERTIAL_ONLY)
