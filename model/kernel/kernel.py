@@ -30,7 +30,7 @@ class Kernel:
             TypeError: if the function is not an SX function or has an operation the kernel does not know.
         """
         program = read_program(function)
-        self._inputs = program.input_rows
+        self._sizes = [function.nnz_in(k) for k in range(function.n_in())]
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
@@ -60,15 +60,17 @@ class Kernel:
         Raises:
             ValueError: if the inputs do not fit the function.
         """
-        samples = max((len(x) for x in inputs if x.ndim == 2), default=1)
-        stacked = np.empty((self._inputs, samples))
+        sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
+        counts = {len(x) for x in inputs if x.ndim == 2}
+        if sizes != self._sizes or len(counts) > 1:
+            shapes = ", ".join(str(x.shape) for x in inputs)
+            raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
+        samples = counts.pop() if counts else 1
+        stacked = np.empty((sum(sizes), samples))
         start = 0
-        for x in inputs:
-            size = x.shape[-1]
+        for x, size in zip(inputs, sizes, strict=True):
             stacked[start : start + size] = x.T if x.ndim == 2 else x[:, None]
             start += size
-        if start != self._inputs:
-            raise ValueError(f"the inputs have {start} rows together, the function takes {self._inputs}")
         result = np.empty((self._outputs, samples))
         self._path(stacked, result)
         return result
