@@ -16,7 +16,7 @@ _SCALAR = (  # how the vector expressions read for a single number
     (r"(?:each8|pair8)\((\w+), ", r"\1("),
     (r"(sin|cos)8\(", r"\1("),
     (r"select8\(", "(double)("),
-    (r"keep8\((.*), (.*)\)", r"\1 ? \2 : 0.0"),
+    (r"keep8\((.*), (.*)\)", r"(\1 ? \2 : 0.0)"),
     (r" ([&|]) ", r" \1\1 "),
 )
 

@@ -51,10 +51,10 @@ def test_every_operation(name: str, compiled: bool) -> None:
 
 def test_assignment(compiled: bool) -> None:
     """CasADi simplifies it away; programs may still hold it."""
-    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), 2, 1)
-    values, result = VALUES[None].copy(), np.empty((1, len(VALUES)))
-    (CPath(program) if compiled else NumpyPath(program))(values, result)
-    np.testing.assert_array_equal(result, values)
+    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), 2, (1,))
+    values, result = VALUES[:, None].copy(), np.empty((1, len(VALUES)))
+    (CPath(program) if compiled else NumpyPath(program)).rows([values], result)
+    np.testing.assert_array_equal(result, values.T)
 
 
 @pytest.fixture
@@ -80,6 +80,25 @@ def test_every_size(mixed: ca.Function, compiled: bool, size: int) -> None:
     expected = np.array([shared, x[:, 2], np.full(size, 7.25), last])
     np.testing.assert_allclose(result, expected, rtol=1e-14, atol=1e-15)
     assert compiled == kernel.compiled
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 300])
+def test_tiles_hold_the_same_numbers(mixed: ca.Function, compiled: bool, size: int) -> None:
+    """Spare places of the last tile repeat the last sample; ``out`` is filled where it is given."""
+    draw = np.random.default_rng(size)
+    x, p = draw.normal(size=(size, 3)), draw.normal(size=2)
+    kernel = Kernel(mixed)
+    tiles, rows = kernel.tiles(x, p), kernel(x, p)
+    assert tiles.shape == (-(-size // 8), 4, 8)
+    flat = tiles.swapaxes(0, 1).reshape(4, -1)
+    np.testing.assert_array_equal(flat[:, :size], rows)
+    np.testing.assert_array_equal(flat[:, size:], np.repeat(rows[:, -1:], -size % 8, axis=1))
+    given = np.full_like(rows, np.nan)
+    assert kernel(x, p, out=given) is given
+    np.testing.assert_array_equal(given, rows)
+    for wrong in (np.empty((4, size + 1)), np.empty((size, 4)).T if size > 1 else np.empty(4), rows.astype("f4")):
+        with pytest.raises(ValueError, match="out must be"):
+            kernel(x, p, out=wrong)
 
 
 def test_shared_inputs(mixed: ca.Function, compiled: bool) -> None:
