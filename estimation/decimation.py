@@ -17,9 +17,11 @@ _CUTOFF = 0.8  # of the new Nyquist frequency
 @functools.cache
 def decimation_filter(factor: int) -> Array:
     """Coefficients of the low-pass filter, 20 * factor + 1, symmetric, sum 1 (Hamming window)."""
+    if factor == 1:
+        return np.ones(1)
     from scipy.signal import firwin
 
-    taps = np.asarray(firwin(2 * _HALF * factor + 1, _CUTOFF / factor)) if factor > 1 else np.ones(1)
+    taps = np.asarray(firwin(2 * _HALF * factor + 1, _CUTOFF / factor))
     taps.setflags(write=False)
     return taps
 

@@ -1,8 +1,7 @@
 """The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -13,7 +12,7 @@ from ..model.arrays import Array
 from .decimation import Decimator, noise_bandwidth
 
 _BRIDGE = 0.3  # s: a pause shorter than this does not end the moving part
-_BLOCK = 8192  # samples evaluated at once
+_PART = 1024  # samples evaluated at once
 
 Mask = NDArray[np.bool_]
 
@@ -42,14 +41,13 @@ class Block:
     """Decimated equations of a stretch of time.
 
     Attributes:
-        entries: non-zero entries of the regressor, joint by joint, entries x M.
-        torque: known torques moved to this side [N·m or N], n x M.
+        equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
+            known torques already moved there; (entries + n) x M.
         keep: which rows are used, n x M.
         t: time [s], shape (M,).
     """
 
-    entries: Array
-    torque: Array
+    equations: Array
     keep: Mask
     t: Array
 
@@ -62,8 +60,8 @@ class Observer:
         columns: what the columns are called.
         place: position of each column among the distinct ones that are evaluated.
         distinct: number of those.
-        rows: per joint, where its entries stand among a block's.
-        entry_columns: distinct column of each entry.
+        rows: per joint, where its entries and torque stand among a block's equations.
+        touched: per joint, the distinct columns of its entries.
     """
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
@@ -79,10 +77,12 @@ class Observer:
         unique = tuple(dict.fromkeys(columns))
         self.place = np.array([unique.index(name) for name in columns])
         self.distinct = len(unique)
-        phi = regressor(robot, unique)
-        rows, self.entry_columns, self._kernel = _by_joint(phi)
-        starts = np.searchsorted(rows, np.arange(robot.n + 1))
-        self.rows = tuple(slice(int(a), int(b)) for a, b in pairwise(starts))
+        function, self.touched = _equations(robot, unique)
+        ends = np.cumsum([len(own) + 1 for own in self.touched])
+        self.rows = tuple(
+            slice(int(end) - len(own) - 1, int(end)) for end, own in zip(ends, self.touched, strict=True)
+        )
+        self._kernel = Kernel(function)
 
     def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
         """Equations of one measurement, block by block.
@@ -98,47 +98,68 @@ class Observer:
         keep = kept_rows(data.motion, processing)
         if partner is not None:
             keep &= kept_rows(partner, processing)
-        return self.stream(_pieces(data, keep), processing.decimate)
+        return self.stream([(data, keep)], processing.decimate)
 
-    def stream(self, pieces: Iterator[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
-        """Equations of one recording that arrives in pieces, each with its rows to use (N x n)."""
-        decimator = Decimator(len(self.entry_columns) + self.robot.n, factor)
+    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
+        """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
+
+        Raises:
+            InputError: if a joint leaves the table of its spring.
+        """
+        decimator = Decimator(self.rows[-1].stop, factor)
         waiting = _Waiting(self.robot.n, factor)
         for data, keep in pieces:
-            motion = data.motion
-            waiting.push(motion.t, keep)
-            signals = np.concatenate(
-                [self._kernel(motion.q, motion.qd, motion.qdd), self._known_torque_moved(data).T]
-            )
-            yield self._block(decimator.push(signals), waiting)
+            self._check_spring(data.motion.q)
+            for part in _parts(len(data.motion.t), factor):
+                motion = data.motion
+                waiting.push(motion.t[part], keep[part])
+                equations = self._kernel(motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
+                yield _block(decimator.push(equations), waiting)
         if factor > 1:
-            yield self._block(decimator.finish(), waiting)
+            yield _block(decimator.finish(), waiting)
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
         blocks = list(self.blocks(data, processing, partner))
         W, Y, t = [], [], []
-        for j, own in enumerate(self.rows):
-            dense = [np.zeros((int(block.keep[j].sum()), self.distinct)) for block in blocks]
-            for rows, block in zip(dense, blocks, strict=True):
-                rows[:, self.entry_columns[own]] = block.entries[own][:, block.keep[j]].T
-            W.append(np.concatenate(dense)[:, self.place])
-            Y.append(np.concatenate([block.torque[j, block.keep[j]] for block in blocks]))
+        for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
+            kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
+            dense = np.zeros((kept.shape[1], self.distinct))
+            dense[:, touched] = kept[:-1].T
+            W.append(dense[:, self.place])
+            Y.append(kept[-1])
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
         return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(processing.decimate))
 
-    def _block(self, signals: Array, waiting: "_Waiting") -> Block:
-        t, keep = waiting.take(signals.shape[1])
-        n = self.robot.n
-        return Block(signals[:-n], signals[-n:], keep, t)
+    def _check_spring(self, q: Array) -> None:
+        """A spring's table does not go on beyond its ends."""
+        if self.robot.spring is not None:
+            self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
 
-    def _known_torque_moved(self, data: Measurement) -> Array:
-        spring = self.robot.spring
-        if spring is None:
-            return data.torque
-        torque = np.array(data.torque)
-        torque[:, spring.joint - 1] += spring.torque(data.motion.q[:, spring.joint - 1])
-        return torque
+
+def _equations(robot: Robot, columns: Sequence[str]) -> tuple[ca.Function, tuple[Array, ...]]:
+    """Function of q, qd, qdd, torque to each joint's entries and torque, and the columns of the entries."""
+    q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
+    phi = regressor(robot, columns)(q, qd, qdd)
+    known = {robot.spring.joint - 1: robot.spring.torque_symbol(q[robot.spring.joint - 1])} if robot.spring else {}
+    rows, touched = [], []
+    for j in range(robot.n):
+        own = phi[j, :].sparsity().get_triplet()[1]
+        touched.append(np.array(own, dtype=int))
+        rows += [phi[j, k] for k in own] + [torque[j] + known.get(j, 0.0)]
+    function = ca.Function("equations", [q, qd, qdd, torque], [ca.cse(ca.vertcat(*rows))])
+    return function, tuple(touched)
+
+
+def _parts(samples: int, factor: int) -> Iterator[slice]:
+    """Stretches that stay in the processor's cache, long against the reach of the decimation filter."""
+    size = max(_PART, 64 * factor if factor > 1 else 0)
+    return (slice(start, start + size) for start in range(0, samples, size))
+
+
+def _block(equations: Array, waiting: "_Waiting") -> Block:
+    t, keep = waiting.take(equations.shape[1])
+    return Block(equations, keep, t)
 
 
 class _Waiting:
@@ -188,21 +209,3 @@ def moving_part(motion: Motion, still_speed: float) -> tuple[int, int]:
     stops = moving[np.concatenate([breaks, [moving.size - 1]])] + 1
     longest = int(np.argmax(stops - starts))
     return int(starts[longest]), int(stops[longest])
-
-
-def _by_joint(phi: ca.Function) -> tuple[Array, Array, Kernel]:
-    """Row and column of each non-zero entry, joint by joint, and a kernel that gives them in this order."""
-    symbols = [ca.SX.sym(name, phi.size1_in(k)) for k, name in enumerate(phi.name_in())]
-    matrix = phi(*symbols)
-    rows, columns = (np.array(place, dtype=int) for place in matrix.sparsity().get_triplet())
-    order = np.lexsort((columns, rows))
-    entries = ca.vertcat(*(matrix.nz[int(k)] for k in order))
-    return rows[order], columns[order], Kernel(ca.Function("entries", symbols, [ca.cse(entries)]))
-
-
-def _pieces(data: Measurement, keep: Mask) -> Iterator[tuple[Measurement, Mask]]:
-    motion = data.motion
-    for start in range(0, len(motion.t), _BLOCK):
-        part = slice(start, start + _BLOCK)
-        piece = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        yield Measurement(piece, data.torque[part]), keep[part]

@@ -11,7 +11,8 @@ from .decimation import noise_bandwidth
 from .observation import Block, Mask, Observation, Observer
 from .problem import ReducedProblem, triangular
 
-_ROWS = 2048  # per QR: the rows and the factor stay in the processor's cache
+_ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
+_PANEL = 8  # columns that the QR takes at once
 
 
 def reduced_measurement(
@@ -43,55 +44,64 @@ def reduced_stream(
 
 def reduced(observation: Observation) -> ReducedProblem:
     """Reduce equations that are held whole."""
-    factors = tuple(
-        _folded(np.empty((0, W.shape[1] + 1)), np.column_stack([W, Y]))
-        for W, Y in zip(observation.W, observation.Y, strict=True)
-    )
+    factors = []
+    for W, Y in zip(observation.W, observation.Y, strict=True):
+        factor = _empty_factor(W.shape[1] + 1)
+        for start in range(0, len(Y), _ROWS):
+            part = slice(start, start + _ROWS)
+            factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part]])))
+        factors.append(_shortened(factor, len(Y)))
     rows = tuple(len(Y) for Y in observation.Y)
     effective = tuple(observation.bandwidth * count for count in rows)
-    return ReducedProblem(observation.columns, factors, rows, effective)
+    return ReducedProblem(observation.columns, tuple(factors), rows, effective)
 
 
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> ReducedProblem:
     """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end."""
-    n = observer.robot.n
-    widths = [own.stop - own.start + 1 for own in observer.rows]
-    factors = [np.empty((0, width)) for width in widths]
-    rows = np.zeros(n, dtype=int)
+    factors = [_empty_factor(own.stop - own.start) for own in observer.rows]
+    rows = np.zeros(len(factors), dtype=int)
     for block in blocks:
+        rows += block.keep.sum(axis=1)
         for j, own in enumerate(observer.rows):
-            equations = np.concatenate([block.entries[own], block.torque[j : j + 1]])
+            equations = block.equations[own]
             if not block.keep[j].all():
-                equations = equations[:, block.keep[j]]
-            rows[j] += equations.shape[1]
+                equations *= block.keep[j]  # a row of zeros says nothing
             factors[j] = _folded(factors[j], equations.T)
     bandwidth = noise_bandwidth(decimate)
     return ReducedProblem(
         observer.columns,
-        tuple(_spread(observer, factor, own) for factor, own in zip(factors, observer.rows, strict=True)),
+        tuple(_spread(observer, j, _shortened(factor, int(rows[j]))) for j, factor in enumerate(factors)),
         tuple(int(count) for count in rows),
         tuple(float(bandwidth * count) for count in rows),
     )
 
 
+def _empty_factor(width: int) -> Array:
+    return np.zeros((width, width), order="F")
+
+
 def _folded(factor: Array, equations: Array) -> Array:
-    """R of a factor with more rows below it."""
-    width = factor.shape[1]
-    for start in range(0, len(equations), _ROWS):
-        part = equations[start : start + _ROWS]
-        stack = np.empty((len(factor) + len(part), width), order="F")
-        stack[: len(factor)] = factor
-        stack[len(factor) :] = part
-        if len(stack) > width:
-            decomposed, *_ = lapack.dgeqrf(stack, overwrite_a=1)
-            stack = np.triu(decomposed[:width])
-        factor = stack
+    """R of a factor with more rows below it; both are Fortran-ordered, and overwritten.
+
+    LAPACK's QR of a triangle above a rectangle: faster than a QR of both as one matrix.
+    """
+    if len(equations):
+        factor, _, _, failed = lapack.dtpqrt(
+            0, min(_PANEL, len(factor)), factor, equations, overwrite_a=1, overwrite_b=1
+        )
+        if failed:
+            raise ValueError(f"QR: LAPACK refuses argument {-failed}")
     return factor
 
 
-def _spread(observer: Observer, factor: Array, own: slice) -> Array:
+def _shortened(factor: Array, rows: int) -> Array:
+    """The triangle alone; fewer rows than columns leave only as many rows."""
+    return np.triu(factor)[: min(rows, len(factor))]
+
+
+def _spread(observer: Observer, joint: int, factor: Array) -> Array:
     """A joint's factor in all columns that were asked for."""
     wide = np.zeros((len(factor), observer.distinct + 1))
-    wide[:, observer.entry_columns[own]] = factor[:, :-1]
+    wide[:, observer.touched[joint]] = factor[:, :-1]
     wide[:, -1] = factor[:, -1]
     return triangular(wide[:, [*observer.place, observer.distinct]])
