@@ -6,9 +6,11 @@ Imports no other room.
 from .base import BaseParameters
 from .drives import Coupling, Drives, Spring
 from .errors import InputError
+from .grouping import closed_form_base_parameters
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
+from .local_transfers import local_transfer_base_parameters
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics, mass_matrix
 from .processing import Processing
@@ -34,9 +36,11 @@ __all__ = [
     "Robot",
     "Spring",
     "base_parameters",
+    "closed_form_base_parameters",
     "forward_kinematics",
     "inverse_dynamics",
     "load_robot",
+    "local_transfer_base_parameters",
     "mass_matrix",
     "payload_columns",
     "payload_regressor",

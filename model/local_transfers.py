@@ -1,0 +1,193 @@
+"""Base parameters without rules and without samples: what can move across a single joint unseen.
+
+Every combination of parameters without effect on the torques is a sum of transfers across one joint: link j gains
+a body delta, link j-1 loses it as it stands at q = 0 (Wensing, Niemeyer and Slotine: the recursive parameter
+nullspace algorithm). With v the link's velocity, S the joint's axis (6 x 1) and I(delta) the 6 x 6 inertia, delta,
+the rotor IA and the offset OFF stay unseen if and only if
+
+- v' I(delta) S = 0 for every velocity that the joints before j, or gravity taken as an acceleration, can give
+  link j in any position (a space closed under S x),
+- S' I(delta) S + IA = 0, and a' I(delta) S + OFF = 0 with a the acceleration of gravity at q = 0,
+- link j-1 cannot tell the body's turning or sliding with q from its place at q = 0.
+
+The referee of grouping.py: it shares no code with the rules, and holds without gravity too. Spatial vectors are
+(angular, linear), as in Featherstone's book.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array
+from .base import BaseParameters
+from .errors import InputError
+from .inertia import InertialParameters, skew
+from .kinematics import cos_sin
+from .regressor import standard_columns
+from .robot import Joint, Robot
+
+_ZERO = 1e-9
+
+
+@dataclass(frozen=True)
+class _Link:
+    """What a link can go through, in its frame.
+
+    Attributes:
+        velocities: span of its velocities, 6 x any.
+        gravity: gravity as an acceleration at q = 0, shape (6,).
+        swings: span of the changes of ``gravity`` with the positions, 6 x any.
+        detectable: combinations of its ten parameters that torques show, any x 10.
+    """
+
+    velocities: Array
+    gravity: Array
+    swings: Array
+    detectable: Array
+
+
+def local_transfer_base_parameters(robot: Robot) -> BaseParameters:
+    """Base parameters of a serial robot by local transfers; any gravity, zero included.
+
+    Raises:
+        InputError: for coupled drives.
+    """
+    if robot.coupling:
+        raise InputError(
+            f"robot {robot.name!r} has coupled drives, which local transfers do not cover: use base_parameters"
+        )
+    columns = standard_columns(robot)
+    nullspace = np.zeros((0, len(columns)))
+    link = _base(robot)
+    for j, joint in enumerate(robot.joints):
+        own = [columns.index(f"XX{j + 1}") + k for k in range(10)]
+        drives = [columns.index(f"{kind}{j + 1}") for kind in ("IA", "OFF") if f"{kind}{j + 1}" in columns]
+        unseen, link = _across(joint, link, robot)
+        vectors = np.zeros((len(unseen), len(columns)))
+        vectors[:, own + drives] = unseen
+        if j > 0:
+            before = columns.index(f"XX{j}")
+            vectors[:, before : before + 10] = -unseen[:, :10] @ _transfer(joint).T
+        nullspace = np.vstack([nullspace, vectors])
+    return _from_nullspace(columns, nullspace)
+
+
+def _base(robot: Robot) -> _Link:
+    upwards = np.concatenate([np.zeros(3), -np.array(robot.gravity)])
+    return _Link(np.zeros((6, 0)), upwards, np.zeros((6, 0)), np.zeros((0, 10)))
+
+
+def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
+    """Transfers across one joint (each row: ten parameters, IA, OFF where the robot has them), and its link."""
+    axis = np.eye(6)[2 if joint.revolute else 5]
+    X, moving = _velocity_transform(joint), _cross(axis)
+    gravity = X @ parent.gravity
+    velocities = _closed(X @ parent.velocities, moving)
+    swings = _closed(np.column_stack([X @ parent.swings, moving @ gravity]), moving)
+    turned = np.array([_ten(-moving.T @ unit - unit @ moving) for unit in _UNITS]).T
+    seen = parent.detectable @ _transfer(joint)
+    invariant = _closed((seen @ turned).T, turned.T).T
+
+    coupled = _functionals(np.column_stack([velocities, swings]), axis)
+    rotor, weight = _functionals(np.column_stack([axis, gravity]), axis)
+    hidden = np.vstack([coupled, invariant])
+    drives = robot.drives
+    conditions = np.zeros((len(hidden) + 2, 12))
+    conditions[:-2, :10], conditions[-2, :10], conditions[-1, :10] = hidden, rotor, weight
+    conditions[-2, 10] = conditions[-1, 11] = 1.0
+    kept = [*range(10)] + [10] * drives.rotor_inertia + [11] * drives.offsets
+    rows = np.vstack([_closed(seen.T, turned.T).T, coupled, rotor, weight])
+    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(rows.T).T)
+    return _nullspace(conditions[:, kept]), link
+
+
+def _velocity_transform(joint: Joint) -> Array:
+    """Velocity of link j from that of link j-1 at q = 0, 6 x 6."""
+    R, p = _frame(joint)
+    return np.block([[R.T, np.zeros((3, 3))], [-R.T @ skew(p), R.T]])
+
+
+def _frame(joint: Joint) -> tuple[Array, Array]:
+    """Axes and origin of frame j in frame j-1 at q = 0: turn and shift along x, then along z."""
+    (ca, sa), (ct, st) = cos_sin(joint.alpha), cos_sin(joint.theta)
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
+    about_z = np.array([[ct, -st, 0.0], [st, ct, 0.0], [0.0, 0.0, 1.0]])
+    return about_x @ about_z, np.array([joint.d, 0.0, 0.0]) + joint.r * about_x[:, 2]
+
+
+def _transfer(joint: Joint) -> Array:
+    """Ten parameters of a body of link j as part of link j-1 at q = 0, 10 x 10."""
+    X = _velocity_transform(joint)
+    return np.array([_ten(X.T @ unit @ X) for unit in _UNITS]).T
+
+
+def _cross(v: Array) -> Array:
+    """6 x 6 matrix of the cross product of velocities, d/dq of a vector fixed outside being minus it."""
+    return np.block([[skew(v[:3]), np.zeros((3, 3))], [skew(v[3:]), skew(v[:3])]])
+
+
+def _spatial_inertia(ten: Array) -> Array:
+    body = InertialParameters(ten)
+    across = skew(body.first_moments)
+    return np.block([[body.inertia, across], [-across, body.mass * np.eye(3)]])
+
+
+def _ten(inertia: Array) -> Array:
+    """Inverse of ``_spatial_inertia``."""
+    h = np.array([inertia[2, 4], inertia[0, 5], inertia[1, 3]])
+    return np.concatenate([inertia[:3, :3][np.triu_indices(3)], h, [inertia[3, 3]]])
+
+
+_UNITS = np.array([_spatial_inertia(unit) for unit in np.eye(10)])
+
+
+def _functionals(vectors: Array, axis: Array) -> Array:
+    """Rows that take ten parameters to v' I S, one for each column v."""
+    return np.einsum("iv,kij,j->vk", vectors, _UNITS, axis)
+
+
+def _closed(vectors: Array, operator: Array) -> Array:
+    """Smallest space that holds the vectors and all their images under the operator: basis in columns."""
+    space = _span(vectors)
+    while (grown := _span(np.column_stack([space, operator @ space]))).shape[1] > space.shape[1]:
+        space = grown
+    return space
+
+
+def _span(vectors: Array) -> Array:
+    """Orthonormal basis of the columns, each weighed alike."""
+    sizes = np.linalg.norm(vectors, axis=0)
+    used = sizes > _ZERO
+    left, values, _ = np.linalg.svd(vectors[:, used] / sizes[used], full_matrices=False)
+    return np.asarray(left[:, values > _ZERO])
+
+
+def _nullspace(rows: Array) -> Array:
+    """Vectors that all the rows send to zero, in rows."""
+    space = _span(rows.T)
+    full = np.linalg.svd(space)[0]
+    return np.asarray(full[:, space.shape[1] :].T)
+
+
+def _from_nullspace(columns: tuple[str, ...], nullspace: Array) -> BaseParameters:
+    dropped = _last_entries(nullspace)
+    kept = np.setdiff1d(np.arange(len(columns)), dropped)
+    grouping = np.zeros((len(kept), len(columns)))
+    grouping[:, kept] = np.eye(len(kept))
+    grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, kept]).T
+    grouping[np.abs(grouping) < _ZERO] = 0.0
+    return BaseParameters(columns, tuple(kept.tolist()), grouping, "local transfers")
+
+
+def _last_entries(nullspace: Array) -> list[int]:
+    """Columns that depend on columns to their left: row reduction with the pivots as far right as possible."""
+    rows, pivots = nullspace.copy(), []
+    for k in reversed(range(rows.shape[1])):
+        if not len(rows) or np.abs(rows[:, k]).max() < _ZERO:
+            continue
+        best = int(np.abs(rows[:, k]).argmax())
+        pivot = rows[best] / rows[best, k]
+        rows = np.delete(rows, best, axis=0)
+        rows = rows - np.outer(rows[:, k], pivot)
+        pivots.append(k)
+    return pivots[::-1]
