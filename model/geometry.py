@@ -16,6 +16,8 @@ from .robot import Joint, Robot
 _ZERO = 1e-9
 """Below it a cosine, sine or length is rounding: nearly special geometry was snapped when the robot was made."""
 
+_UPPER = np.triu_indices(3)
+
 
 @dataclass(frozen=True)
 class Chain:
@@ -61,7 +63,7 @@ class Chain:
         return value if abs(value) > _ZERO * float(np.linalg.norm(self.gravity)) else 0.0
 
     def turns_about_gravity(self, j: int) -> bool:
-        """Whether revolute axis ``j`` always coincides with that of r1, along gravity, all earlier ones parallel."""
+        """Whether revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
         up = self.gravity / np.linalg.norm(self.gravity)
         aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
         # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
@@ -111,8 +113,7 @@ def frame_origin(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any
 def transfer_matrix(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any]:
     """Inertial parameters of a body of frame j as frame j-1 sees them at q = 0, 10 x 10 (order of (6))."""
     R, p = frame_rotation(joint), frame_origin(joint, symbols)
-    units = np.eye(10)
-    return np.array([_moved(unit, R, p) for unit in units]).T
+    return np.array([_moved(unit, R, p) for unit in np.eye(10)]).T
 
 
 def _moved(body: Array, R: Array, p: NDArray[Any]) -> list[Scalar]:
@@ -122,7 +123,7 @@ def _moved(body: Array, R: Array, p: NDArray[Any]) -> list[Scalar]:
     # About the new origin: J - (h^ p^ + p^ h^) - m p^ p^, with a^ b^ = b a' - (a.b) 1.
     both = np.outer(h, p) + np.outer(p, h) + mass * np.outer(p, p)
     moved = J + np.eye(3) * both.trace() - both
-    return [*moved[np.triu_indices(3)], *(h + mass * p), mass]
+    return [*moved[_UPPER], *(h + mass * p), mass]
 
 
 def _parallel(a: Array, b: Array) -> bool:

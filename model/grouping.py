@@ -96,7 +96,8 @@ def moves(robot: Robot) -> list[Move]:
     """
     if not any(robot.gravity):
         raise InputError(
-            f"robot {robot.name!r} has no gravity: the closed-form rules need it; use local_transfer_base_parameters"
+            f"robot {robot.name!r} has no gravity, which the closed-form rules need: "
+            "use base_parameters or local_transfer_base_parameters"
         )
     chain = chain_at_zero(robot)
     found: list[Move] = []
@@ -138,7 +139,8 @@ def _prismatic(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
             yield Move("prismatic parallel to r1: MX, MY to link j-1", j, kind, {kind: 1.0}, True)
     elif j < chain.r2:
         along = chain.first_axis_in(j)
-        yield Move("prismatic not parallel to r1: one of MZ, MY, MX", j, list(along)[-1], along, False)
+        last = list(along)[-1]
+        yield Move(f"prismatic not parallel to r1: no {last}", j, last, along, False)
     if j < chain.r2 and chain.slides_apart(j):
         yield from _prismatic_drive(chain, j, robot)
 

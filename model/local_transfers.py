@@ -84,7 +84,7 @@ def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     gravity = X @ parent.gravity
     velocities = _closed(X @ parent.velocities, moving)
     swings = _closed(np.column_stack([X @ parent.swings, moving @ gravity]), moving)
-    turned = np.array([_ten(-moving.T @ unit - unit @ moving) for unit in _UNITS]).T
+    turned = _tens(-moving.T @ _UNITS - _UNITS @ moving).T
     seen = parent.detectable @ _transfer(joint)
     invariant = _closed((seen @ turned).T, turned.T).T
 
@@ -118,7 +118,7 @@ def _frame(joint: Joint) -> tuple[Array, Array]:
 def _transfer(joint: Joint) -> Array:
     """Ten parameters of a body of link j as part of link j-1 at q = 0, 10 x 10."""
     X = _velocity_transform(joint)
-    return np.array([_ten(X.T @ unit @ X) for unit in _UNITS]).T
+    return _tens(X.T @ _UNITS @ X).T
 
 
 def _cross(v: Array) -> Array:
@@ -132,10 +132,10 @@ def _spatial_inertia(ten: Array) -> Array:
     return np.block([[body.inertia, across], [-across, body.mass * np.eye(3)]])
 
 
-def _ten(inertia: Array) -> Array:
-    """Inverse of ``_spatial_inertia``."""
-    h = np.array([inertia[2, 4], inertia[0, 5], inertia[1, 3]])
-    return np.concatenate([inertia[:3, :3][np.triu_indices(3)], h, [inertia[3, 3]]])
+def _tens(inertias: Array) -> Array:
+    """Inverse of ``_spatial_inertia`` for many: count x 6 x 6 to count x 10."""
+    rows, columns = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (2, 4), (0, 5), (1, 3), (3, 3)]).T
+    return np.asarray(inertias[:, rows, columns])
 
 
 _UNITS = np.array([_spatial_inertia(unit) for unit in np.eye(10)])
@@ -143,7 +143,7 @@ _UNITS = np.array([_spatial_inertia(unit) for unit in np.eye(10)])
 
 def _functionals(vectors: Array, axis: Array) -> Array:
     """Rows that take ten parameters to v' I S, one for each column v."""
-    return np.einsum("iv,kij,j->vk", vectors, _UNITS, axis)
+    return np.asarray(np.einsum("iv,kij,j->vk", vectors, _UNITS, axis))
 
 
 def _closed(vectors: Array, operator: Array) -> Array:

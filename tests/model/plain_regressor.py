@@ -1,7 +1,6 @@
 """The standard regressor once more, as plain NumPy over all states: no symbols to build, for many robots."""
 
 import numpy as np
-
 from dynident.model import INERTIAL, Robot, standard_columns
 from dynident.model.arrays import Array
 from dynident.model.kinematics import cos_sin

@@ -6,7 +6,6 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-
 from dynident.model import Joint, Robot
 from dynident.model.drives import Drives
 from dynident.model.geometry import frame_rotation
