@@ -82,11 +82,11 @@ def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     axis = np.eye(6)[2 if joint.revolute else 5]
     X, moving = _velocity_transform(joint), _cross(axis)
     gravity = X @ parent.gravity
-    velocities = _closed(X @ parent.velocities, moving)
-    swings = _closed(np.column_stack([X @ parent.swings, moving @ gravity]), moving)
-    turned = _tens(-moving.T @ _UNITS - _UNITS @ moving).T
-    seen = parent.detectable @ _transfer(joint)
-    invariant = _closed((seen @ turned).T, turned.T).T
+    velocities = _span(*_orbit(X @ parent.velocities, moving, joint))
+    swings = _span(*_orbit(X @ parent.swings, moving, joint), *_orbit(gravity[:, None], moving, joint)[1:])
+    turned = _tens(-moving.T @ _UNITS - _UNITS @ moving)
+    seen = _orbit((parent.detectable @ _transfer(joint)).T, turned, joint)
+    invariant = _span(*seen[1:]).T
 
     coupled = _functionals(np.column_stack([velocities, swings]), axis)
     rotor, weight = _functionals(np.column_stack([axis, gravity]), axis)
@@ -96,8 +96,8 @@ def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     conditions[:-2, :10], conditions[-2, :10], conditions[-1, :10] = hidden, rotor, weight
     conditions[-2, 10] = conditions[-1, 11] = 1.0
     kept = [*range(10)] + [10] * drives.rotor_inertia + [11] * drives.offsets
-    rows = np.vstack([_closed(seen.T, turned.T).T, coupled, rotor, weight])
-    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(rows.T).T)
+    rows = np.vstack([coupled, rotor, weight])
+    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*seen, rows.T).T)
     return _nullspace(conditions[:, kept]), link
 
 
@@ -146,19 +146,24 @@ def _functionals(vectors: Array, axis: Array) -> Array:
     return np.asarray(np.einsum("iv,kij,j->vk", vectors, _UNITS, axis))
 
 
-def _closed(vectors: Array, operator: Array) -> Array:
-    """Smallest space that holds the vectors and all their images under the operator: basis in columns."""
-    space = _span(vectors)
-    while (grown := _span(np.column_stack([space, operator @ space]))).shape[1] > space.shape[1]:
-        space = grown
-    return space
+def _orbit(vectors: Array, operator: Array, joint: Joint) -> list[Array]:
+    """What spans exp(q operator) applied to the columns, for all q: first what stays, then what changes with q.
+
+    About a revolute axis the images are constant plus first and second harmonics of q, along a prismatic axis
+    polynomials in q of second degree. Taking these apart is exact where repeated images would pile up rounding.
+    """
+    once = operator @ vectors
+    twice = operator @ once
+    if not joint.revolute:
+        return [vectors, once, twice]
+    fourth = operator @ (operator @ twice)
+    first, second = -(fourth + 4.0 * twice) / 3.0, (fourth + twice) / 12.0
+    return [vectors - first - second, first, operator @ first, second, operator @ second]
 
 
-def _span(vectors: Array) -> Array:
-    """Orthonormal basis of the columns, each weighed alike."""
-    sizes = np.linalg.norm(vectors, axis=0)
-    used = sizes > _ZERO
-    left, values, _ = np.linalg.svd(vectors[:, used] / sizes[used], full_matrices=False)
+def _span(*vectors: Array) -> Array:
+    """Orthonormal basis of all columns."""
+    left, values, _ = np.linalg.svd(np.column_stack(vectors), full_matrices=False)
     return np.asarray(left[:, values > _ZERO])
 
 

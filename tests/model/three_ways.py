@@ -35,21 +35,22 @@ class Comparison(NamedTuple):
 def compare(robot: Robot) -> Comparison:
     """Decide a robot's base parameters in three ways; in two without gravity, where the rules do not hold."""
     W = plain_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed=1))
-    decided = [base_parameters_of(standard_columns(robot), W), local_transfer_base_parameters(robot)]
+    R = np.asarray(np.linalg.qr(W, mode="r"))  # same norms and dependencies, fewer rows
+    decided = [base_parameters_of(standard_columns(robot), R), local_transfer_base_parameters(robot)]
     if any(robot.gravity):
         decided.append(closed_form_base_parameters(robot))
     names = all(base.names == decided[0].names for base in decided)
-    residuals = left_residuals(np.asarray(np.linalg.qr(W, mode="r")))
+    residuals = left_residuals(R)
     kept = residuals > RANK_TOLERANCE
     return Comparison(
         names,
         max(float(np.abs(base.grouping - decided[0].grouping).max()) for base in decided) if names else np.inf,
-        max(_model_error(base, W) for base in decided),
+        max(_model_error(base, R) for base in decided),
         float(residuals[~kept].max(initial=0.0)),
         float(residuals[kept].min()),
         Counter(move.rule for move in moves(robot)) if any(robot.gravity) else Counter(),
     )
 
 
-def _model_error(base: BaseParameters, W: Array) -> float:
-    return float(np.linalg.norm(W - W[:, list(base.chosen)] @ base.grouping) / np.linalg.norm(W))
+def _model_error(base: BaseParameters, R: Array) -> float:
+    return float(np.linalg.norm(R - R[:, list(base.chosen)] @ base.grouping) / np.linalg.norm(R))
