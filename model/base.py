@@ -8,6 +8,9 @@ import numpy as np
 
 from .arrays import Array, frozen_array
 
+_ROUNDING = 1e-10
+"""A smaller factor in a grouping is rounding."""
+
 
 @dataclass(frozen=True)
 class BaseParameters:
@@ -29,9 +32,10 @@ class BaseParameters:
     expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Lock the grouping matrix and check its shape."""
+        """Lock the grouping matrix, freed of rounding, and check its shape."""
         shape = (len(self.chosen), len(self.standard))
-        object.__setattr__(self, "grouping", frozen_array(self.grouping, shape, "grouping"))
+        exact = np.where(np.abs(self.grouping) < _ROUNDING, 0.0, self.grouping)
+        object.__setattr__(self, "grouping", frozen_array(exact, shape, "grouping"))
         if self.expressions and len(self.expressions) != len(self.chosen):
             raise ValueError(f"{len(self.expressions)} expressions for {len(self.chosen)} base parameters")
 

@@ -22,7 +22,8 @@ smallest case is two orthogonal prismatic joints, the second horizontal. With jo
 M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
 
 The rules hold for any non-zero gravity. Coupled drives are outside them, and zero gravity too
-(local_transfers.py decides that).
+(local_transfers.py decides that). They take the geometry as exact: between the angles that are snapped to a multiple
+of 90 degrees (1e-4 rad) and about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
 """
 
 import math
@@ -84,8 +85,7 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     dropped = {f"{move.drop}{move.joint + 1}" for move in found}
     chosen = tuple(k for k, name in enumerate(columns) if name not in dropped)
     expressions = tuple(linear_text(dict(zip(columns, symbolic[k], strict=True))) for k in chosen)
-    exact = np.where(np.abs(grouping) > 1e-12, grouping, 0.0)
-    return BaseParameters(columns, chosen, exact[list(chosen)], "closed form", expressions)
+    return BaseParameters(columns, chosen, grouping[list(chosen)], "closed form", expressions)
 
 
 def moves(robot: Robot) -> list[Move]:

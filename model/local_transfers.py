@@ -5,8 +5,8 @@ a body delta, link j-1 loses it as it stands at q = 0 (Wensing, Niemeyer and Slo
 nullspace algorithm). With v the link's velocity, S the joint's axis (6 x 1) and I(delta) the 6 x 6 inertia, delta,
 the rotor IA and the offset OFF stay unseen if and only if
 
-- v' I(delta) S = 0 for every velocity that the joints before j, or gravity taken as an acceleration, can give
-  link j in any position (a space closed under S x),
+- v' I(delta) S = 0 for every velocity that the joints before j can give link j in any position, and for every
+  change with the position of gravity, taken as an acceleration (spaces closed under S x),
 - S' I(delta) S + IA = 0, and a' I(delta) S + OFF = 0 with a the acceleration of gravity at q = 0,
 - link j-1 cannot tell the body's turning or sliding with q from its place at q = 0.
 
@@ -26,7 +26,8 @@ from .kinematics import cos_sin
 from .regressor import standard_columns
 from .robot import Joint, Robot
 
-_ZERO = 1e-9
+_ZERO = 1e-8
+"""A singular value below it is rounding (1e-15 in general) or, at lengths of 0.1 mm, their square."""
 
 
 @dataclass(frozen=True)
@@ -57,19 +58,20 @@ def local_transfer_base_parameters(robot: Robot) -> BaseParameters:
             f"robot {robot.name!r} has coupled drives, which local transfers do not cover: use base_parameters"
         )
     columns = standard_columns(robot)
-    nullspace = np.zeros((0, len(columns)))
+    nullspace, dropped = np.zeros((0, len(columns))), list[int]()
     link = _base(robot)
     for j, joint in enumerate(robot.joints):
         own = [columns.index(f"XX{j + 1}") + k for k in range(10)]
-        drives = [columns.index(f"{kind}{j + 1}") for kind in ("IA", "OFF") if f"{kind}{j + 1}" in columns]
+        own += [columns.index(f"{kind}{j + 1}") for kind in ("IA", "OFF") if f"{kind}{j + 1}" in columns]
         unseen, link = _across(joint, link, robot)
+        dropped += [own[k] for k in _last_entries(unseen)]
         vectors = np.zeros((len(unseen), len(columns)))
-        vectors[:, own + drives] = unseen
+        vectors[:, own] = unseen
         if j > 0:
             before = columns.index(f"XX{j}")
             vectors[:, before : before + 10] = -unseen[:, :10] @ _transfer(joint).T
         nullspace = np.vstack([nullspace, vectors])
-    return _from_nullspace(columns, nullspace)
+    return _from_nullspace(columns, nullspace, dropped)
 
 
 def _base(robot: Robot) -> _Link:
@@ -89,16 +91,16 @@ def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     invariant = _span(*seen[1:]).T
 
     coupled = _functionals(np.column_stack([velocities, swings]), axis)
-    rotor, weight = _functionals(np.column_stack([axis, gravity]), axis)
-    hidden = np.vstack([coupled, invariant])
-    drives = robot.drives
-    conditions = np.zeros((len(hidden) + 2, 12))
-    conditions[:-2, :10], conditions[-2, :10], conditions[-1, :10] = hidden, rotor, weight
-    conditions[-2, 10] = conditions[-1, 11] = 1.0
-    kept = [*range(10)] + [10] * drives.rotor_inertia + [11] * drives.offsets
-    rows = np.vstack([coupled, rotor, weight])
-    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*seen, rows.T).T)
-    return _nullspace(conditions[:, kept]), link
+    own = _functionals(np.column_stack([axis, gravity]), axis)
+    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*seen, coupled.T, own.T).T)
+    return _unseen(np.vstack([coupled, invariant]), own, robot), link
+
+
+def _unseen(hidden: Array, own: Array, robot: Robot) -> Array:
+    """What meets the conditions: rows of ``hidden`` give zero, the two of ``own`` are balanced by IA and OFF."""
+    conditions = np.block([[hidden, np.zeros((len(hidden), 2))], [own, np.eye(2)]])
+    kept = [*range(10)] + [10] * robot.drives.rotor_inertia + [11] * robot.drives.offsets
+    return _nullspace(conditions[:, kept])
 
 
 def _velocity_transform(joint: Joint) -> Array:
@@ -174,25 +176,15 @@ def _nullspace(rows: Array) -> Array:
     return np.asarray(full[:, space.shape[1] :].T)
 
 
-def _from_nullspace(columns: tuple[str, ...], nullspace: Array) -> BaseParameters:
-    dropped = _last_entries(nullspace)
+def _from_nullspace(columns: tuple[str, ...], nullspace: Array, dropped: list[int]) -> BaseParameters:
     kept = np.setdiff1d(np.arange(len(columns)), dropped)
     grouping = np.zeros((len(kept), len(columns)))
     grouping[:, kept] = np.eye(len(kept))
     grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, kept]).T
-    grouping[np.abs(grouping) < _ZERO] = 0.0
     return BaseParameters(columns, tuple(kept.tolist()), grouping, "local transfers")
 
 
-def _last_entries(nullspace: Array) -> list[int]:
-    """Columns that depend on columns to their left: row reduction with the pivots as far right as possible."""
-    rows, pivots = nullspace.copy(), []
-    for k in reversed(range(rows.shape[1])):
-        if not len(rows) or np.abs(rows[:, k]).max() < _ZERO:
-            continue
-        best = int(np.abs(rows[:, k]).argmax())
-        pivot = rows[best] / rows[best, k]
-        rows = np.delete(rows, best, axis=0)
-        rows = rows - np.outer(rows[:, k], pivot)
-        pivots.append(k)
-    return pivots[::-1]
+def _last_entries(unseen: Array) -> list[int]:
+    """Columns in which some combination of the rows has its last entry: they depend on columns to their left."""
+    ranks = [np.linalg.matrix_rank(unseen[:, k:], tol=_ZERO) for k in range(unseen.shape[1])]
+    return [int(k) for k in np.flatnonzero(np.diff([*ranks, 0]))]

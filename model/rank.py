@@ -12,6 +12,7 @@ RANK_TOLERANCE = 1e-8
 """A column is dependent if what is left of it is below this fraction of the largest column."""
 STATES_PER_JOINT = 12
 """Random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns."""
+_PRECISION = 1e-15
 
 
 def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
@@ -36,13 +37,16 @@ def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
         W: standard regressor on many states, at least N_s rows x N_s.
     """
     R = np.asarray(np.linalg.qr(W, mode="r"))
-    chosen = leftmost_independent(R)
+    residuals = left_residuals(R)
+    chosen = np.flatnonzero(residuals > RANK_TOLERANCE)
     grouping = np.zeros((len(chosen), W.shape[1]))
     rest = np.setdiff1d(np.arange(W.shape[1]), chosen)
     grouping[:, chosen] = np.eye(len(chosen))
-    grouping[:, rest] = np.linalg.lstsq(R[:, chosen], R[:, rest], rcond=None)[0]
-    grouping[np.abs(grouping) < RANK_TOLERANCE] = 0.0
-    return BaseParameters(columns, tuple(chosen), grouping, "QR")
+    size = np.linalg.norm(R[:, chosen], axis=0)
+    grouping[:, rest] = np.linalg.lstsq(R[:, chosen] / size, R[:, rest], rcond=None)[0] / size[:, None]
+    # What is nearly dependent is known to so many digits less.
+    grouping[np.abs(grouping) < _PRECISION / residuals[chosen].min(initial=1.0)] = 0.0
+    return BaseParameters(columns, tuple(chosen.tolist()), grouping, "QR")
 
 
 def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Array]:
