@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from . import __version__
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from .estimation import Fit, PayloadEstimate, PayloadProblem
     from .model import Processing, Recording, Robot
 
@@ -50,6 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
     _payload_parser(commands)
     _identify_parser(commands)
+    _codegen_parser(commands)
     _demo_parser(commands)
     return parser
 
@@ -79,6 +78,14 @@ def _identify_parser(commands: Any) -> None:
     parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
     _processing_arguments(parser)
     parser.set_defaults(run=_identify)
+
+
+def _codegen_parser(commands: Any) -> None:
+    parser = commands.add_parser("codegen", help="write a function of the robot as self-contained C")
+    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--function", required=True, metavar="NAME", help="such as base_regressor")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the files, made if missing")
+    parser.set_defaults(run=_codegen)
 
 
 def _demo_parser(commands: Any) -> None:
@@ -164,8 +171,7 @@ def _payload(arguments: argparse.Namespace) -> int:
     held_out = _read(arguments.validate, robot, gains, told)
     for note in robot.snapped:
         print(f"dynident: note: {robot.name}: {note}", file=sys.stderr)
-    console = Console(stderr=True)
-    with console.status("reading") as status:
+    with Console(stderr=True).status("reading") as status:
         problem = payload_problem(robot, loaded, unloaded, known, processing, progress=status.update)
         methods = usable_methods(problem) if arguments.method == "all" else (int(arguments.method),)
         if arguments.free_friction and 1 not in methods:
@@ -179,7 +185,7 @@ def _payload(arguments: argparse.Namespace) -> int:
             validation = fit(check, alone.values)
     robot_fit = alone.fit if alone else None
     judged = verdict(estimates, robot_fit)
-    _show_payload(Console(), problem, estimates, judged, robot_fit, validation)
+    _show_payload(problem, estimates, judged, robot_fit, validation)
     if arguments.json:
         from .report.documents import payload_document, write_json
 
@@ -189,25 +195,26 @@ def _payload(arguments: argparse.Namespace) -> int:
 
 
 def _show_payload(
-    console: Console,
     problem: PayloadProblem,
     estimates: Sequence[PayloadEstimate],
     judged: Any,
     robot_fit: Fit | None,
     validation: Fit | None,
 ) -> None:
-    from .report.tables import payload_notes, payload_table
+    from .report.tables import console, payload_notes, payload_table
 
-    console.print(payload_table(estimates))
+    table = payload_table(estimates)
+    terminal = console(table)
+    terminal.print(table)
     for line in payload_notes(problem, judged, robot_fit, validation):
-        console.print(line, markup=False, highlight=False)
+        terminal.print(line, markup=False, highlight=False)
 
 
 def _identify(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     from .estimation import identify
-    from .report.tables import robot_notes, robot_table
+    from .report.tables import console, robot_notes, robot_table
 
     robot, processing = _settings(arguments)
     told: set[str] = set()
@@ -215,14 +222,23 @@ def _identify(arguments: argparse.Namespace) -> int:
     held_out = _read(arguments.validate, robot, arguments.drive_gains, told)
     with Console(stderr=True).status("reading") as status:
         result = identify(robot, recordings, processing, held_out, progress=status.update)
-    console = Console()
-    console.print(robot_table(result))
+    table = robot_table(result)
+    terminal = console(table)
+    terminal.print(table)
     for line in robot_notes(result):
-        console.print(line, markup=False, highlight=False)
+        terminal.print(line, markup=False, highlight=False)
     if arguments.json:
         from .report.documents import identification_document, write_json
 
         write_json(arguments.json, identification_document(result, processing))
+    return ANSWERED
+
+
+def _codegen(arguments: argparse.Namespace) -> int:
+    from .model import generate_code, load_robot
+
+    for path in generate_code(load_robot(arguments.robot), arguments.function, arguments.out):
+        print(path)
     return ANSWERED
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
+from rich.table import Table
 
 from .estimation import (
     Identification,
@@ -25,7 +26,7 @@ from .model import Recording, Robot, load_robot
 from .report.documents import payload_document, write_json
 from .report.paper import PaperTables, paper_tables
 from .report.plots import save_torques
-from .report.tables import paper_payload_table, paper_robot_table, payload_notes
+from .report.tables import console, paper_payload_table, paper_robot_table, payload_notes
 from .trajectories import RX90_NOISE, Simulator, random_via_points
 
 RATE = 250.0
@@ -43,22 +44,23 @@ def run_demo(folder: Path, seed: int, trajectories: int) -> int:
         trajectories: number of trajectories, each run without and with payload; one more is held out.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    console = Console()
     robot, paper = load_robot("rx90"), paper_tables()
     unloaded, loaded = record_runs(robot, paper, seed, trajectories + 1)
     with Console(stderr=True).status("reducing") as status:
         robot_result = identify(robot, unloaded[:-1], validation=unloaded[-1:], progress=status.update)
         problem = payload_problem(robot, loaded[:-1], unloaded[:-1], progress=status.update)
         estimates = [identify_payload(problem, method) for method in (1, 2, 3, 4)]
-    _print_tables(console, robot_result, problem, estimates, paper)
+    tables = _tables(robot_result, problem, estimates, paper)
+    terminal = console(*tables)
+    terminal.print(*tables)
     held_out = loaded_problem(robot, problem.base, [measurement(loaded[-1], robot.processing)], robot.processing)
     both = fit(held_out, combined(problem).values)
-    console.print(f"Held-out trajectory with payload: relative residual {100 * both.relative:.2f} % (method 4).")
+    terminal.print(f"Held-out trajectory with payload: relative residual {100 * both.relative:.2f} % (method 4).")
     judged = verdict(estimates, robot_result.estimate.fit)
     for line in payload_notes(problem, judged, robot_result.estimate.fit, robot_result.validation):
-        console.print(line, markup=False, highlight=False)
+        terminal.print(line, markup=False, highlight=False)
     _save(folder, robot_result, problem, estimates, loaded[-1])
-    console.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
+    terminal.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
     return 0
 
 
@@ -74,16 +76,14 @@ def record_runs(robot: Robot, paper: PaperTables, seed: int, count: int) -> tupl
     return unloaded, loaded
 
 
-def _print_tables(
-    console: Console,
-    result: Identification,
-    problem: PayloadProblem,
-    estimates: Sequence[PayloadEstimate],
-    paper: PaperTables,
-) -> None:
+def _tables(
+    result: Identification, problem: PayloadProblem, estimates: Sequence[PayloadEstimate], paper: PaperTables
+) -> tuple[Table, Table]:
     truth = dict(zip(result.base.columns, result.base.value(problem.robot.parameters), strict=True))
-    console.print(paper_robot_table(combined(problem), truth, paper))
-    console.print(paper_payload_table(estimates, paper.payload, paper))
+    return (
+        paper_robot_table(combined(problem), truth, paper),
+        paper_payload_table(estimates, paper.payload, paper),
+    )
 
 
 def _save(

@@ -1,8 +1,9 @@
 """From recordings to parameters. Imports only the model room."""
 
 from .alignment import AlignedPair, aligned
+from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
-from .filtering import decimated, measurement, noise_bandwidth, resampled
+from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
 from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
@@ -17,8 +18,9 @@ from .payload import (
     payload_problem,
     usable_methods,
 )
-from .problem import ReducedProblem, merged, reduced
+from .problem import ReducedProblem, merged
 from .records import read_recording
+from .reduction import reduced, reduced_measurement, reduced_stream
 
 __all__ = [
     "PAYLOAD",
@@ -47,6 +49,8 @@ __all__ = [
     "payload_problem",
     "read_recording",
     "reduced",
+    "reduced_measurement",
+    "reduced_stream",
     "resampled",
     "usable_methods",
     "weighted",

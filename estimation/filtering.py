@@ -1,9 +1,8 @@
-"""Signal processing: uneven time to even, Butterworth, central differences, parallel decimation.
+"""Signal processing: uneven time to even, Butterworth, central differences.
 
 scipy.signal and scipy.interpolate are imported where they are used: they are slow to import.
 """
 
-import functools
 import math
 
 import numpy as np
@@ -13,7 +12,6 @@ from ..model.arrays import Array
 
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
-_STAGE = 10  # decimation by more than this goes in stages
 
 
 def measurement(recording: Recording, processing: Processing) -> Measurement:
@@ -64,57 +62,6 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     parts = np.split(values, len(blocks), axis=1)
     qd = parts[2] if recording.qd is not None else None
     return Recording(t, parts[0], parts[1], qd, recording.source, recording.notes)
-
-
-def decimated(signals: Array, factor: int) -> Array:
-    """Low-pass each row at 0.8 of the new Nyquist frequency, zero phase, and keep every ``factor``-th sample.
-
-    Args:
-        signals: shape (rows, N).
-        factor: decimation.
-
-    Source: the parallel filtering of section III; 8th-order Chebyshev filter as in Matlab's ``decimate``.
-    """
-    from scipy.signal import sosfiltfilt
-
-    for stage in decimation_stages(factor):
-        sos = _chebyshev(stage)
-        signals = sosfiltfilt(sos, signals, axis=1)[:, ::stage]
-    return signals
-
-
-def decimation_stages(factor: int) -> tuple[int, ...]:
-    """Split a decimation into factors of at most 10 where it has them, larger first."""
-    stages: list[int] = []
-    while factor > _STAGE:
-        divisor = next((d for d in range(_STAGE, 1, -1) if factor % d == 0), factor)
-        stages.append(divisor)
-        factor //= divisor
-    return tuple(stages + [factor] * (factor > 1))
-
-
-@functools.cache
-def noise_bandwidth(factor: int) -> float:
-    """Share of the new frequency range that white noise still fills after ``decimated``.
-
-    r decimated rows hold as much independent noise as ``noise_bandwidth * r`` white ones: within the filter's
-    pass band, where the columns of W live, the noise has the density of white noise, but its variance, which
-    is what residuals show, is smaller by this factor.
-    """
-    from scipy.signal import sosfreqz
-
-    stages = decimation_stages(factor)
-    if not stages:
-        return 1.0
-    _, response = sosfreqz(_chebyshev(stages[-1]), worN=1 << 14)
-    return float(np.mean(np.abs(response) ** 4) * stages[-1])
-
-
-@functools.cache
-def _chebyshev(factor: int) -> Array:
-    from scipy.signal import cheby1
-
-    return np.asarray(cheby1(8, 0.05, 0.8 / factor, output="sos"))
 
 
 def _lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:

@@ -13,8 +13,9 @@ from .filtering import measurement
 from .least_squares import weighted
 from .observation import Observer
 from .plausibility import check_units, still_joints
-from .problem import ReducedProblem, merged, reduced
+from .problem import ReducedProblem, merged
 from .progress import Progress, silent
+from .reduction import reduced_measurement
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def base_problem(
     for recording in recordings:
         progress(f"filtering {recording.source}")
         check_units(robot, recording)
-        problems.append(reduced(observer.observe(measurement(recording, processing), processing)))
+        problems.append(reduced_measurement(observer, measurement(recording, processing), processing))
     return merged(problems)
 
 

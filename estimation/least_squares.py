@@ -59,7 +59,9 @@ def joint_weights(problem: ReducedProblem, values: Array) -> Array:
     share = max(1.0 - len(problem.columns) / max(sum(problem.effective_rows), 1.0), 1e-3)
     sigma = problem.error_norms(values) / np.sqrt(rows * share)
     floor = _NOISE_FLOOR * np.linalg.norm(problem.torque_norms) / np.sqrt(rows.sum())
-    return np.asarray(1.0 / np.maximum(sigma, max(floor, 1e-300)))
+    if floor == 0.0:
+        return np.ones(len(rows))
+    return np.asarray(1.0 / np.maximum(sigma, floor))
 
 
 def ordinary(problem: ReducedProblem) -> Estimate:

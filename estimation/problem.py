@@ -1,17 +1,18 @@
 """The reduced problem: [W Y] compressed by QR, joint by joint. What every estimator takes."""
 
+import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
 
 from ..model import InputError
 from ..model.arrays import Array
-from .observation import Observation
 
-_BLOCK = 2048  # rows per QR: the factor and the rows stay in the processor's cache
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
 
@@ -63,6 +64,31 @@ class ReducedProblem:
         """Norm of Y_j for each joint, shape (n,)."""
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
 
+    def save(self, path: str | Path) -> None:
+        """Write the problem as NPZ, to be merged with others later or elsewhere."""
+        factors: dict[str, Any] = {f"factor{j}": factor for j, factor in enumerate(self.factors)}
+        np.savez(
+            path, columns=np.array(self.columns), rows=self.rows, effective_rows=self.effective_rows, **factors
+        )
+
+    @staticmethod
+    def load(path: str | Path) -> "ReducedProblem":
+        """Read what ``save`` wrote.
+
+        Raises:
+            InputError: if the file is not a reduced problem.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                return ReducedProblem(
+                    tuple(str(name) for name in data["columns"]),
+                    tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
+                    tuple(int(count) for count in data["rows"]),
+                    tuple(float(count) for count in data["effective_rows"]),
+                )
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: not a saved reduced problem ({error})") from None
+
     @property
     def equations(self) -> int:
         """Number of equations r."""
@@ -82,14 +108,6 @@ def triangular(rows: Array) -> Array:
     if len(rows) <= rows.shape[1]:
         return rows
     return np.asarray(qr(rows, mode="r", check_finite=False)[0][: rows.shape[1]])
-
-
-def reduced(observation: Observation) -> ReducedProblem:
-    """Reduce one observation."""
-    factors = tuple(_reduced_rows(W, Y) for W, Y in zip(observation.W, observation.Y, strict=True))
-    rows = tuple(len(Y) for Y in observation.Y)
-    effective = tuple(observation.bandwidth * count for count in rows)
-    return ReducedProblem(observation.columns, factors, rows, effective)
 
 
 def merged(problems: Iterable[ReducedProblem]) -> ReducedProblem:
@@ -149,11 +167,3 @@ def _condition(W: Array) -> float:
     if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
         return float("inf")
     return float(singular[0] / singular[-1])
-
-
-def _reduced_rows(W: Array, Y: Array) -> Array:
-    factor = np.empty((0, W.shape[1] + 1))
-    for start in range(0, len(Y), _BLOCK):
-        block = np.column_stack([W[start : start + _BLOCK], Y[start : start + _BLOCK]])
-        factor = triangular(np.vstack([factor, block]))
-    return factor

@@ -5,6 +5,7 @@ import gzip
 import io
 import math
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -148,9 +149,10 @@ def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
     """The wanted columns, shape (rows, len(wanted))."""
     places = [header.index(name) for name in wanted]
     table: Array | None = None
-    with _opened(path) as text:
+    with _opened(path) as text, warnings.catch_warnings():
         text.readline()
         try:
+            warnings.simplefilter("ignore", UserWarning)  # an empty table is told below
             table = np.loadtxt(text, delimiter=",", usecols=places, ndmin=2, comments=None)
         except (ValueError, IndexError):
             table = None

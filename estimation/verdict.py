@@ -19,6 +19,8 @@ INERTIA_SIGMA = 0.30
 """Relative standard deviation of the inertia at the centre of mass above which it should not be used."""
 RESIDUAL = 0.25
 """Relative residual of the robot without payload above which the model does not describe the robot."""
+LOADED_RATIO = 3.0
+"""Relative residual with payload over that without, above which the two recordings do not belong together."""
 
 
 @dataclass(frozen=True)
@@ -36,48 +38,69 @@ def verdict(estimates: Sequence[PayloadEstimate], robot_fit: Fit | None) -> Verd
         estimates: one per method.
         robot_fit: fit of the robot's own parameters, where they were identified.
     """
-    severe: list[str] = []
-    partial: list[str] = []
-    if robot_fit is not None and robot_fit.relative > RESIDUAL:
-        severe.append(
-            f"the robot's model leaves {100 * robot_fit.relative:.0f} % of the torque unexplained: check units, "
-            "signs, order of joints and drive gains"
-        )
-    masses = np.array([estimate.mass for estimate in estimates])
-    if np.ptp(masses) > MASS_SPREAD * abs(masses.mean()):
-        severe.append(f"the methods' masses spread from {masses.min():.3g} to {masses.max():.3g} kg")
-    for estimate in estimates:
-        severe += _mass_reasons(estimate)
-        partial += _inertia_reasons(estimate)
+    severe = _residual_reasons(robot_fit, estimates) + _mass_reasons(estimates)
     if severe:
         return Verdict("do_not_use", tuple(severe))
-    if partial:
-        return Verdict("mass_and_com_only", tuple(partial))
-    return Verdict("use", ())
+    partial = _inertia_reasons(estimates)
+    return Verdict("mass_and_com_only", tuple(partial)) if partial else Verdict("use", ())
 
 
-def _mass_reasons(estimate: PayloadEstimate) -> list[str]:
-    sigma = float(estimate.estimate.sigma[9])
-    if estimate.mass <= 0.0:
-        return [f"method {estimate.method}: the mass is not positive ({estimate.mass:.3g} kg)"]
-    if sigma > MASS_SIGMA * estimate.mass:
-        return [f"method {estimate.method}: the mass is uncertain by {100 * sigma / estimate.mass:.0f} % (1 sigma)"]
-    return []
-
-
-def _inertia_reasons(estimate: PayloadEstimate) -> list[str]:
-    if not estimate.body.mass > 0.0:
+def _residual_reasons(fit: Fit | None, estimates: Sequence[PayloadEstimate]) -> list[str]:
+    if fit is None:
         return []
-    if not estimate.body.physically_consistent:
-        return [
-            f"method {estimate.method}: no body has this inertia (smallest pseudo-inertia eigenvalue "
-            f"{estimate.body.min_pseudo_inertia_eigenvalue:.2g})"
-        ]
-    moments = np.diag(estimate.body.inertia_com)
-    relative = float((np.diag(estimate.sigma_inertia_com) / moments).max())
-    if relative > INERTIA_SIGMA:
-        return [
-            f"method {estimate.method}: the inertia at the centre of mass is uncertain by {100 * relative:.0f} % "
-            "(1 sigma)"
-        ]
-    return []
+    reasons = []
+    if fit.relative > RESIDUAL:
+        reasons.append(
+            f"the robot's model leaves {100 * fit.relative:.0f} % of the torque unexplained: check units, signs, "
+            "order of joints and drive gains"
+        )
+    # Method 3 has no model of the robot: its residual is that of a torque difference.
+    apart = [
+        e for e in estimates if e.method != 3 and e.estimate.fit.relative > LOADED_RATIO * max(fit.relative, 0.01)
+    ]
+    if apart:
+        worst = max(e.estimate.fit.relative for e in apart)
+        reasons.append(
+            f"{_by(apart)} leaves {100 * worst:.0f} % of the torque with payload unexplained, without payload it "
+            f"is {100 * fit.relative:.1f} %: check signs, and that both recordings are of one robot"
+        )
+    return reasons
+
+
+def _mass_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    masses = np.array([estimate.mass for estimate in estimates])
+    reasons = [
+        f"{_by([e])} gives a mass of {e.mass:.3g} kg, not a positive one" for e in estimates if e.mass <= 0.0
+    ]
+    if np.ptp(masses) > MASS_SPREAD * abs(masses.mean()):
+        reasons.append(f"the methods' masses spread from {masses.min():.3g} to {masses.max():.3g} kg")
+    vague = [e for e in estimates if e.estimate.sigma[9] > MASS_SIGMA * abs(e.mass)]
+    if vague:
+        worst = max(e.estimate.sigma[9] / abs(e.mass) for e in vague)
+        reasons.append(f"{_by(vague)} leaves the mass uncertain by {100 * worst:.0f} % (1 sigma)")
+    return reasons
+
+
+def _inertia_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    impossible = [e for e in estimates if not e.body.physically_consistent]
+    vague = [e for e in estimates if e.body.physically_consistent and _inertia_sigma(e) > INERTIA_SIGMA]
+    reasons = []
+    if impossible:
+        worst = min(e.body.min_pseudo_inertia_eigenvalue for e in impossible)
+        reasons.append(
+            f"no body has the inertia that {_by(impossible)} gives (pseudo-inertia eigenvalue {worst:.2g})"
+        )
+    if vague:
+        worst = max(_inertia_sigma(e) for e in vague)
+        reasons.append(f"{_by(vague)} leaves the inertia at the centre of mass uncertain by {100 * worst:.0f} %")
+    return reasons
+
+
+def _inertia_sigma(estimate: PayloadEstimate) -> float:
+    """Largest relative standard deviation of the moments of inertia at the centre of mass."""
+    return float((np.diag(estimate.sigma_inertia_com) / np.diag(estimate.body.inertia_com)).max())
+
+
+def _by(estimates: Sequence[PayloadEstimate]) -> str:
+    numbers = ", ".join(str(estimate.method) for estimate in estimates)
+    return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"

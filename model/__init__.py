@@ -4,7 +4,17 @@ Imports no other room.
 """
 
 from .base import BaseParameters
+from .codegen import code_names, generate_code
 from .drives import Coupling, Drives, Spring
+from .dynamics import (
+    coriolis,
+    coriolis_matrix,
+    drive_torque,
+    forward_dynamics,
+    gravity,
+    inverse_dynamics_base,
+    mass_matrix,
+)
 from .errors import InputError
 from .grouping import closed_form_base_parameters
 from .inertia import InertialParameters
@@ -12,10 +22,18 @@ from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .local_transfers import local_transfer_base_parameters
 from .motion import Measurement, Motion, Recording
-from .newton_euler import inverse_dynamics, mass_matrix
+from .newton_euler import inverse_dynamics
 from .processing import Processing
 from .rank import base_parameters
-from .regressor import payload_columns, payload_regressor, regressor, standard_columns, standard_regressor
+from .regressor import (
+    base_regressor,
+    essential_regressor,
+    payload_columns,
+    payload_regressor,
+    regressor,
+    standard_columns,
+    standard_regressor,
+)
 from .robot import INERTIAL, Joint, Limits, Robot
 from .robot_file import load_robot, robot_names
 
@@ -36,9 +54,19 @@ __all__ = [
     "Robot",
     "Spring",
     "base_parameters",
+    "base_regressor",
     "closed_form_base_parameters",
+    "code_names",
+    "coriolis",
+    "coriolis_matrix",
+    "drive_torque",
+    "essential_regressor",
+    "forward_dynamics",
     "forward_kinematics",
+    "generate_code",
+    "gravity",
     "inverse_dynamics",
+    "inverse_dynamics_base",
     "load_robot",
     "local_transfer_base_parameters",
     "mass_matrix",

@@ -21,9 +21,9 @@ smallest case is two orthogonal prismatic joints, the second horizontal. With jo
 
 M1, IA1, M2 and IA2 have three combinations only: M1R = M1 - IA2, IA1 and M2R = M2 + IA2.
 
-The rules hold for any non-zero gravity; local_transfers.py covers zero gravity. Coupled drives are outside both. The
-geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to about
-3e-3 rad from one, effects of the angle squared can be too small for QR to see.
+The rules hold for any non-zero gravity; local_transfers.py covers zero gravity. Coupled drives are outside both.
+The geometry is taken as exact: from the angles that are snapped to a multiple of 90 degrees (1e-4 rad) up to
+about 3e-3 rad from one, effects of the angle squared can be too small for QR to see.
 """
 
 import math

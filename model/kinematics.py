@@ -51,6 +51,12 @@ def joint_axis(joint: Joint) -> tuple[ca.SX, ca.SX]:
     return (z, zero) if joint.revolute else (zero, z)
 
 
+def spin_matrix(motion: LinkMotion) -> ca.SX:
+    """U = alpha^ + w^ w^, 3 x 3: a point at p of the link accelerates by U p more than its origin."""
+    w = ca.skew(motion.speed)
+    return ca.skew(motion.angular_acceleration) + w @ w
+
+
 def base_motion(robot: Robot) -> LinkMotion:
     """Motion of frame 0: at rest, gravity taken as an upward acceleration."""
     return LinkMotion(ca.SX([0, 0, 0]), ca.SX([0, 0, 0]), -ca.SX(list(robot.gravity)))
@@ -62,7 +68,7 @@ def next_motion(
     """Motion of frame j from that of frame j-1 (Khalil and Dombre 2002, forward recursion)."""
     turn, slide = axes
     w0, a0 = before.speed, before.angular_acceleration
-    acceleration = before.acceleration + ca.cross(a0, origin) + ca.cross(w0, ca.cross(w0, origin))
+    acceleration = before.acceleration + spin_matrix(before) @ origin
     w = rotation.T @ w0
     speed = w + turn * qd
     angular = rotation.T @ a0 + turn * qdd + ca.cross(w, turn * qd)

@@ -1,10 +1,12 @@
-"""The inverse dynamic model (1) by the recursive Newton-Euler algorithm, and what follows from it."""
+"""The inverse dynamic model (1) by the recursive Newton-Euler algorithm."""
+
+from collections.abc import Mapping
 
 import casadi as ca
 
 from .drives import drive_terms
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion
-from .regressor import standard_columns
+from .regressor import link_wrench, standard_columns
 from .robot import INERTIAL, Robot
 
 
@@ -15,30 +17,33 @@ def inverse_dynamics(robot: Robot) -> ca.Function:
     or N], n x 1, is what the motors must give: the torque of a spring is already taken off.
     """
     q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    columns = standard_columns(robot)
-    chi = ca.SX.sym("chi", len(columns))
-    value = dict(zip(columns, ca.vertsplit(chi), strict=True))
-    torque = _rigid_body_torque(robot, q, qd, qdd, value)
+    chi = ca.SX.sym("chi", len(standard_columns(robot)))
+    value = parameter_values(robot, chi)
+    torque = rigid_body_torque(robot, q, qd, qdd, value) + drive_torque_symbol(robot, q, qd, qdd, value)
+    return ca.Function(
+        "inverse_dynamics", [q, qd, qdd, chi], [ca.cse(torque)], ["q", "qd", "qdd", "chi"], ["Gamma"]
+    )
+
+
+def parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
+    """Entries of ``chi`` (standard parameters) by name."""
+    return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
+
+
+def drive_torque_symbol(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
+    """Rotor inertia, friction and offsets less the torque of the spring, n x 1 [N·m or N]."""
+    torque = ca.SX.zeros(robot.n)
     for name, rows in drive_terms(robot.drives, qd, qdd).items():
         for row, factor in rows.items():
             torque[row] += factor * value[name]
     if robot.spring:
         row = robot.spring.joint - 1
         torque[row] -= robot.spring.torque_symbol(q[row])
-    return ca.Function(
-        "inverse_dynamics", [q, qd, qdd, chi], [ca.cse(torque)], ["q", "qd", "qdd", "chi"], ["Gamma"]
-    )
+    return torque
 
 
-def mass_matrix(robot: Robot) -> ca.Function:
-    """``mass_matrix(q, chi) -> A``, n x n: the inertia matrix, rotors included."""
-    q, chi = ca.SX.sym("q", robot.n), ca.SX.sym("chi", len(standard_columns(robot)))
-    qdd = ca.SX.sym("qdd", robot.n)
-    torque = inverse_dynamics(robot)(q, ca.SX.zeros(robot.n), qdd, chi)
-    return ca.Function("mass_matrix", [q, chi], [ca.cse(ca.jacobian(torque, qdd))], ["q", "chi"], ["A"])
-
-
-def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: dict[str, ca.SX]) -> ca.SX:
+def rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
+    """Torques that move the links, without drives, n x 1 [N·m or N]."""
     motion = base_motion(robot)
     steps = []
     for j, joint in enumerate(robot.joints):
@@ -56,12 +61,8 @@ def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: dic
     return torque
 
 
-def _link_wrench(motion: LinkMotion, value: dict[str, ca.SX], link: int) -> tuple[ca.SX, ca.SX]:
+def _link_wrench(motion: LinkMotion, value: Mapping[str, ca.SX], link: int) -> tuple[ca.SX, ca.SX]:
     """Force [N] and moment [N·m] that the link's own motion needs, at its origin."""
-    w, alpha, a = motion
-    xx, xy, xz, yy, yz, zz, mx, my, mz, m = (value[f"{kind}{link}"] for kind in INERTIAL)
-    J = ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
-    h = ca.vertcat(mx, my, mz)
-    force = m * a + ca.cross(alpha, h) + ca.cross(w, ca.cross(w, h))
-    moment = J @ alpha + ca.cross(w, J @ w) + ca.cross(h, a)
-    return force, moment
+    parameters = ca.vertcat(*(value[f"{kind}{link}"] for kind in INERTIAL))
+    force, moment = link_wrench(motion)
+    return force @ parameters, moment @ parameters

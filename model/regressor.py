@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from .base import BaseParameters
 from .drives import drive_terms
-from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion
+from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
 from .robot import INERTIAL, Robot
 
 
@@ -31,6 +32,23 @@ def standard_regressor(robot: Robot) -> ca.Function:
 def payload_regressor(robot: Robot) -> ca.Function:
     """``payload_regressor(q, qd, qdd) -> Phi_L``, n x 10, payload in the frame of the last link (22)."""
     return regressor(robot, payload_columns(robot), "payload_regressor")
+
+
+def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:
+    """``base_regressor(q, qd, qdd) -> Phi``, n x N_b, columns as ``base.columns`` (13)."""
+    return regressor(robot, base.columns, "base_regressor")
+
+
+def essential_regressor(robot: Robot, base: BaseParameters, names: Sequence[str]) -> ca.Function:
+    """``essential_regressor(q, qd, qdd) -> Phi``, n x ``len(names)``: some columns of the base regressor.
+
+    Raises:
+        KeyError: for a name that is not in ``base.columns``.
+    """
+    for name in names:
+        if name not in base.columns:
+            raise KeyError(f"{name!r} is not a base parameter of robot {robot.name!r}")
+    return regressor(robot, names, "essential_regressor")
 
 
 def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> ca.Function:
@@ -72,7 +90,7 @@ def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str
         axes = [(rotation.T @ a, rotation.T @ (b + ca.cross(a, origin))) for a, b in axes]
         axes.append(joint_axis(joint))
         motion = next_motion(motion, rotation, origin, axes[-1], qd[j], qdd[j])
-        force, moment = _link_wrench(motion)
+        force, moment = link_wrench(motion)
         for k, kind in enumerate(INERTIAL):
             terms[f"{kind}{j + 1}"] = {
                 i: ca.dot(turn, moment[:, k]) + ca.dot(slide, force[:, k]) for i, (turn, slide) in enumerate(axes)
@@ -80,10 +98,10 @@ def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str
     return terms
 
 
-def _link_wrench(motion: LinkMotion) -> tuple[ca.SX, ca.SX]:
+def link_wrench(motion: LinkMotion) -> tuple[ca.SX, ca.SX]:
     """Force and moment at the link's origin per unit inertial parameter, each 3 x 10 (Newton, Euler)."""
     w, alpha, a = motion
-    spin = ca.skew(alpha) + ca.skew(w) @ ca.skew(w)
+    spin = spin_matrix(motion)
     inertia = _inertia_times(alpha) + ca.skew(w) @ _inertia_times(w)
     force = ca.horzcat(ca.SX(3, 6), spin, a)
     moment = ca.horzcat(inertia, -ca.skew(a), ca.SX(3, 1))

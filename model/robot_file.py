@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from .drives import Coupling, Drives, Spring
 from .errors import InputError
 from .processing import Processing
+from .regressor import standard_columns
 from .robot import Joint, Limits, Robot
 
 _ROBOT = {"name", "title", "source", "payload_frame", "gravity", "lengths", "joints", "drives", "processing",
@@ -86,7 +87,12 @@ class _Reader:
         }
         if "gravity" in data:
             arguments["gravity"] = self._numbers(data, "gravity", 3, "")
-        return self._make("", Robot, arguments)
+        robot = self._make("", Robot, arguments)
+        known = standard_columns(robot.with_offsets(True))
+        for key in robot.parameters:
+            if key not in known:
+                raise self._error(f"parameters.{key}", "not a standard parameter of this robot")
+        return robot
 
     def _joint(self, table: Any, number: int, lengths: Mapping[str, float]) -> Joint:
         where = f"joints[{number}]."
@@ -139,7 +145,7 @@ class _Reader:
         if coupling:
             where = "drives.coupling."
             self._known(coupling, {"joints", "coulomb"}, where)
-            joints = tuple(int(v) for v in self._numbers(coupling, "joints", 2, where))
+            joints = self._whole(where + "joints", *self._numbers(coupling, "joints", 2, where))
             coulomb = self._text(coupling, "coulomb", "sum", where)
             arguments["coupling"] = self._make(where, Coupling, {"joints": joints, "coulomb": coulomb})
         spring = self._table(table, "spring", "drives.")
@@ -149,7 +155,8 @@ class _Reader:
 
     def _spring(self, table: Mapping[str, Any], where: str) -> Spring:
         self._known(table, _SPRING, where)
-        arguments: dict[str, Any] = {"joint": int(self._number(table, "joint", where))}
+        (joint,) = self._whole(where + "joint", self._number(table, "joint", where))
+        arguments: dict[str, Any] = {"joint": joint}
         for key in ("stiffness", "length"):
             if key in table:
                 arguments[key] = self._number(table, key, where)
@@ -207,6 +214,11 @@ class _Reader:
         if not isinstance(values, list) or len(values) != count:
             raise self._error(where + key, f"must be a list of {count} numbers")
         return tuple(self._number({key: value}, key, where) for value in values)
+
+    def _whole(self, key: str, *values: float) -> tuple[int, ...]:
+        if any(value != int(value) for value in values):
+            raise self._error(key, f"joint numbers must be whole numbers, got {', '.join(map(str, values))}")
+        return tuple(int(value) for value in values)
 
     def _length(
         self, table: Mapping[str, Any], key: str, lengths: Mapping[str, float], where: str

@@ -1,8 +1,6 @@
 """Results as JSON documents."""
 
 import json
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from ..estimation import Fit, Identification, PayloadEstimate, PayloadProblem, ReducedProblem
 from ..estimation.verdict import Verdict
 from ..model import Processing, Robot
+from ..model.files import write_text
 
 Document = dict[str, Any]
 
@@ -100,7 +99,7 @@ def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
     return {
         "equations": bare.equations if bare else problem.loaded.equations,
         "equations_loaded": problem.loaded.equations,
-        "rate_hz": processing.rate,
+        "rate_hz": problem.rate,
         "cutoff_hz": processing.cutoff,
         "lag_s": pairs[0].lag if pairs else None,
         "lags_s": [pair.lag for pair in pairs],
@@ -137,15 +136,7 @@ def _estimate_document(result: PayloadEstimate) -> Document:
 def write_json(path: str | Path, document: Document) -> None:
     """Write a document in one step, so that a killed run leaves no half file; nan and inf become null."""
     text = json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    path = Path(path)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    finally:
-        Path(name).unlink(missing_ok=True)
+    write_text(path, text)
 
 
 def _plain(value: Any) -> Any:

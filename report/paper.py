@@ -4,6 +4,8 @@ import tomllib
 from importlib import resources
 from typing import NamedTuple
 
+import numpy as np
+
 from ..model import INERTIAL, InertialParameters
 
 
@@ -32,5 +34,5 @@ def paper_tables() -> PaperTables:
         name: {key: Printed(*row) for key, row in data[name].items()}
         for name in ("table1", "table2", "table2_robot")
     }
-    payload = InertialParameters([data["a_priori"][kind] for kind in INERTIAL])  # type: ignore[arg-type]
+    payload = InertialParameters(np.array([data["a_priori"][kind] for kind in INERTIAL], dtype=float))
     return PaperTables(payload, **rows)

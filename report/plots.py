@@ -33,7 +33,7 @@ def save_torques(
             axis.plot(t, observation.W[j] @ chi, styles[k % 4], linewidth=1.1, label=label)
         axis.set_ylabel(f"joint {j + 1} [N·m]")
         axis.grid(visible=True, alpha=0.3)
-    axes[0].legend(loc="upper right", ncols=3, fontsize="small")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves) + 1)
     axes[-1].set_xlabel("time [s]")
     figure.suptitle(title)
     # Without metadata the same result gives the same bytes.

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
+from rich import box
+from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from ..estimation import Estimate, Fit, Identification, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import Verdict
 from ..model import INERTIAL, InertialParameters
-from .paper import PaperTables, Printed
+from .paper import PaperTables
 
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 _LEVELS = {
@@ -16,15 +19,14 @@ _LEVELS = {
     "mass_and_com_only": "use mass and centre of mass only",
     "do_not_use": "do not use",
 }
+_FOLDS = 120
+_FORMULA = "by (17)-(19): for white torque noise, drive gains taken as exact."
 
 
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     """Ten parameters by each method, with standard deviations, and what a controller asks for."""
-    table = Table(title=f"Payload in {estimates[0].frame}", title_justify="left")
-    table.add_column("parameter")
-    table.add_column("unit")
-    for estimate in estimates:
-        table.add_column(f"method {estimate.method}", justify="right")
+    headings = [f"method {estimate.method}" for estimate in estimates]
+    table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
         cells = [_value(e.estimate.values[k], e.estimate.sigma[k]) for e in estimates]
         table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
@@ -33,47 +35,43 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
     for row, column in zip(*np.triu_indices(3), strict=True):
         cells = [_value(e.body.inertia_com[row, column], e.sigma_inertia_com[row, column]) for e in estimates]
-        table.add_row(f"I{'xyz'[row]}{'xyz'[column]} at com", "kg m²", *cells, end_section=row == 2)
-    consistent = ["yes" if e.body.physically_consistent else "no" for e in estimates]
-    table.add_row("such a body can exist", "", *consistent)
+        name = f"{'XYZ'[row]}{'XYZ'[column]} at com"
+        table.add_row(name, "kg m²", *cells, end_section=row == 2)
+    table.add_row("can exist", "", *("yes" if e.body.physically_consistent else "no" for e in estimates))
     return table
 
 
 def payload_notes(
     problem: PayloadProblem, judged: Verdict, robot_fit: Fit | None, validation: Fit | None
 ) -> list[str]:
-    """Lines below the payload table."""
-    lines = ["± is one standard deviation by (17)-(19): white torque noise, drive gains taken as exact."]
+    """Lines below the payload table; the verdict comes last."""
+    lines = [f"± one standard deviation {_FORMULA}"]
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
-            f"Without payload: {problem.unloaded.equations} equations, {len(problem.base.columns)} parameters, "
+            f"Without payload: {problem.unloaded.equations} equations, {len(problem.base.columns)} parameters; "
             f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
         )
     if robot_fit is not None:
         lines.append(f"Relative residual of the robot's model: {_residual(robot_fit)}")
     if validation is not None:
         lines.append(f"The same on the validation recording: {_residual(validation)}")
-    for pair in problem.pairs:
-        lines.append(
-            f"Pair aligned by {pair.lag:.4f} s; positions then differ by at most {1e3 * pair.max_mismatch:.2f} "
-            f"mrad (rms {1e3 * pair.rms_mismatch:.3f})."
-        )
+    if problem.pairs:
+        lines.append(_alignment(problem))
     if problem.without_difference:
         lines.append(f"Method 3 left out: {problem.without_difference}")
-    lines.append(f"Verdict: {_LEVELS[judged.level]}." + "".join(f"\n  - {reason}" for reason in judged.reasons))
-    return lines
+    lines.append(f"Verdict: {_LEVELS[judged.level]}.")
+    return [*lines, *(f"  - {reason}" for reason in judged.reasons)]
 
 
 def robot_table(result: Identification) -> Table:
     """Base parameters with standard deviations."""
-    table = Table(title=f"Base parameters of {result.robot.title or result.robot.name}", title_justify="left")
-    for heading in ("parameter", "value", "sigma", "%"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
-    table.add_column("essential")
+    title = f"Base parameters of {result.robot.title or result.robot.name}, SI units"
+    table = _table(title, ("",), ("value", "sigma", "%"))
+    table.add_column("essential", no_wrap=True)
     table.add_column("grouping", overflow="fold")
+    estimate = result.estimate
     for k, (name, grouping) in enumerate(zip(result.base.names, result.base.groupings(), strict=True)):
-        estimate = result.estimate
         table.add_row(
             name,
             f"{estimate.values[k]:.4g}",
@@ -95,35 +93,27 @@ def robot_notes(result: Identification) -> list[str]:
     ]
     if result.validation is not None:
         lines.append(f"On the validation recording: {_residual(result.validation)}")
-    lines.append("sigma by (17)-(19): white torque noise, drive gains taken as exact.")
-    return lines
+    return [*lines, f"sigma {_FORMULA}"]
 
 
 def paper_payload_table(
     estimates: Sequence[PayloadEstimate], truth: InertialParameters, paper: PaperTables
 ) -> Table:
-    """Simulated payload: truth, the four methods with two sigma, and the paper's Tables 1 and 2."""
-    table = Table(
-        title="Payload: simulated truth, four methods (± 2 sigma), the paper's tables", title_justify="left"
-    )
-    table.add_column("parameter")
-    table.add_column("truth", justify="right")
-    for estimate in estimates:
-        table.add_column(f"method {estimate.method}", justify="right")
-    table.add_column("paper, method 3", justify="right")
-    table.add_column("paper, method 4", justify="right")
+    """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
+    headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
+    table = _table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
     for k, kind in enumerate(INERTIAL):
-        cells = [_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
-        printed = [_printed(rows.get(kind)) for rows in (paper.table1, paper.table2)]
-        table.add_row(f"{kind}_L", f"{truth.vector[k]:.3f}", *cells, *printed)
+        cells = [_short(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
+        rows = [paper.table1.get(kind), paper.table2.get(kind)]
+        cells += [_short(row.value, row.two_sigma) if row else "" for row in rows]
+        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
     return table
 
 
 def paper_robot_table(estimate: Estimate, truth: dict[str, float], paper: PaperTables) -> Table:
-    """The robot's rows of Table 2: truth of the simulation, identified, and as printed."""
-    table = Table(title="Robot: the rows of Table 2 (± 2 sigma)", title_justify="left")
-    for heading in ("parameter", "truth", "identified", "%", "paper", "paper %"):
-        table.add_column(heading, justify="left" if heading == "parameter" else "right")
+    """The robot's rows of Table 2: truth of the simulation, identified by method 4, and as printed."""
+    title = "Robot (method 4): simulated truth, identified ± 2 sigma, the paper's Table 2 (SI units)"
+    table = _table(title, ("",), ("truth", "identified", "%", "Table 2", "%"))
     for name, printed in paper.table2_robot.items():
         k = estimate.names.index(name)
         table.add_row(
@@ -131,9 +121,28 @@ def paper_robot_table(estimate: Estimate, truth: dict[str, float], paper: PaperT
             f"{truth[name]:.3f}",
             _value(estimate.values[k], 2.0 * estimate.sigma[k]),
             f"{estimate.relative_sigma_percent[k]:.3f}",
-            _printed(printed),
+            f"{printed.value:.3f}±{printed.two_sigma:.3f}",
             f"{printed.relative_sigma_percent:.3f}",
         )
+    return table
+
+
+def console(*tables: Table) -> Console:
+    """A terminal wide enough that no number of the tables is cut off."""
+    terminal = Console()
+    free = terminal.options.update(width=1000)
+    widths = [Measurement.get(terminal, free, table).maximum for table in tables]
+    # A wider table has a column of text that folds; its numbers need no more than this.
+    return Console(width=max(terminal.width, *(width if width <= _FOLDS else 80 for width in widths)))
+
+
+def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    """An empty table that fits 80 columns with four methods."""
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=0)
+    for heading in left:
+        table.add_column(heading, no_wrap=True)
+    for heading in right:
+        table.add_column(heading, justify="right", no_wrap=True)
     return table
 
 
@@ -142,11 +151,26 @@ def _value(value: float, sigma: float) -> str:
     if not np.isfinite(sigma) or sigma <= 0.0:
         return f"{value:.6g}"
     digits = min(max(0, 1 - int(np.floor(np.log10(sigma)))), 9)
-    return f"{value:.{digits}f} ± {sigma:.{digits}f}"
+    return f"{value:.{digits}f}±{sigma:.{digits}f}"
 
 
-def _printed(row: Printed | None) -> str:
-    return f"{row.value:.3f} ± {row.two_sigma:.3f}" if row else ""
+def _short(value: float, spread: float) -> str:
+    """Three decimals, as the paper prints; a spread that they do not show is left out."""
+    text = f"{round(value, 3) + 0.0:.3f}"
+    if spread < 0.0005:
+        return text
+    parts = (text, f"{spread:.3f}")
+    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
+
+
+def _alignment(problem: PayloadProblem) -> str:
+    lags = sorted(round(pair.lag, 4) + 0.0 for pair in problem.pairs)
+    shift = f"{lags[0]:.4f}" if lags[0] == lags[-1] else f"{lags[0]:.4f} to {lags[-1]:.4f}"
+    worst = max(problem.pairs, key=lambda pair: pair.max_mismatch)
+    return (
+        f"{len(lags)} pair{'s' * (len(lags) > 1)} aligned by {shift} s; positions then differ by at most "
+        f"{1e3 * worst.max_mismatch:.2f} mrad (rms {1e3 * worst.rms_mismatch:.3f})."
+    )
 
 
 def _residual(fit: Fit) -> str:

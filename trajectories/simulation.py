@@ -1,8 +1,9 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..model import (
     InertialParameters,
@@ -55,8 +56,8 @@ class Simulator:
         self,
         motion: Motion,
         payload: InertialParameters | None = None,
-        noise: tuple[float, ...] | Array | None = None,
-        seed: int | list[int] = 0,
+        noise: ArrayLike | None = None,
+        seed: int | Sequence[int] = 0,
         source: str = "simulated",
     ) -> Recording:
         """Positions and torques on a motion, torques with white noise.

@@ -20,8 +20,9 @@ from ..filtering import measurement
 from ..identification import base_problem, check_moving
 from ..observation import Observer
 from ..plausibility import check_units
-from ..problem import ReducedProblem, merged, reduced
+from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
+from ..reduction import reduced_measurement
 
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
@@ -40,6 +41,7 @@ class PayloadProblem:
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
         pairs: how the recordings of method 3 were aligned.
         without_difference: why method 3 cannot be used, if it cannot.
+        rate: at which the (first) loaded recording was processed [Hz].
     """
 
     robot: Robot
@@ -50,6 +52,7 @@ class PayloadProblem:
     difference: ReducedProblem | None = None
     pairs: tuple[AlignedPair, ...] = ()
     without_difference: str = ""
+    rate: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
@@ -103,7 +106,7 @@ def payload_problem(
             reason = ""
         except InputError as error:
             reason = str(error)
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason)
+    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, measured[0].motion.rate)
 
 
 def loaded_problem(
@@ -112,7 +115,7 @@ def loaded_problem(
     """Equations [W W_L] of (22)."""
     names = (*base.columns, *PAYLOAD)
     observer = Observer(robot, (*base.columns, *payload_columns(robot)), names)
-    return merged(reduced(observer.observe(data, processing)) for data in measurements)
+    return merged(reduced_measurement(observer, data, processing) for data in measurements)
 
 
 def difference_problem(
@@ -129,7 +132,7 @@ def difference_problem(
         if robot.spring is not None:
             # The observer moves the spring's torque into Y; in a difference it is there twice already.
             change = _without_spring(robot, unloaded, loaded)
-        problems.append(reduced(observer.observe(change, processing, partner=unloaded.motion)))
+        problems.append(reduced_measurement(observer, change, processing, unloaded.motion))
     return merged(problems)
 
 

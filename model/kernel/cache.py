@@ -1,10 +1,12 @@
 """Compiles generated C once and keeps the library.
 
 The cache is keyed by the source, the compiler, the flags and the processor's features. Entries are written
-beside their place and moved there in one step, so that processes may race. ``DYNIDENT_CACHE`` moves the
-cache, ``DYNIDENT_NO_COMPILER=1`` does without a compiler.
+beside their place and moved there in one step, so that processes may race; an entry's name holds the checksum
+of its content, which is verified before it is loaded. ``DYNIDENT_CACHE`` moves the cache,
+``DYNIDENT_NO_COMPILER=1`` does without a compiler.
 """
 
+import atexit
 import ctypes
 import functools
 import hashlib
@@ -34,53 +36,74 @@ def compiled_library(source: str) -> ctypes.CDLL:
     """
     if os.environ.get("DYNIDENT_NO_COMPILER", "") not in ("", "0"):
         raise CompilerUnavailable("DYNIDENT_NO_COMPILER is set")
-    compiler = _compiler()
-    key = "\n".join((source, _identity(compiler), " ".join(_FLAGS), _NATIVE, _processor()))
-    path = cache_folder() / f"{hashlib.sha256(key.encode()).hexdigest()[:32]}{_suffix()}"
-    if path.is_file():
+    compiler = _compiler(os.environ.get("CC", ""))
+    key = _digest("\n".join((source, _identity(compiler), " ".join(_FLAGS), _NATIVE, _processor())).encode())
+    problem = OSError()
+    # The second folder serves where the first one is full or does not allow code to be loaded.
+    for folder in (cache_folder, _temporary_folder):
         try:
-            return _load(path)
-        except OSError:
-            path.unlink(missing_ok=True)  # a damaged entry is made anew
-    _compile(compiler, source, path)
-    return _load(path)
+            return _library(folder(), key, compiler, source)
+        except OSError as error:
+            problem = error
+    raise CompilerUnavailable(f"loading compiled code failed: {problem}")
 
 
 def cache_folder() -> Path:
-    """The folder of compiled code, private to the user; a temporary one if it cannot be written."""
-    wanted = os.environ.get("DYNIDENT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(wanted) if wanted else Path(base) / "dynident"
+    """The folder of compiled code, private to the user; a temporary one if that cannot be had."""
     try:
+        folder = _wanted_folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if _writable_by_others(folder):
+            return _temporary_folder()
         with tempfile.TemporaryFile(dir=folder):
             return folder
-    except OSError:
+    except (OSError, RuntimeError):  # the second where a user has no home
         return _temporary_folder()
+
+
+def _wanted_folder() -> Path:
+    wanted, base = os.environ.get("DYNIDENT_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    if wanted:
+        return Path(wanted)
+    return (Path(base) if base else Path.home() / ".cache") / "dynident"
+
+
+def _writable_by_others(folder: Path) -> bool:
+    """Whether someone else could put code there."""
+    state = folder.stat()
+    return hasattr(os, "getuid") and (state.st_uid != os.getuid() or bool(state.st_mode & 0o022))
 
 
 @functools.cache
 def _temporary_folder() -> Path:
-    return Path(tempfile.mkdtemp(prefix="dynident-"))
+    folder = Path(tempfile.mkdtemp(prefix="dynident-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _library(folder: Path, key: str, compiler: Path, source: str) -> ctypes.CDLL:
+    for path in folder.glob(f"{key}-*{_suffix()}"):
+        # Verified before it is mapped: the first use of a truncated library would kill the process.
+        if path.stem == f"{key}-{_digest(path.read_bytes())}":
+            return ctypes.CDLL(str(path))
+        path.unlink(missing_ok=True)
+    return ctypes.CDLL(str(_compile(compiler, source, folder, key)))
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
 
 
 def _suffix() -> str:
     return ".dll" if sys.platform == "win32" else ".so"
 
 
-def _load(path: Path) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(path))
-    if not hasattr(library, "kernel"):
-        raise OSError(f"{path} holds no kernel")
-    return library
-
-
 @functools.cache
-def _compiler() -> Path:
-    for name in filter(None, (os.environ.get("CC"), "cc", "gcc", "clang")):
+def _compiler(wanted: str) -> Path:
+    for name in filter(None, (wanted, "cc", "gcc", "clang")):
         program = shutil.which(name)
         if program is not None:
-            return Path(program).resolve()
+            return Path(program).absolute()
     raise CompilerUnavailable("no C compiler found (cc, gcc or clang)")
 
 
@@ -90,9 +113,9 @@ def _identity(compiler: Path) -> str:
     return f"{compiler} {state.st_size} {state.st_mtime_ns}"
 
 
-def _compile(compiler: Path, source: str, path: Path) -> None:
-    """Compile beside ``path`` and move the result there in one step."""
-    descriptor, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
+    """Compile in ``folder`` and move the result to its place there in one step."""
+    descriptor, name = tempfile.mkstemp(dir=folder, suffix=".part")
     os.close(descriptor)
     try:
         for flags in ((*_FLAGS, _NATIVE), _FLAGS):
@@ -101,9 +124,11 @@ def _compile(compiler: Path, source: str, path: Path) -> None:
                 command, input=source, capture_output=True, text=True, timeout=_TIMEOUT, check=False
             )
             if answer.returncode == 0:
-                Path(name).replace(path)
-                return
+                path = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
+                return Path(name).replace(path)
         raise CompilerUnavailable(f"the C compiler failed: {answer.stderr.strip()[:200]}")
+    except subprocess.TimeoutExpired:
+        raise CompilerUnavailable(f"the C compiler failed to finish within {_TIMEOUT:g} s") from None
     finally:
         Path(name).unlink(missing_ok=True)
 

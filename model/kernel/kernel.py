@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from ..arrays import Array
-from .c_path import CPath
+from .c_path import CPath, aligned_empty
 from .cache import CompilerUnavailable
 from .numpy_path import NumpyPath
 from .program import read_program
@@ -30,7 +30,7 @@ class Kernel:
             TypeError: if the function is not an SX function or has an operation the kernel does not know.
         """
         program = read_program(function)
-        self._inputs = program.input_rows
+        self._sizes = list(program.input_sizes)
         self._outputs = len(program.outputs)
         rows, columns = function.sparsity_out(0).get_triplet()
         self.rows, self.columns = np.array(rows, dtype=int), np.array(columns, dtype=int)
@@ -47,28 +47,54 @@ class Kernel:
         """Whether compiled code does the work."""
         return isinstance(self._path, CPath)
 
-    def __call__(self, *inputs: Array) -> Array:
+    def __call__(self, *inputs: Array, out: Array | None = None) -> Array:
         """Evaluate on N samples.
 
         Args:
             inputs: one array per input of the function, each (N, size), or (size,) where all samples
                 share it.
+            out: where to put the result, C-contiguous; made if it is not given.
 
         Returns:
             The non-zero entries, shape (entries, N), in CasADi's (column-major) order.
 
         Raises:
-            ValueError: if the inputs do not fit the function.
+            ValueError: if the inputs or ``out`` do not fit the function.
         """
-        samples = max((len(x) for x in inputs if x.ndim == 2), default=1)
-        stacked = np.empty((self._inputs, samples))
-        start = 0
-        for x in inputs:
-            size = x.shape[-1]
-            stacked[start : start + size] = x.T if x.ndim == 2 else x[:, None]
-            start += size
-        if start != self._inputs:
-            raise ValueError(f"the inputs have {start} rows together, the function takes {self._inputs}")
-        result = np.empty((self._outputs, samples))
-        self._path(stacked, result)
+        ready, samples = self._checked(inputs)
+        result = _room(out, (self._outputs, samples))
+        if samples:
+            self._path.rows(ready, result)
         return result
+
+    def tiles(self, *inputs: Array, out: Array | None = None) -> Array:
+        """Evaluate on N samples, in the layout that is fastest to write.
+
+        Arguments and errors as above.
+
+        Returns:
+            Tiles of eight samples, shape (ceil(N / 8), entries, 8); spare places of the last tile repeat the
+            last sample.
+        """
+        ready, samples = self._checked(inputs)
+        result = _room(out, (-(-samples // 8), self._outputs, 8))
+        if samples:
+            self._path.tiles(ready, result)
+        return result
+
+    def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
+        """The inputs as contiguous arrays, and the number of samples."""
+        sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]
+        counts = {len(x) for x in inputs if x.ndim == 2}
+        if sizes != self._sizes or len(counts) > 1:
+            shapes = ", ".join(str(x.shape) for x in inputs)
+            raise ValueError(f"inputs of shapes {shapes} do not fit: sizes must be {self._sizes}, N one number")
+        return [np.ascontiguousarray(x, dtype=np.float64) for x in inputs], counts.pop() if counts else 1
+
+
+def _room(out: Array | None, shape: tuple[int, ...]) -> Array:
+    if out is None:
+        return aligned_empty(shape)
+    if out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous:
+        raise ValueError(f"out must be a C-contiguous float array of shape {shape}, got {out.shape}")
+    return out

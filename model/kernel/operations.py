@@ -37,7 +37,7 @@ OPERATIONS: dict[str, Operation] = {
     "INV": Operation(np.reciprocal, "1.0 / {0}"),
     "SIN": Operation(np.sin, "sin8({0})"),
     "COS": Operation(np.cos, "cos8({0})"),
-    "SIGN": Operation(np.sign, "select8({0} > 0.0) - select8({0} < 0.0)"),
+    "SIGN": Operation(np.sign, "select8({0} > 0.0) - select8({0} < 0.0) + keep8({0} != {0}, {0})"),
     "FABS": Operation(np.abs, "each8(fabs, {0})"),
     "SQRT": Operation(np.sqrt, "each8(sqrt, {0})"),
     "TAN": Operation(np.tan, "each8(tan, {0})"),

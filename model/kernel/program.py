@@ -27,7 +27,7 @@ class Program:
         steps: operations in order.
         outputs: value index of each non-zero output, in CasADi's order, outputs one below the other.
         size: number of values.
-        input_rows: number of stacked input rows.
+        input_sizes: size of each input.
     """
 
     inputs: dict[int, int]
@@ -35,7 +35,7 @@ class Program:
     steps: tuple[Step, ...]
     outputs: tuple[int, ...]
     size: int
-    input_rows: int
+    input_sizes: tuple[int, ...]
 
     @cached_property
     def last_use(self) -> dict[int, int]:
@@ -53,9 +53,8 @@ def read_program(function: ca.Function) -> Program:
     """
     if not function.is_a("SXFunction"):
         raise TypeError(f"{function.name()} is not an SX function: expand() it first")
-    rows = [0]
-    for k in range(function.n_in()):
-        rows.append(rows[-1] + function.nnz_in(k))
+    sizes = tuple(function.nnz_in(k) for k in range(function.n_in()))
+    rows = [sum(sizes[:k]) for k in range(len(sizes))]
     places = [0]
     for k in range(function.n_out()):
         places.append(places[-1] + function.nnz_out(k))
@@ -83,4 +82,4 @@ def read_program(function: ca.Function) -> Program:
         size += 1
     if -1 in outputs:
         raise TypeError(f"{function.name()} leaves an output unset")
-    return Program(inputs, constants, tuple(steps), tuple(outputs), size, rows[-1])
+    return Program(inputs, constants, tuple(steps), tuple(outputs), size, sizes)

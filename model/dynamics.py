@@ -1,0 +1,100 @@
+"""What follows from the inverse dynamic model: its parts, and the direct model.
+
+Gamma = A(q) qdd + C(q, qd) qd + Q(q) + drive torque. Everywhere q, qd, qdd are n x 1 (rad or m, per second,
+per second squared), chi holds the standard parameters in the order of ``standard_columns`` and torques are in
+N·m or N. Every function is made of scalar operations, differentiable, and can be called on SX, MX or numbers.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import casadi as ca
+
+from .base import BaseParameters
+from .newton_euler import drive_torque_symbol, inverse_dynamics, parameter_values, rigid_body_torque
+from .regressor import standard_columns
+from .robot import Robot
+
+
+def inverse_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
+    """``inverse_dynamics_base(q, qd, qdd, chi) -> Gamma`` with chi the base parameters, N_b x 1.
+
+    The same algorithm with the eliminated parameters at zero: base parameters in the place of the standard
+    ones they are named after give the same torques, by the fewest operations.
+    """
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    chi = ca.SX.sym("chi", len(base.columns))
+    value = dict(zip(base.columns, ca.vertsplit(chi), strict=True))
+    standard = ca.vertcat(*(value.get(name, ca.SX(0)) for name in base.standard))
+    torque = inverse_dynamics(robot)(q, qd, qdd, standard)
+    return _function("inverse_dynamics_base", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
+
+
+def mass_matrix(robot: Robot) -> ca.Function:
+    """``mass_matrix(q, chi) -> A``, n x n, symmetric: the inertia matrix, rotors included."""
+    q, _, _, chi = _symbols(robot)
+    return _function("mass_matrix", {"q": q, "chi": chi}, _mass_matrix(robot, q, chi), "A")
+
+
+def coriolis(robot: Robot) -> ca.Function:
+    """``coriolis(q, qd, chi) -> c``, n x 1: Coriolis and centrifugal torques C(q, qd) qd."""
+    q, qd, _, chi = _symbols(robot)
+    return _function("coriolis", {"q": q, "qd": qd, "chi": chi}, _coriolis(robot, q, qd, chi), "c")
+
+
+def coriolis_matrix(robot: Robot) -> ca.Function:
+    """``coriolis_matrix(q, qd, chi) -> C``, n x n, by Christoffel symbols: dA/dt - 2 C is skew-symmetric."""
+    q, qd, _, chi = _symbols(robot)
+    # c is quadratic in qd with the (symmetric) Christoffel symbols as coefficients.
+    return _function(
+        "coriolis_matrix", {"q": q, "qd": qd, "chi": chi}, 0.5 * ca.jacobian(_coriolis(robot, q, qd, chi), qd), "C"
+    )
+
+
+def gravity(robot: Robot) -> ca.Function:
+    """``gravity(q, chi) -> Q``, n x 1: torques that hold the links against gravity, without the spring."""
+    q, _, _, chi = _symbols(robot)
+    still = ca.SX.zeros(robot.n)
+    torque = rigid_body_torque(robot, q, still, still, parameter_values(robot, chi))
+    return _function("gravity", {"q": q, "chi": chi}, torque, "Q")
+
+
+def drive_torque(robot: Robot) -> ca.Function:
+    """``drive_torque(q, qd, chi) -> Gamma``, n x 1: friction and offsets, less the torque of the spring."""
+    q, qd, _, chi = _symbols(robot)
+    torque = drive_torque_symbol(robot, q, qd, ca.SX.zeros(robot.n), parameter_values(robot, chi))
+    return _function("drive_torque", {"q": q, "qd": qd, "chi": chi}, torque, "Gamma")
+
+
+def forward_dynamics(robot: Robot) -> ca.Function:
+    """``forward_dynamics(q, qd, Gamma, chi) -> qdd``: the inverse of ``inverse_dynamics``, drives included.
+
+    qdd = A^-1 (Gamma - ID(q, qd, 0, chi)) by L D L'. A must be regular, which it is for links that can exist.
+    """
+    q, qd, _, chi = _symbols(robot)
+    torque = ca.SX.sym("Gamma", robot.n)
+    rest = torque - inverse_dynamics(robot)(q, qd, ca.SX.zeros(robot.n), chi)
+    D, LT, order = ca.ldl(_mass_matrix(robot, q, chi))
+    qdd = ca.ldl_solve(rest, D, LT, order)
+    return _function("forward_dynamics", {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, qdd, "qdd")
+
+
+def _symbols(robot: Robot) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    return q, qd, qdd, ca.SX.sym("chi", len(standard_columns(robot)))
+
+
+def _function(name: str, inputs: Mapping[str, ca.SX], output: ca.SX, output_name: str) -> ca.Function:
+    return ca.Function(name, list(inputs.values()), [ca.cse(output)], list(inputs), [output_name])
+
+
+def _mass_matrix(robot: Robot, q: ca.SX, chi: ca.SX) -> ca.SX:
+    qdd = ca.SX.sym("qdd", robot.n)
+    torque = inverse_dynamics(robot)(q, ca.SX.zeros(robot.n), qdd, chi)
+    # The lower half needs fewer operations than the upper one.
+    return ca.tril2symm(ca.tril(ca.jacobian(torque, qdd)))
+
+
+def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
+    weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
+    return rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), parameter_values(robot, chi))

@@ -1,0 +1,180 @@
+"""Robots, bodies, motions and reference data that the tests share."""
+
+from collections.abc import Callable, Iterator
+from math import radians
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.model import (
+    INERTIAL,
+    Coupling,
+    Drives,
+    InertialParameters,
+    Joint,
+    Kernel,
+    Robot,
+    Spring,
+    load_robot,
+    robot_names,
+    standard_columns,
+)
+from dynident.model.arrays import Array
+from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
+from hypothesis import settings
+
+settings.register_profile("repeatable", deadline=None, derandomize=True, database=None)
+settings.load_profile("repeatable")
+
+Bodies = list[InertialParameters]
+
+
+def _turn(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> Joint:
+    return Joint("revolute", radians(alpha), d, radians(theta), r)
+
+
+def _slide(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> Joint:
+    return Joint("prismatic", radians(alpha), d, radians(theta), r)
+
+
+STANFORD = Robot("stanford", (_turn(), _turn(-90, r=0.2), _slide(90), _turn(), _turn(-90), _turn(90)))
+SCARA = Robot("scara", (_turn(), _turn(d=0.4), _slide(d=0.3), _turn()))
+# No angle or length special, two sliding joints, gravity oblique, every kind of drive term.
+CROOKED = Robot(
+    "crooked",
+    (
+        _slide(25, 0.1, 40, 0.2),
+        _turn(-70, 0.3, 15, -0.1),
+        _slide(50, -0.2, -80, 0.15),
+        _turn(110, 0.25, 35, 0.05),
+        _turn(-35, 0.12, 140, 0.3),
+    ),
+    gravity=(1.5, -3.0, -9.0),
+    drives=Drives(offsets=True, coupling=Coupling((4, 5)), spring=Spring(2, 800.0, 0.2, (0.3, 0.15), radians(20))),
+)
+PRISMATIC = {robot.name: robot for robot in (STANFORD, SCARA, CROOKED)}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compiled code of the tests goes to a folder of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DYNIDENT_CACHE", str(tmp_path_factory.mktemp("kernels")))
+        yield
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """Root of the repository, which is the package."""
+    return Path(__file__).parents[1]
+
+
+@pytest.fixture(params=robot_names())
+def shipped(request: pytest.FixtureRequest) -> Robot:
+    """Each robot that comes with the package."""
+    return load_robot(request.param)
+
+
+@pytest.fixture(params=[*robot_names(), *PRISMATIC])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    """Each shipped robot, and robots with sliding joints."""
+    return PRISMATIC.get(request.param) or load_robot(request.param)
+
+
+@pytest.fixture(scope="session")
+def rx90() -> Robot:
+    return load_robot("rx90")
+
+
+@pytest.fixture(scope="session")
+def prismatic() -> dict[str, Robot]:
+    """Robots with sliding joints, by name."""
+    return PRISMATIC
+
+
+@pytest.fixture(params=["compiled", "numpy"])
+def compiled(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> bool:
+    """Both ways in which a kernel works: compiled, and without a compiler."""
+    if request.param == "numpy":
+        monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+        return False
+    try:
+        compiled_library("void kernel(void) {}")
+    except CompilerUnavailable as reason:
+        pytest.skip(f"compiled kernels cannot be tested here: {reason}")
+    return True
+
+
+@pytest.fixture
+def evaluate(compiled: bool) -> Callable[..., Array]:
+    """``evaluate(function, *inputs)``: first output on all samples by a kernel, shape (N, rows, columns)."""
+
+    def dense(function: ca.Function, *inputs: Array) -> Array:
+        kernel = Kernel(function)
+        assert kernel.compiled == compiled
+        entries = kernel(*inputs)
+        result = np.zeros((entries.shape[1], *function.size_out(0)))
+        result[:, kernel.rows, kernel.columns] = entries.T
+        return result
+
+    return dense
+
+
+@pytest.fixture(scope="session")
+def random_bodies() -> Callable[[int, int], Bodies]:
+    """``random_bodies(count, seed)``: bodies that can exist, each made of six point masses."""
+
+    def make(count: int, seed: int) -> Bodies:
+        draw = np.random.default_rng(seed)
+        clouds = zip(draw.uniform(0.1, 2.0, (count, 6)), draw.uniform(-0.3, 0.3, (count, 6, 3)), strict=True)
+        return [point_cloud(masses, points) for masses, points in clouds]
+
+    return make
+
+
+def point_cloud(masses: Array, points: Array) -> InertialParameters:
+    """Sums over the points, in the order of (6)."""
+    x, y, z = points.T
+    entries = (y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y, x, y, z, np.ones_like(x))
+    return InertialParameters(np.array([masses @ entry for entry in entries]))
+
+
+@pytest.fixture(scope="session")
+def cloud() -> Callable[[Array, Array], InertialParameters]:
+    """``cloud(masses, points)``: parameters of point masses [kg] at points [m], by direct sums."""
+    return point_cloud
+
+
+@pytest.fixture(scope="session")
+def random_parameters(random_bodies: Callable[[int, int], Bodies]) -> Callable[[Robot, int], dict[str, float]]:
+    """``random_parameters(robot, seed)``: standard parameters of a robot that can exist, by name."""
+
+    def make(robot: Robot, seed: int) -> dict[str, float]:
+        draw = np.random.default_rng(seed + 1000)
+        values = {name: float(draw.uniform(0.2, 2.0)) for name in standard_columns(robot)}
+        for link, body in enumerate(random_bodies(robot.n, seed), start=1):
+            values |= body.named(str(link))
+        if robot.coupling:  # IA5 = K5^2 JA5 + K6^2 JA6 is larger than IA6
+            first, second = robot.coupling.joints
+            values[f"IA{first}"] += values[f"IA{second}"]
+        return values
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def groupings(root: Path) -> dict[str, dict[str, float]]:
+    """The paper's (12) for the RX90: base parameter -> standard parameter -> factor."""
+    lines = (root / "tests/reference/khalil_rx90_groupings.txt").read_text(encoding="utf-8").splitlines()
+    relations = (line.split("=") for line in lines if "=" in line and not line.startswith("#"))
+    return {name.strip(): _factors(right) for name, right in relations}
+
+
+def _factors(expression: str) -> dict[str, float]:
+    """Factors of a linear expression: its value where one parameter is 1 and the others are 0."""
+    names = [f"{kind}{link}" for kind in (*INERTIAL, "IA") for link in range(1, 7)]
+    code = compile(expression.strip().replace("^", "**"), "relation", "eval")
+    zero = dict.fromkeys(names, 0.0) | {"D3": 0.45, "RL4": 0.45}
+    factors = {name: float(eval(code, {"__builtins__": {}}, zero | {name: 1.0})) for name in names}
+    return {name: factor for name, factor in factors.items() if factor != 0.0}

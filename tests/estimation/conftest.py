@@ -1,0 +1,73 @@
+"""Simulated and real recordings for the tests of estimation."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.model import InertialParameters, Measurement, Motion, Processing, Robot, load_robot
+from dynident.trajectories import Simulator, ViaPoints
+
+GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
+EXACT = Processing()
+"""No filter, no decimation."""
+
+
+@pytest.fixture(scope="session")
+def rx90() -> Robot:
+    return load_robot("rx90")
+
+
+@pytest.fixture(scope="session")
+def payload() -> InertialParameters:
+    return InertialParameters.from_com(7.025, [0.01, -0.02, 0.143], np.diag([0.02, 0.019, 0.035]))
+
+
+@pytest.fixture(scope="session")
+def simulated() -> Callable[[str], Simulator]:
+    """A simulator of any shipped robot; robots without known parameters get the RX90's."""
+    known = load_robot("rx90").parameters
+
+    def simulator(name: str) -> Simulator:
+        from dataclasses import replace
+
+        robot = load_robot(name)
+        extra = {f"OFF{joint}": 0.3 * joint for joint in range(1, robot.n + 1)}
+        return Simulator(replace(robot, parameters={**known, **extra}))
+
+    return simulator
+
+
+@pytest.fixture(scope="session")
+def wander() -> Callable[..., Motion]:
+    """Random quintic motion of n joints between random points, all joints moving."""
+
+    def motion(n: int, seed: int, points: int = 12, rate: float = 100.0) -> Motion:
+        draw = np.random.default_rng(seed)
+        path = draw.uniform(-1.2, 1.2, (points, n))
+        return ViaPoints(path, draw.uniform(0.6, 1.2, points - 1)).motion(rate)
+
+    return motion
+
+
+@pytest.fixture(scope="session")
+def exact_pair(
+    payload: InertialParameters, wander: Callable[..., Motion]
+) -> Callable[..., tuple[Measurement, ...]]:
+    """Exact measurements (unloaded, loaded) on one motion."""
+
+    def pair(simulator: Simulator, seed: int = 0) -> tuple[Measurement, ...]:
+        motion = wander(simulator.robot.n, seed)
+        return simulator.measure(motion), simulator.measure(motion, payload)
+
+    return pair
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of real recordings."""
+    folder = os.environ.get("DYNIDENT_DATA")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
+    return Path(folder)

@@ -1,0 +1,46 @@
+"""Two runs of one trajectory are brought onto one time; two trajectories are refused."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from dynident.estimation import aligned
+from dynident.model import InputError, Motion, Recording
+
+
+def recording(motion: Motion, name: str, delay: float = 0.0, seed: int | None = None) -> Recording:
+    """A run that starts ``delay`` later on its own clock; with a seed, at uneven times."""
+    t = motion.t
+    if seed is not None:
+        t = np.sort(np.random.default_rng(seed).uniform(motion.t[0], motion.t[-1], len(motion.t)))
+    q = np.column_stack([np.interp(t, motion.t, q) for q in motion.q.T])
+    return Recording(t + delay, q, q, source=name)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0137, 1.18, -0.4213])
+@pytest.mark.parametrize("uneven", [False, True])
+def test_lag_is_found_to_a_fraction_of_a_sample(wander: Callable[..., Motion], delay: float, uneven: bool) -> None:
+    motion = wander(6, 0)
+    a = recording(motion, "a", 0.0, 1 if uneven else None)
+    b = recording(motion, "b", delay, 2 if uneven else None)
+    pair = aligned(a, b, 100.0, 0.02)
+    assert pair.lag == pytest.approx(delay, abs=2e-4)
+    assert pair.max_mismatch < 5e-3
+    assert np.array_equal(pair.unloaded.t, pair.loaded.t)
+
+
+def test_offset_between_the_runs_is_reported(wander: Callable[..., Motion]) -> None:
+    motion = wander(6, 0)
+    b = Recording(motion.t, motion.q + 1e-3, motion.q)
+    pair = aligned(recording(motion, "a"), b, 100.0, 0.02)
+    assert pair.rms_mismatch == pytest.approx(1e-3, rel=0.05)
+
+
+def test_different_trajectories_are_refused_and_the_limit_can_be_moved(wander: Callable[..., Motion]) -> None:
+    a, b = recording(wander(6, 0), "first"), recording(wander(6, 1), "second")
+    with pytest.raises(InputError, match=r"first and second are not the same trajectory.*--max-mismatch"):
+        aligned(a, b, 100.0, 0.02)
+    slightly = Recording(a.t, a.q * 1.01, a.torque, source="third")
+    with pytest.raises(InputError, match=r"q\d differs"):
+        aligned(a, slightly, 100.0, 1e-3)
+    assert aligned(a, slightly, 100.0, 0.05).max_mismatch > 1e-3

@@ -1,0 +1,251 @@
+"""The four methods: exact data give the payload back, on every robot; laws that all methods obey."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    PAYLOAD,
+    Estimate,
+    Observer,
+    PayloadProblem,
+    difference_problem,
+    identify_payload,
+    loaded_problem,
+    merged,
+    payload_problem,
+    reduced_measurement,
+    usable_methods,
+    weighted,
+)
+from dynident.estimation.payload import combined, payload_map
+from dynident.model import (
+    InertialParameters,
+    InputError,
+    Measurement,
+    Motion,
+    Processing,
+    Recording,
+    Robot,
+    Spring,
+    base_parameters,
+)
+from dynident.model.arrays import Array
+from dynident.trajectories import Simulator
+
+EXACT = Processing()
+LENGTH = 0.45
+METHODS = (1, 2, 3, 4)
+ROBOTS = ("rx90", "tx40", "ur10e")
+
+
+def scale(payload: InertialParameters) -> Array:
+    """M l^2, M l and M for the ten."""
+    m = payload.mass
+    return np.array([m * LENGTH**2] * 6 + [m * LENGTH] * 3 + [m])
+
+
+def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float = 0.0) -> PayloadProblem:
+    """A payload problem without any processing; optional torque noise [N·m]."""
+    draw = np.random.default_rng(1)
+
+    def noisy(data: Measurement) -> Measurement:
+        return Measurement(data.motion, data.torque + noise * draw.standard_normal(data.torque.shape))
+
+    pairs = [(noisy(a), noisy(b)) for a, b in pairs]
+    base = base_parameters(robot)
+    observer = Observer(robot, base.columns)
+    return PayloadProblem(
+        robot=robot,
+        base=base,
+        loaded=loaded_problem(robot, base, [loaded for _, loaded in pairs], EXACT),
+        unloaded=merged(reduced_measurement(observer, bare, EXACT) for bare, _ in pairs),
+        difference=difference_problem(robot, [(a, b) for a, b in pairs], EXACT),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_exact_data_give_the_payload(
+    name: str,
+    method: int,
+    simulated: Callable[[str], Simulator],
+    exact_pair: Callable[..., tuple[Measurement, ...]],
+    payload: InertialParameters,
+) -> None:
+    simulator = simulated(name)
+    problem = problem_of(simulator.robot, [exact_pair(simulator)])
+    found = identify_payload(problem, method)
+    assert (np.abs(found.estimate.values - payload.vector) < 1e-6 * scale(payload)).all()
+    assert found.frame == simulator.robot.payload_frame
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_data_with_a_spring(
+    method: int,
+    simulated: Callable[[str], Simulator],
+    exact_pair: Callable[..., tuple[Measurement, ...]],
+    payload: InertialParameters,
+) -> None:
+    robot = simulated("rx90").robot
+    spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
+    simulator = Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
+    problem = problem_of(simulator.robot, [exact_pair(simulator)])
+    found = identify_payload(problem, method).estimate.values
+    assert (np.abs(found - payload.vector) < 1e-6 * scale(payload)).all()
+    blind = replace(problem_of(robot, [exact_pair(simulator)]), robot=robot)
+    assert weighted(blind.unloaded).fit.relative > 0.01 if blind.unloaded else False
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_order_of_recordings_does_not_matter(
+    method: int, simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("rx90")
+    pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
+    one = identify_payload(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
+    other = identify_payload(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
+    assert np.allclose(one, other, rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_unit_of_torque_does_not_matter(
+    method: int, simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    """Torques a thousand times larger give a payload a thousand times heavier, sigma included."""
+    simulator = simulated("rx90")
+    pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
+    big = [tuple(Measurement(data.motion, 1000.0 * data.torque) for data in pair) for pair in pairs]
+    a = identify_payload(problem_of(simulator.robot, pairs, 1.0), method).estimate
+    b = identify_payload(problem_of(simulator.robot, big, 1000.0), method).estimate
+    assert np.allclose(1000.0 * a.values, b.values, rtol=1e-7, atol=1e-6)
+    assert np.allclose(1000.0 * a.sigma, b.sigma, rtol=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_no_payload_is_found_where_there_is_none(
+    method: int, simulated: Callable[[str], Simulator], wander: Callable[..., Motion]
+) -> None:
+    simulator = simulated("ur10e")
+    bare = simulator.measure(wander(6, 3))
+    found = identify_payload(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
+    assert np.abs(found).max() < 1e-8
+
+
+def test_method_2_reduces_to_the_paper_on_the_rx90(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    """(24)-(28): each base parameter's change as the paper states it."""
+    simulator = simulated("rx90")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)])
+    D3 = RL4 = 0.45
+    stated = {
+        "ZZ1": {"M": D3**2}, "XX2": {"M": -(D3**2)}, "ZZ2": {"M": D3**2}, "MX2": {"M": D3},
+        "XX3": {"M": RL4**2}, "ZZ3": {"M": RL4**2}, "MY3": {"M": -RL4},
+        "XX5": {"YY": 1.0}, "ZZ5": {"YY": 1.0}, "MY5": {"MZ": -1.0}, "XX6": {"XX": 1.0, "YY": -1.0},
+        "XY6": {"XY": 1.0}, "XZ6": {"XZ": 1.0}, "YZ6": {"YZ": 1.0}, "ZZ6": {"ZZ": 1.0},
+        "MX6": {"MX": 1.0}, "MY6": {"MY": 1.0},
+    }  # fmt: skip
+    expected = np.zeros((54, 10))
+    for row, terms in stated.items():
+        for kind, factor in terms.items():
+            expected[problem.base.columns.index(row), PAYLOAD.index(f"{kind}_L")] = factor
+    assert np.abs(payload_map(problem) - expected).max() < 1e-9
+    assert np.linalg.matrix_rank(payload_map(problem)) == 10
+
+
+def test_stored_robot_parameters_replace_the_unloaded_recording(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("ur10e")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=0.5)
+    assert problem.unloaded is not None
+    known = replace(problem, unloaded=None, difference=None, known=weighted(problem.unloaded))
+    assert usable_methods(known) == (1,)
+    a, b = (identify_payload(p, 1).estimate for p in (problem, known))
+    assert np.allclose(a.values, b.values)
+    assert np.allclose(a.covariance, b.covariance)
+
+
+def test_parameters_of_another_model_are_refused(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("ur10e")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=0.5)
+    assert problem.unloaded is not None
+    known = weighted(problem.unloaded)
+    short = Estimate(
+        known.names[:-1], known.values[:-1], known.covariance[:-1, :-1], 100.0, known.fit, known.weights
+    )
+    with pytest.raises(InputError, match="another model"):
+        replace(problem, known=short)
+
+
+def test_friction_under_load_can_be_freed(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
+) -> None:
+    """Friction 30 % larger under load spoils method 1 unless it is estimated anew."""
+    simulator = simulated("rx90")
+    changed = {k: (1.3 * v if k[:2] in ("FS", "FV") else v) for k, v in simulator.robot.parameters.items()}
+    under_load = Simulator(replace(simulator.robot, parameters=changed))
+    motion = wander(6, 5)
+    problem = problem_of(simulator.robot, [(simulator.measure(motion), under_load.measure(motion, payload))])
+    fixed, free = (identify_payload(problem, 1, free).estimate.values for free in (False, True))
+    assert (np.abs(free - payload.vector) < 1e-6 * scale(payload)).all()
+    assert np.abs(fixed - payload.vector).max() > 1e-3
+
+
+def test_covariance_of_method_1_includes_the_robot(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("rx90")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)], noise=1.0)
+    assert problem.unloaded is not None
+    robot = weighted(problem.unloaded)
+    exact = replace(robot, covariance=np.zeros_like(robot.covariance))
+    whole = identify_payload(problem, 1).estimate.sigma
+    alone = identify_payload(replace(problem, known=exact), 1).estimate.sigma
+    assert (whole > alone).all()
+
+
+def test_methods_that_lack_data_say_what_they_need(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("rx90")
+    problem = replace(
+        problem_of(simulator.robot, [exact_pair(simulator)]), unloaded=None, difference=None,
+        without_difference="only one recording",
+    )  # fmt: skip
+    assert usable_methods(problem) == ()
+    for method, words in (
+        (1, "robot's parameters"),
+        (2, "without payload"),
+        (3, "only one"),
+        (4, "without payload"),
+    ):
+        with pytest.raises(InputError, match=words):
+            identify_payload(problem, method)
+
+
+def test_global_fit_also_gives_the_robot(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> None:
+    simulator = simulated("rx90")
+    problem = problem_of(simulator.robot, [exact_pair(simulator)])
+    both = combined(problem)
+    truth = problem.base.value(simulator.robot.parameters)
+    assert np.allclose(both.values[:54], truth, atol=1e-7)
+
+
+def test_different_trajectories_leave_method_3_out_and_say_why(
+    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
+) -> None:
+    simulator = Simulator(rx90)
+    processing = Processing(rate=100.0, decimate=2)
+    bare: Recording = simulator.record(wander(6, 0))
+    loaded = simulator.record(wander(6, 1), payload)
+    problem = payload_problem(rx90, [loaded], [bare], processing=processing)
+    assert usable_methods(problem) == (1, 2, 4)
+    with pytest.raises(InputError, match="not the same trajectory"):
+        identify_payload(problem, 3)

@@ -1,0 +1,73 @@
+"""Mistakes of unit and joints that stand still are named."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from dynident.estimation import identify
+from dynident.estimation.identification import hidden_by
+from dynident.estimation.plausibility import check_units, still_joints
+from dynident.model import InputError, Motion, Recording, Robot, base_parameters, load_robot
+from dynident.trajectories import Simulator
+
+Wander = Callable[..., Motion]
+
+
+def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = None) -> Recording:
+    qd = None if qd_scale is None else qd_scale * motion.qd
+    return Recording(motion.t, q_scale * motion.q, np.ones_like(motion.q), qd, "log.csv")
+
+
+def test_good_units_pass(rx90: Robot, wander: Wander) -> None:
+    check_units(rx90, recording(wander(6, 0)))
+    check_units(rx90, recording(wander(6, 0), qd_scale=1.0))
+
+
+@pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
+def test_degrees_are_recognised(name: str, wander: Wander) -> None:
+    with pytest.raises(InputError, match=r"log.csv: q\d reaches .* degrees"):
+        check_units(load_robot(name), recording(wander(6, 0), q_scale=np.degrees(1.0)))
+
+
+def test_degrees_are_recognised_without_limits(wander: Wander) -> None:
+    from dataclasses import replace
+
+    from dynident.model import Limits
+
+    robot = load_robot("rx90")
+    free = replace(robot, joints=tuple(replace(joint, limits=Limits()) for joint in robot.joints))
+    with pytest.raises(InputError, match="degrees"):
+        check_units(free, recording(wander(6, 0), q_scale=np.degrees(1.0)))
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(57.3, "degrees per second"), (0.5, "qd1 is 0.499 times"), (-1.0, "qd1 is -0.997 times")]
+)
+def test_speeds_in_another_unit(rx90: Robot, wander: Wander, factor: float, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        check_units(rx90, recording(wander(6, 0), qd_scale=factor))
+
+
+def held(motion: Motion, joint: int) -> Motion:
+    q, qd, qdd = np.array(motion.q), np.array(motion.qd), np.array(motion.qdd)
+    q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.4, 0.0, 0.0
+    return Motion(motion.t, q, qd, qdd)
+
+
+def test_a_joint_that_never_moves_is_named_with_its_parameters(rx90: Robot, wander: Wander) -> None:
+    motion = held(wander(6, 0), 4)
+    assert still_joints([recording(motion)]) == (4,)
+    assert still_joints([recording(motion), recording(wander(6, 1))]) == ()
+    with pytest.raises(InputError) as caught:
+        identify(rx90, [Simulator(rx90).record(motion)])
+    for word in ("joint 4 never moves", "FS4", "FV4", "IA4"):
+        assert word in str(caught.value)
+    assert "FS3" not in str(caught.value)
+
+
+def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> None:
+    """On the RX90 joint 1 alone shows ZZ1R and its own friction."""
+    base = base_parameters(rx90)
+    hidden = hidden_by(rx90, base, (1,))
+    assert {"ZZ1R", "FS1", "FV1"} <= set(hidden)
+    assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)

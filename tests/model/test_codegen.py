@@ -1,0 +1,212 @@
+"""The generated C compiles without a warning, says what it holds, and computes what CasADi computes."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import (
+    Coupling,
+    Drives,
+    InputError,
+    Joint,
+    Robot,
+    Spring,
+    base_parameters,
+    base_regressor,
+    code_names,
+    coriolis,
+    forward_dynamics,
+    generate_code,
+    gravity,
+    inverse_dynamics,
+    inverse_dynamics_base,
+    load_robot,
+    mass_matrix,
+    payload_regressor,
+    robot_names,
+    standard_columns,
+    standard_regressor,
+)
+from dynident.model.arrays import Array
+
+STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
+SLIDING = Robot(
+    'odd "name" */ 6-axis',
+    (
+        Joint("prismatic", radians(20), 0.1, radians(35), 0.2),
+        Joint("revolute", radians(-65), 0.3, radians(10), -0.1),
+        Joint("revolute", radians(100), 0.25, radians(30), 0.05),
+    ),
+    gravity=(1.0, -2.5, -9.2),
+    drives=Drives(offsets=True, coupling=Coupling((2, 3)), spring=Spring(2, 900.0, 0.2, (0.3, 0.15), 0.2)),
+)
+TABLE = replace(
+    SLIDING, drives=Drives(spring=Spring(2, table=((-3.0, 30.0), (-0.5, 5.0), (1.0, -8.0), (3.0, -60.0))))
+)
+SLIDER = Robot("slider", (Joint("prismatic"),), drives=Drives(friction=False))
+ROBOTS = {name: load_robot(name) for name in robot_names()} | {"sliding": SLIDING, "table": TABLE, "slider": SLIDER}
+
+FUNCTIONS: dict[str, Callable[[Robot], ca.Function]] = {
+    "inverse_dynamics": inverse_dynamics,
+    "inverse_dynamics_base": lambda robot: inverse_dynamics_base(robot, base_parameters(robot)),
+    "mass_matrix": mass_matrix,
+    "coriolis": coriolis,
+    "gravity": gravity,
+    "forward_dynamics": forward_dynamics,
+    "standard_regressor": standard_regressor,
+    "base_regressor": lambda robot: base_regressor(robot, base_parameters(robot)),
+    "payload_regressor": payload_regressor,
+}
+
+needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+
+
+def compile_c(sources: list[Path], output: Path, *flags: str) -> None:
+    command = ["cc", *STRICT, *flags, *map(str, sources), "-o", str(output), "-lm"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert answer.returncode == 0, answer.stderr
+
+
+def call(library: Path, symbol: str, inputs: list[Array], shape: tuple[int, int]) -> Array:
+    """Call the compiled function; the output is filled with nan first, so that a gap shows."""
+    function = getattr(ctypes.CDLL(str(library)), symbol)
+    function.restype = None
+    arrays = [*inputs, np.full(shape, np.nan)]
+    function(*(array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in arrays))
+    return arrays[-1]
+
+
+def assert_same(result: Array, expected: ca.DM) -> None:
+    scale = np.abs(expected.full()).max()
+    np.testing.assert_allclose(result, expected.full(), rtol=1e-12, atol=1e-12 * scale)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
+def test_compiled_code_answers_as_casadi(robot: Robot, name: str, tmp_path: Path) -> None:
+    _, source, _ = generate_code(robot, name, tmp_path)
+    compile_c([source], tmp_path / "lib.so", "-shared", "-fPIC")
+    function, draw = FUNCTIONS[name](robot), np.random.default_rng(3)
+    for _ in range(5):
+        inputs = [draw.uniform(-2.0, 2.0, function.numel_in(k)) for k in range(function.n_in())]
+        result = call(tmp_path / "lib.so", source.stem, inputs, function.size_out(0))
+        assert_same(result, function(*inputs))
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> None:
+    robot = ROBOTS["rx90"]
+    _, source, example = generate_code(robot, name, tmp_path)
+    compile_c([source, example], tmp_path / "example")
+    printed = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=True).stdout
+    function, text = FUNCTIONS[name](robot), example.read_text(encoding="utf-8")
+    arrays = dict(re.findall(r"const double (\w+)\[\d+\] = \{([^}]*)\}", text))
+    inputs = [[float(part) for part in arrays[function.name_in(k)].split(",")] for k in range(function.n_in())]
+    result = np.array([line.split() for line in printed.splitlines()], dtype=float)
+    assert_same(result, function(*inputs))
+    assert np.abs(result).max() > 1e-3
+
+
+@pytest.mark.parametrize("robot", [ROBOTS["rx90"], SLIDING], ids=["rx90", "sliding"])
+@pytest.mark.parametrize("name", ["inverse_dynamics", "base_regressor"])
+def test_header_names_shapes_and_parameters(robot: Robot, name: str, tmp_path: Path) -> None:
+    header = generate_code(robot, name, tmp_path)[0].read_text(encoding="utf-8")
+    names = base_parameters(robot).columns if name == "base_regressor" else standard_columns(robot)
+    found = re.findall(r"(\d+)=(\w+)", header)
+    assert found == [(str(k), parameter) for k, parameter in enumerate(names)]
+    assert header.count("*/") == 1
+    function = FUNCTIONS[name](robot)
+    for k in range(function.n_in()):
+        assert f"const double {function.name_in(k)}[{function.numel_in(k)}]" in header
+    if name == "base_regressor":
+        assert f"Phi: out, {robot.n} x {len(names)}, row-major: Phi[{len(names)} * row + column]" in header
+
+
+def test_header_names_the_frame_of_the_payload(tmp_path: Path) -> None:
+    robot = replace(SLIDER, payload_frame="tool */ #error, 30° turned")
+    header = generate_code(robot, "payload_regressor", tmp_path)[0].read_text(encoding="utf-8")
+    assert " * Frame of the payload: tool __ #error, 30_ turned\n" in header
+    assert header.count("*/") == 1
+
+
+def test_code_needs_nothing_but_the_mathematics_library(tmp_path: Path) -> None:
+    header, source, _ = generate_code(ROBOTS["tx40"], "forward_dynamics", tmp_path)
+    text = source.read_text(encoding="utf-8") + header.read_text(encoding="utf-8")
+    assert re.findall(r"#include (\S+)", text) == [f'"{header.name}"', "<math.h>"]
+    assert not re.search(r"\b(malloc|calloc|static|goto)\b", text)
+    assert header.stem.isidentifier()
+
+
+def test_every_name_is_tested() -> None:
+    assert code_names() == tuple(FUNCTIONS)
+
+
+def test_unknown_function_lists_the_known(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"'mass' to generate: give one of {', '.join(FUNCTIONS)}"):
+        generate_code(ROBOTS["rx90"], "mass", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_writing_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = generate_code(SLIDER, "gravity", tmp_path)
+    before = [path.read_bytes() for path in paths]
+
+    def fail(self: Path, target: Path) -> Path:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Path, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        generate_code(replace(SLIDER, gravity=(0.0, 0.0, -1.0)), "gravity", tmp_path)
+    assert [path.read_bytes() for path in paths] == before
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
+
+
+def test_command_makes_the_folder_and_prints_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "deep" / "below"
+    assert main(["codegen", "--robot", "rx90", "--function", "base_regressor", "--out", str(folder)]) == 0
+    printed = capsys.readouterr().out.split()
+    assert sorted(printed) == sorted(str(path) for path in folder.iterdir())
+    assert {Path(path).name for path in printed} == {
+        "rx90_base_regressor.h", "rx90_base_regressor.c", "rx90_base_regressor_example.c",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("function", "out", "said"),
+    [
+        ("mass", "new", "give one of inverse_dynamics, "),
+        ("gravity", "file", "File exists"),
+        ("gravity", "file/x", ""),
+    ],
+)
+def test_command_answers_a_mistake_in_one_line(
+    function: str, out: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    arguments = ["codegen", "--robot", "rx90", "--function", function, "--out", str(tmp_path / out)]
+    assert main(arguments) == 2
+    output, errors = capsys.readouterr()
+    assert output == ""
+    assert errors.count("\n") == 1
+    assert said in errors
+
+
+def test_robot_without_parameters_gets_a_body_that_can_exist(tmp_path: Path) -> None:
+    """The example's numbers for forward dynamics leave A regular."""
+    robot = ROBOTS["ur10e"]
+    text = generate_code(robot, "forward_dynamics", tmp_path)[2].read_text(encoding="utf-8")
+    values = re.search(r"double chi\[\d+\] = \{([^}]*)\}", text)
+    assert values
+    A = mass_matrix(robot)(np.ones(robot.n), [float(part) for part in values[1].split(",")]).full()
+    assert np.linalg.eigvalsh(A)[0] > 0.1

@@ -1,0 +1,219 @@
+"""Drives: friction, rotor inertia, the coupling of two drives, offsets, springs."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.model import (
+    Coupling,
+    Drives,
+    InputError,
+    Joint,
+    Robot,
+    Spring,
+    inverse_dynamics,
+    standard_columns,
+    standard_regressor,
+)
+from dynident.model.arrays import Array
+from dynident.model.rank import random_states, stacked_regressor
+
+GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
+TABLE = Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))
+
+
+FORMS: tuple[Literal["sum", "paper"], ...] = ("sum", "paper")
+STATES = 20
+States = tuple[Array, Array, Array]
+
+
+def torque(robot: Robot, states: States, **values: float) -> Array:
+    """Torques of a robot of which only some parameters are not zero, shape (N, n)."""
+    chi = np.array([values.get(name, 0.0) for name in standard_columns(robot)])
+    return np.array(inverse_dynamics(robot)(*(x.T for x in states), chi)).T
+
+
+@pytest.mark.parametrize("speed", [-0.7, 0.0, 2.0])
+def test_friction_and_rotor_of_one_joint(speed: float) -> None:
+    """(2) and (3), and an offset."""
+    robot = Robot("one", (Joint(),), drives=Drives(offsets=True))
+    one = (np.array([[0.3]]), np.array([[speed]]), np.array([[1.5]]))
+    expected = 4.0 * 1.5 + 5.0 * np.sign(speed) + 6.0 * speed + 7.0
+    assert torque(robot, one, IA1=4.0, FS1=5.0, FV1=6.0, OFF1=7.0) == pytest.approx(expected)
+
+
+def test_drive_parameters_of_a_joint_act_on_it_alone(robot: Robot) -> None:
+    _, qd, qdd = states = random_states(robot, STATES, seed=1)
+    spring = torque(robot, states)
+    factors = {"IA": qdd, "FS": np.sign(qd), "FV": qd, "OFF": np.ones_like(qd)}
+    coupled = f"IA{robot.coupling.joints[1]}" if robot.coupling else ""
+    for name in standard_columns(robot):
+        kind, joint = name.rstrip("0123456789"), int(name[-1]) - 1
+        if kind in factors and name != coupled:
+            expected = np.zeros_like(qd)
+            expected[:, joint] = factors[kind][:, joint]
+            np.testing.assert_allclose(torque(robot, states, **{name: 1.0}) - spring, expected, atol=1e-11)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_coupling_terms(rx90: Robot, form: Literal["sum", "paper"]) -> None:
+    """(10) and (11): inertia IA6, viscous FVM6, Coulomb FSM6, in both forms."""
+    robot = rx90.with_coulomb(form)
+    _, qd, qdd = states = random_states(robot, STATES, seed=2)
+    speed5, speed6 = qd[:, 4], qd[:, 5]
+    signs = {"sum": (speed5 + speed6, speed5 + speed6), "paper": (speed6, speed5)}
+    expected = {
+        "IA6": (qdd[:, 5], qdd[:, 4] + qdd[:, 5]),
+        "FVM6": (speed6, speed5),
+        "FSM6": (np.sign(signs[form][0]), np.sign(signs[form][1])),
+    }
+    for name, (row5, row6) in expected.items():
+        found = torque(robot, states, **{name: 1.0})
+        assert not found[:, :4].any()
+        np.testing.assert_allclose(found[:, 4:], np.column_stack([row5, row6]), atol=1e-14)
+
+
+def test_coulomb_forms_differ_only_where_the_speeds_have_other_signs(rx90: Robot) -> None:
+    states = random_states(rx90, 200, seed=5)
+    column = standard_columns(rx90).index("FSM6")
+    total, printed = (
+        stacked_regressor(rx90.with_coulomb(form), *states)[:, column].reshape(6, -1) for form in FORMS
+    )
+    same = states[1][:, 4] * states[1][:, 5] > 0.0
+    np.testing.assert_array_equal(total[:, same], printed[:, same])
+    assert (total[4:, ~same] != printed[4:, ~same]).any(axis=0).all()
+
+
+def test_coupling_follows_from_motors_by_duality(rx90: Robot) -> None:
+    """(8) and (9): rotor inertias JA and motor friction, seen from the joints; powers are equal."""
+    K5, K6, JA5, JA6, viscous, coulomb = 45.0, -32.0, 1.2e-4, 0.4e-4, 3e-4, 0.02
+    gear = np.array([[K5, 0.0], [K6, K6]])
+    _, qd, qdd = states = random_states(rx90, STATES, seed=3)
+    motor_speed, motor_acceleration = qd[:, 4:] @ gear.T, qdd[:, 4:] @ gear.T
+    motor = np.array([JA5, JA6]) * motor_acceleration
+    motor[:, 1] += viscous * motor_speed[:, 1] + coulomb * np.sign(motor_speed[:, 1])
+    joint = torque(
+        rx90,
+        states,
+        **{"IA5": K5**2 * JA5 + K6**2 * JA6, "IA6": K6**2 * JA6, "FSM6": abs(K6) * coulomb},
+        **dict.fromkeys(("FV5", "FV6", "FVM6"), K6**2 * viscous),
+    )
+    np.testing.assert_allclose(joint[:, 4:], motor @ gear, rtol=1e-11)
+    np.testing.assert_allclose((joint * qd).sum(axis=1), (motor * motor_speed).sum(axis=1), rtol=1e-11)
+
+
+def test_printed_coulomb_form_can_give_power(rx90: Robot) -> None:
+    """Why the sum is the default: as printed, friction drives the robot at some speeds."""
+    _, qd, _ = states = random_states(rx90, 200, seed=4)
+    total, printed = ((torque(rx90.with_coulomb(form), states, FSM6=1.0) * qd).sum(axis=1) for form in FORMS)
+    assert total.min() >= 0.0
+    assert printed.min() < -0.5
+
+
+def test_offsets_are_named_and_constant(rx90: Robot) -> None:
+    robot = rx90.with_offsets(True)
+    assert set(standard_columns(robot)) - set(standard_columns(rx90)) == {f"OFF{j}" for j in range(1, 7)}
+    values = {f"OFF{j}": float(j) for j in range(1, 7)}
+    states = random_states(robot, STATES, seed=5)
+    np.testing.assert_allclose(torque(robot, states, **values), np.tile(np.arange(1.0, 7.0), (STATES, 1)))
+    assert robot.with_offsets(False) == rx90
+
+
+def test_drives_without_friction_and_rotors() -> None:
+    robot = Robot("bare", (Joint(),), drives=Drives(rotor_inertia=False, friction=False))
+    assert len(standard_columns(robot)) == 10
+    assert standard_regressor(robot).size_out(0) == (1, 10)
+
+
+def stored_energy(spring: Spring, q: Array) -> Array:
+    """k/2 (L - L0)^2 with L between the pivots at distances a and b from the axis."""
+    a, b = spring.arms
+    one = np.array([a, 0.0])
+    two = -b * np.stack([np.cos(q - spring.zero), np.sin(q - spring.zero)], axis=-1)
+    stretch = np.asarray(np.linalg.norm(two - one, axis=-1)) - spring.length
+    return 0.5 * spring.stiffness * stretch**2
+
+
+def test_geometric_spring_is_the_slope_of_its_energy() -> None:
+    q, h = np.linspace(-3.0, 3.0, 101), 1e-5
+    slope = (stored_energy(GEOMETRIC, q + h) - stored_energy(GEOMETRIC, q - h)) / (2.0 * h)
+    np.testing.assert_allclose(GEOMETRIC.torque(q), -slope, atol=1e-6)
+    assert np.abs(GEOMETRIC.torque(q)).max() > 1.0
+
+
+def test_spring_table_is_linear_in_between() -> None:
+    q = np.array([-1.0, -0.5, 0.0, 1.0, 2.0])
+    np.testing.assert_allclose(TABLE.torque(q), [5.0, 3.0, 1.0, -1.0, -3.0])
+
+
+@pytest.mark.parametrize("angle", [-1.001, 2.001])
+def test_spring_table_is_not_left(angle: float) -> None:
+    with pytest.raises(InputError, match=r"joint 1 moves from .* outside the spring's table \(-1\.000 to 2\.000"):
+        TABLE.torque(np.array([0.0, angle]))
+
+
+@pytest.mark.parametrize("spring", [GEOMETRIC, TABLE], ids=["geometric", "table"])
+def test_spring_as_expression(spring: Spring) -> None:
+    q = np.linspace(-1.0, 2.0, 31)
+    symbol = ca.SX.sym("q")
+    law = ca.Function("law", [symbol], [spring.torque_symbol(symbol)])
+    np.testing.assert_allclose(np.array(law(q[None])).ravel(), spring.torque(q), atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "spring", [replace(GEOMETRIC, joint=2), replace(TABLE, joint=2)], ids=["geometric", "table"]
+)
+def test_spring_is_taken_off_the_motor(rx90: Robot, spring: Spring, evaluate: Callable[..., Array]) -> None:
+    """Only joint 2 changes, by the spring's torque; the regressor does not know the spring."""
+    robot = replace(rx90, drives=replace(rx90.drives, spring=replace(spring, joint=2)))
+    q, qd, qdd = random_states(robot, 30, seed=6)
+    q = q / np.pi  # inside the table
+    chi = np.array([rx90.parameters[name] for name in standard_columns(rx90)])
+    with_spring, without = (evaluate(inverse_dynamics(one), q, qd, qdd, chi)[:, :, 0] for one in (robot, rx90))
+    expected = np.zeros_like(q)
+    expected[:, 1] = -spring.torque(q[:, 1])
+    np.testing.assert_allclose(with_spring - without, expected, atol=1e-10)
+    assert standard_columns(robot) == standard_columns(rx90)
+    first, second = (stacked_regressor(one, q, qd, qdd) for one in (robot, rx90))
+    np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "either a table or"),
+        ({"stiffness": 1.0, "arms": (0.1, 0.1), "table": ((0.0, 0.0), (1.0, 1.0))}, "either a table or"),
+        ({"stiffness": -1.0, "arms": (0.1, 0.1)}, "either a table or"),
+        ({"table": ((0.0, 0.0),)}, "two rows with rising angles"),
+        ({"table": ((0.0, 0.0), (0.0, 1.0))}, "two rows with rising angles"),
+    ],
+)
+def test_springs_without_one_clear_law(arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Spring(1, **arguments)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("drives", "message"),
+    [
+        (Drives(coupling=Coupling((5, 7))), "joint 7, the robot has joints 1 to 6"),
+        (Drives(spring=replace(GEOMETRIC, joint=0)), "joint 0, the robot has joints 1 to 6"),
+        (Drives(friction=False, coupling=Coupling((5, 6))), "need rotor inertia and friction"),
+        (Drives(rotor_inertia=False, coupling=Coupling((5, 6))), "need rotor inertia and friction"),
+    ],
+)
+def test_drives_that_do_not_fit_the_robot(rx90: Robot, drives: Drives, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(rx90, drives=drives)
+
+
+def test_coupling_is_checked() -> None:
+    with pytest.raises(ValueError, match="must differ"):
+        Coupling((5, 5))
+    with pytest.raises(ValueError, match="'sum' or 'paper'"):
+        Coupling((5, 6), "difference")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="no coupled drives"):
+        Robot("one", (Joint(),)).with_coulomb("paper")

@@ -1,0 +1,215 @@
+"""Laws that hold for every robot, sliding joints included, with and without a compiler."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+from dynident.model import (
+    INERTIAL,
+    Drives,
+    InertialParameters,
+    Joint,
+    Robot,
+    inverse_dynamics,
+    mass_matrix,
+    payload_columns,
+    payload_regressor,
+    standard_columns,
+    standard_regressor,
+)
+from dynident.model.arrays import Array
+from dynident.model.rank import random_states
+
+STATES = 50
+Evaluate = Callable[..., Array]
+RandomParameters = Callable[[Robot, int], dict[str, float]]
+RandomBodies = Callable[[int, int], list[InertialParameters]]
+
+
+def vector(robot: Robot, values: dict[str, float]) -> Array:
+    return np.array([values[name] for name in standard_columns(robot)])
+
+
+def without_drives(robot: Robot) -> Robot:
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+
+
+def spring_torque(robot: Robot, q: Array) -> Array:
+    torque = np.zeros_like(q)
+    if robot.spring:
+        row = robot.spring.joint - 1
+        torque[:, row] = robot.spring.torque(q[:, row])
+    return torque
+
+
+def assert_equal(value: Array, reference: Array, tolerance: float = 1e-11) -> None:
+    """Equal to a fraction of each column's largest entry (columns may have different units)."""
+    scale = np.abs(reference).max(axis=0)
+    assert value.shape == reference.shape
+    assert (np.abs(value - reference) <= tolerance * scale).all()
+
+
+def test_torque_is_linear_in_the_parameters(
+    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters
+) -> None:
+    """(4): Phi_s chi is what Newton and Euler give; the spring is known and not in Phi_s."""
+    states = random_states(robot, STATES, seed=1)
+    chi = vector(robot, random_parameters(robot, 1))
+    torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
+    phi = evaluate(standard_regressor(robot), *states)
+    assert_equal(phi @ chi, torque + spring_torque(robot, states[0]))
+
+
+def test_regressor_column_is_inverse_dynamics_of_a_unit_parameter(robot: Robot, evaluate: Evaluate) -> None:
+    """(7)."""
+    states = random_states(robot, 3, seed=2)
+    phi = evaluate(standard_regressor(robot), *states)
+    ident, own = inverse_dynamics(robot), spring_torque(robot, states[0])
+    for k, unit in enumerate(np.eye(phi.shape[2])):
+        for sample, state in enumerate(zip(*states, strict=True)):
+            column = np.array(ident(*state, unit)).ravel() + own[sample]
+            np.testing.assert_allclose(phi[sample, :, k], column, atol=1e-11)
+
+
+def test_mass_matrix(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
+    """Symmetric, positive definite for bodies that can exist, and the slope of torque over acceleration."""
+    q, _, qdd = random_states(robot, STATES, seed=3)
+    chi, still = vector(robot, random_parameters(robot, 3)), np.zeros_like(q)
+    A = evaluate(mass_matrix(robot), q, chi)
+    assert np.abs(A - A.transpose(0, 2, 1)).max() <= 1e-13 * np.abs(A).max()
+    assert np.linalg.eigvalsh(A).min() > 0.0
+    torque = inverse_dynamics(robot)
+    moved, resting = (evaluate(torque, q, still, a, chi)[:, :, 0] for a in (qdd, still))
+    assert_equal(np.einsum("kij,kj->ki", A, qdd), moved - resting)
+
+
+def test_power_balance(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
+    """The motors' power is the growth of energy plus what friction takes."""
+    q, qd, qdd = random_states(robot, STATES, seed=4)
+    values = random_parameters(robot, 4)
+    torque = evaluate(inverse_dynamics(robot), q, qd, qdd, vector(robot, values))[:, :, 0]
+    power = (torque * qd).sum(axis=1)
+    step = 1e-30  # complex step: the derivative along the motion without cancellation
+    growth = np.array(
+        [
+            energy(robot, values, a + 1j * step * b, b + 1j * step * c).imag / step
+            for a, b, c in zip(q, qd, qdd, strict=True)
+        ]
+    )
+    assert_equal(power, growth + friction_power(robot, values, qd))
+
+
+def energy(robot: Robot, values: dict[str, float], q: Array, qd: Array) -> complex:
+    """Kinetic and potential energy [J] from homogeneous transforms and pseudo-inertias; takes complex numbers."""
+    T, speed = np.eye(4, dtype=complex), np.zeros((4, 4), dtype=complex)
+    total = 0.0 + 0.0j
+    for j, joint in enumerate(robot.joints):
+        A, slope = transform(joint, q[j])
+        T, speed = T @ A, speed @ A + T @ slope * qd[j]
+        body = InertialParameters(np.array([values[f"{kind}{j + 1}"] for kind in INERTIAL]))
+        total += 0.5 * np.trace(speed @ body.pseudo_inertia @ speed.T)
+        total -= np.array(robot.gravity) @ (T @ body.pseudo_inertia)[:3, 3]
+        total += 0.5 * values[f"IA{j + 1}"] * qd[j] ** 2
+    if robot.coupling:
+        first, second = robot.coupling.joints
+        total += values[f"IA{second}"] * qd[first - 1] * qd[second - 1]
+    if robot.spring:
+        a, b = robot.spring.arms
+        psi = q[robot.spring.joint - 1] - robot.spring.zero
+        L = np.sqrt(a * a + b * b + 2 * a * b * np.cos(psi))
+        total += 0.5 * robot.spring.stiffness * (L - robot.spring.length) ** 2
+    return complex(total)
+
+
+def transform(joint: Joint, q: complex) -> tuple[Array, Array]:
+    """Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r), and its derivative by q."""
+    angle, length = (q + joint.theta, joint.r) if joint.revolute else (joint.theta, q + joint.r)
+    ca, sa, c, s = cos(joint.alpha), sin(joint.alpha), np.cos(angle), np.sin(angle)
+    before = np.array([[1, 0, 0, joint.d], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
+    screw = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, length], [0, 0, 0, 1]])
+    slope = np.zeros((4, 4), dtype=complex)
+    if joint.revolute:
+        slope[:2, :2] = [[-s, -c], [c, -s]]
+    else:
+        slope[2, 3] = 1.0
+    return before @ screw, before @ slope
+
+
+def friction_power(robot: Robot, values: dict[str, float], qd: Array) -> Array:
+    """(2) times the speed, the offsets, and rotor k's friction at the sum of the coupled speeds."""
+    power = np.zeros(len(qd))
+    for j, speed in enumerate(qd.T, start=1):
+        power += values[f"FS{j}"] * np.abs(speed) + values[f"FV{j}"] * speed**2
+        power += values.get(f"OFF{j}", 0.0) * speed
+    if robot.coupling:
+        first, second = robot.coupling.joints
+        one, two = qd[:, first - 1], qd[:, second - 1]
+        power += values[f"FSM{second}"] * np.abs(one + two) + 2.0 * values[f"FVM{second}"] * one * two
+    return power
+
+
+def test_welded_payload_only_changes_the_last_link(
+    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters, random_bodies: RandomBodies
+) -> None:
+    """A payload given in a tool frame, and the same body as one more link behind a joint that is held."""
+    tool = Joint("revolute", radians(33), 0.12, radians(-71), 0.08)
+    values, payload = random_parameters(robot, 7), random_bodies(1, 8)[0]
+    longer = replace(robot, joints=(*robot.joints, tool))
+    states = random_states(robot, STATES, seed=7)
+    n = robot.n
+    held = [np.column_stack([x, np.zeros(STATES)]) for x in states]
+    extra = dict.fromkeys(standard_columns(longer), 0.0) | values | payload.named(str(n + 1))
+    expected = evaluate(inverse_dynamics(longer), *held, vector(longer, extra))[:, :n, 0]
+
+    pose = transform(tool, 0.0)[0].real
+    moved = payload.moved(pose[:3, :3], pose[:3, 3])
+    loaded = values | {name: values[name] + value for name, value in moved.named(str(n)).items()}
+    torque = inverse_dynamics(robot)
+    with_payload = evaluate(torque, *states, vector(robot, loaded))[:, :, 0]
+    assert_equal(with_payload, expected)
+    assert tuple(moved.named(str(n))) == payload_columns(robot)
+
+    without = evaluate(torque, *states, vector(robot, values))[:, :, 0]
+    assert_equal(evaluate(payload_regressor(robot), *states) @ moved.vector, with_payload - without, 1e-10)
+
+
+@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
+@pytest.mark.parametrize(("length", "mass"), [(1000.0, 1.0), (0.37, 2.9)])
+def test_change_of_units(
+    robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters, length: float, mass: float
+) -> None:
+    """Dimensional analysis: lengths and masses in other units change torques by m l^2, forces by m l."""
+    robot = without_drives(robot)
+    joints = tuple(replace(joint, d=joint.d * length, r=joint.r * length) for joint in robot.joints)
+    x, y, z = (length * g for g in robot.gravity)
+    scaled = replace(robot, joints=joints, gravity=(x, y, z))
+    powers = np.tile([2] * 6 + [1] * 3 + [0], robot.n)
+    chi = vector(robot, random_parameters(robot, 9))
+    states = random_states(robot, STATES, seed=9)
+    turns = np.array([joint.revolute for joint in robot.joints])
+    rescaled = [x * np.where(turns, 1.0, length) for x in states]
+    torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
+    other = evaluate(inverse_dynamics(scaled), *rescaled, chi * mass * length**powers)[:, :, 0]
+    assert_equal(other, torque * mass * length ** np.where(turns, 2, 1))
+
+
+@pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
+def test_frame_zero_is_free(robot: Robot, evaluate: Evaluate, random_parameters: RandomParameters) -> None:
+    """Turning frame 0 about its x axis turns gravity's components and changes no torque."""
+    angle = radians(37)
+    c, s = cos(angle), sin(angle)
+    gx, gy, gz = robot.gravity
+    first = replace(robot.joints[0], alpha=robot.joints[0].alpha + angle)
+    turned = replace(robot, joints=(first, *robot.joints[1:]), gravity=(gx, c * gy - s * gz, s * gy + c * gz))
+    states, chi = random_states(robot, STATES, seed=10), vector(robot, random_parameters(robot, 10))
+    torques = [evaluate(inverse_dynamics(one), *states, chi)[:, :, 0] for one in (robot, turned)]
+    assert_equal(torques[1], torques[0])
+
+
+def test_whole_turns_change_nothing(robot: Robot, evaluate: Evaluate) -> None:
+    q, qd, qdd = random_states(robot, STATES, seed=11)
+    turns = np.array([2.0 * np.pi * joint.revolute for joint in robot.joints])
+    phi, other = (evaluate(standard_regressor(robot), x, qd, qdd) for x in (q, q + turns))
+    assert np.abs(phi - other).max() <= 1e-12 * np.abs(phi).max()

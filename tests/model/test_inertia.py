@@ -1,0 +1,162 @@
+"""One body in all its views."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.model import INERTIAL, InertialParameters
+from dynident.model.arrays import Array
+from dynident.model.inertia import skew
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False, allow_subnormal=False)
+
+
+def vectors(size: float) -> st.SearchStrategy[Array]:
+    return arrays(np.float64, 3, elements=numbers(-size, size))
+
+
+@st.composite
+def clouds(draw: st.DrawFn) -> tuple[Array, Array]:
+    """Masses [kg] and points [m]: from a single point to eight, also in a line or a plane."""
+    count = draw(st.integers(1, 8))
+    masses = draw(arrays(np.float64, count, elements=numbers(1e-3, 10.0)))
+    return masses, draw(arrays(np.float64, (count, 3), elements=numbers(-1.0, 1.0)))
+
+
+@st.composite
+def rotations(draw: st.DrawFn) -> Array:
+    """Rotation matrices by Rodrigues' formula."""
+    x, y, z = draw(vectors(1.0))
+    angle = draw(numbers(-np.pi, np.pi))
+    axis = np.array([x, y, z]) / max(float(np.linalg.norm([x, y, z])), 1e-3)
+    axis = axis if abs(np.linalg.norm(axis) - 1.0) < 1e-9 else np.array([0.0, 0.0, 1.0])
+    K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
+
+
+Cloud = tuple[Array, Array]
+Sums = Callable[[Array, Array], InertialParameters]
+
+
+@given(points=clouds())
+def test_pseudo_inertia_is_the_sum_over_points(cloud: Sums, points: Cloud) -> None:
+    """Sum of m [p; 1] [p; 1]': never negative, and the ten are direct sums too."""
+    masses, places = points
+    body = cloud(masses, places)
+    homogeneous = np.column_stack([places, np.ones(len(masses))])
+    expected = homogeneous.T @ (masses[:, None] * homogeneous)
+    np.testing.assert_allclose(body.pseudo_inertia, expected, atol=1e-12 * masses.sum())
+    assert body.min_pseudo_inertia_eigenvalue >= -1e-13 * masses.sum()
+
+
+@given(points=clouds(), rotation=rotations(), origin=vectors(2.0))
+def test_moved_is_the_sum_over_moved_points(cloud: Sums, points: Cloud, rotation: Array, origin: Array) -> None:
+    masses, places = points
+    moved = cloud(masses, places).moved(rotation, origin)
+    expected = cloud(masses, places @ rotation.T + origin)
+    np.testing.assert_allclose(moved.vector, expected.vector, atol=1e-12 * masses.sum())
+
+
+@given(points=clouds(), rotation=rotations(), origin=vectors(2.0))
+def test_moved_there_and_back(cloud: Sums, points: Cloud, rotation: Array, origin: Array) -> None:
+    body = cloud(*points)
+    back = body.moved(rotation, origin).moved(rotation.T, -rotation.T @ origin)
+    np.testing.assert_allclose(back.vector, body.vector, atol=1e-12 * body.mass)
+
+
+@given(points=clouds())
+def test_from_com_is_the_inverse(cloud: Sums, points: Cloud) -> None:
+    body = cloud(*points)
+    again = InertialParameters.from_com(body.mass, body.com, body.inertia_com)
+    np.testing.assert_allclose(again.vector, body.vector, atol=1e-13 * body.mass)
+
+
+@given(points=clouds())
+def test_centre_of_mass_form_is_the_sum_about_it(cloud: Sums, points: Cloud) -> None:
+    masses, places = points
+    body = cloud(masses, places)
+    com = masses @ places / masses.sum()
+    np.testing.assert_allclose(body.com, com, atol=1e-13)
+    about = cloud(masses, places - com).inertia
+    np.testing.assert_allclose(body.inertia_com, about, atol=1e-12 * masses.sum())
+
+
+def test_views_agree_with_names() -> None:
+    """XY is the entry of the inertia matrix, in the order of (6)."""
+    body = InertialParameters(np.arange(1.0, 11.0))
+    assert body.named("6") == {f"{kind}6": float(k) for k, kind in enumerate(INERTIAL, start=1)}
+    np.testing.assert_array_equal(body.inertia, [[1, 2, 3], [2, 4, 5], [3, 5, 6]])
+    np.testing.assert_array_equal(body.first_moments, [7, 8, 9])
+    assert body.mass == 10.0
+    np.testing.assert_array_equal(skew([1, 2, 3]) @ [4, 5, 6], np.cross([1, 2, 3], [4, 5, 6]))
+
+
+def test_ball_and_thin_disc_can_exist() -> None:
+    """Closed forms: a ball 2/5 m r^2; a disc is the limit, its pseudo-inertia is singular."""
+    ball = InertialParameters.from_com(2.0, [0.1, 0.2, 0.3], 0.4 * 2.0 * 0.05**2 * np.eye(3))
+    assert ball.physically_consistent
+    disc = InertialParameters.from_com(3.0, [0, 0, 0], 3.0 * 0.1**2 * np.diag([0.25, 0.25, 0.5]))
+    assert disc.min_pseudo_inertia_eigenvalue == pytest.approx(0.0, abs=1e-15)
+    thinner = InertialParameters(disc.vector + 1e-3 * np.eye(10)[INERTIAL.index("ZZ")])
+    assert not thinner.physically_consistent
+
+
+def payload(root: Path, table: str) -> InertialParameters:
+    """A column of the paper's Tables 1 and 2; what Table 2 leaves out is zero."""
+    entries = tomllib.loads((root / "report/paper_tables.toml").read_text(encoding="utf-8"))[table]
+    numbers = [entries.get(kind, 0.0) for kind in INERTIAL]
+    return InertialParameters(np.array([x[0] if isinstance(x, list) else x for x in numbers]))
+
+
+@pytest.mark.parametrize(
+    ("table", "eigenvalue", "principal"),
+    [
+        ("table1", -2.6e-3, (0.0074, 0.0251, 0.0376)),
+        ("table2", -2.5e-3, (0.0080, 0.0140, 0.0270)),
+    ],
+)
+def test_published_payloads_cannot_exist(
+    root: Path, table: str, eigenvalue: float, principal: tuple[float, float, float]
+) -> None:
+    """Positive mass, positive inertia about the centre of mass, and yet no such body."""
+    body = payload(root, table)
+    assert body.min_pseudo_inertia_eigenvalue == pytest.approx(eigenvalue, abs=0.05e-3)
+    np.testing.assert_allclose(np.linalg.eigvalsh(body.inertia_com), principal, atol=1e-4)
+    assert body.mass > 0.0
+    assert not body.physically_consistent
+
+
+def test_a_priori_payload_can_exist(root: Path) -> None:
+    body = payload(root, "a_priori")
+    assert body.min_pseudo_inertia_eigenvalue == pytest.approx(2.9e-4, abs=0.05e-4)
+    assert body.physically_consistent
+
+
+def test_nothing_without_mass() -> None:
+    nothing = InertialParameters(np.zeros(10))
+    assert not nothing.physically_consistent
+    with pytest.raises(ZeroDivisionError, match="no centre of mass"):
+        _ = nothing.com
+
+
+def test_values_are_checked_and_locked() -> None:
+    given_values = np.ones(10)
+    body = InertialParameters(given_values)
+    given_values[0] = 5.0
+    assert body.vector[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        body.vector[0] = 2.0
+    with pytest.raises(FrozenInstanceError):
+        body.vector = np.zeros(10)  # type: ignore[misc]
+    with pytest.raises(ValueError, match=r"shape \(9,\), expected 10"):
+        InertialParameters(np.ones(9))
+    with pytest.raises(ValueError, match="not finite"):
+        InertialParameters(np.full(10, np.nan))

@@ -1,0 +1,229 @@
+"""The kernel against CasADi's own virtual machine, compiled and in NumPy."""
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.model import Kernel
+from dynident.model.arrays import Array
+from dynident.model.kernel.c_path import CPath
+from dynident.model.kernel.numpy_path import NumpyPath
+from dynident.model.kernel.operations import OPERATIONS
+from dynident.model.kernel.program import Program, Step, read_program
+
+TWO_ARGUMENTS = {
+    *("ADD", "SUB", "MUL", "DIV", "ATAN2", "FMIN", "FMAX", "POW", "CONSTPOW"),
+    *("LT", "LE", "EQ", "NE", "AND", "OR", "IF_ELSE_ZERO"),
+}
+SPECIAL = (0.0, -0.0, 0.5, -0.5, 1.0, -1.0, 2.0, -3.0, 1e-310, 1e300, math.inf, -math.inf, math.nan)
+VALUES = np.concatenate([SPECIAL, np.random.default_rng(0).uniform(-3.0, 3.0, 60)])
+
+
+def expression(name: str, x: ca.SX, y: ca.SX) -> ca.SX:
+    if name == "CONSTPOW":
+        return x**2.5
+    code = getattr(ca, f"OP_{name}")
+    return ca.SX.binary(code, x, y) if name in TWO_ARGUMENTS else ca.SX.unary(code, x)
+
+
+def reference(function: ca.Function, *inputs: Array) -> Array:
+    """CasADi's virtual machine, sample by sample."""
+    return np.array(function(*(x.T for x in inputs)))
+
+
+@pytest.mark.parametrize("name", sorted(OPERATIONS.keys() - {"ASSIGN"}))
+def test_every_operation(name: str, compiled: bool) -> None:
+    """On ordinary and on special numbers, in every pairing."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    function = ca.Function("f", [x, y], [expression(name, x, y)])
+    assert name in {step.name for step in read_program(function).steps}
+    pairs = np.array(np.meshgrid(VALUES, VALUES)).reshape(2, -1).T
+    columns = [pairs[:, [k]] for k in (0, 1)]
+    kernel = Kernel(function)
+    assert kernel.compiled == compiled
+    # 4 units in the last place: libraries may round differently.
+    np.testing.assert_allclose(kernel(*columns), reference(function, *columns), rtol=1e-15, atol=4e-16)
+
+
+def test_assignment(compiled: bool) -> None:
+    """CasADi simplifies it away; programs may still hold it."""
+    program = Program({0: 0}, {}, (Step("ASSIGN", 1, (0,)),), (1,), 2, (1,))
+    values, result = VALUES[:, None].copy(), np.empty((1, len(VALUES)))
+    (CPath(program) if compiled else NumpyPath(program)).rows([values], result)
+    np.testing.assert_array_equal(result, values.T)
+
+
+@pytest.fixture
+def mixed() -> ca.Function:
+    """Two inputs, two outputs, constants, a shared subexpression, an input that is an output."""
+    x, p = ca.SX.sym("x", 3), ca.SX.sym("p", 2)
+    shared = ca.sin(x[0]) * ca.cos(x[1]) + p[0]
+    matrix = ca.SX(2, 3)
+    matrix[0, 0], matrix[1, 0], matrix[1, 2] = shared, x[2], 7.25
+    return ca.Function("mixed", [x, p], [matrix, shared * shared - ca.sqrt(ca.fabs(x[2] * p[1])) / 3.0])
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 4095, 4096, 4097])
+def test_every_size(mixed: ca.Function, compiled: bool, size: int) -> None:
+    draw = np.random.default_rng(size)
+    x, p = draw.normal(size=(size, 3)), draw.normal(size=(size, 2))
+    kernel = Kernel(mixed)
+    result = kernel(x, p)
+    assert result.shape == (4, size)
+    assert list(zip(kernel.rows, kernel.columns, strict=True)) == [(0, 0), (1, 0), (1, 2)]
+    shared = np.sin(x[:, 0]) * np.cos(x[:, 1]) + p[:, 0]
+    last = shared * shared - np.sqrt(np.abs(x[:, 2] * p[:, 1])) / 3.0
+    expected = np.array([shared, x[:, 2], np.full(size, 7.25), last])
+    np.testing.assert_allclose(result, expected, rtol=1e-14, atol=1e-15)
+    assert compiled == kernel.compiled
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 300])
+def test_tiles_hold_the_same_numbers(mixed: ca.Function, compiled: bool, size: int) -> None:
+    """Spare places of the last tile repeat the last sample; ``out`` is filled where it is given."""
+    draw = np.random.default_rng(size)
+    x, p = draw.normal(size=(size, 3)), draw.normal(size=2)
+    kernel = Kernel(mixed)
+    tiles, rows = kernel.tiles(x, p), kernel(x, p)
+    assert tiles.shape == (-(-size // 8), 4, 8)
+    flat = tiles.swapaxes(0, 1).reshape(4, -1)
+    np.testing.assert_array_equal(flat[:, :size], rows)
+    np.testing.assert_array_equal(flat[:, size:], np.repeat(rows[:, -1:], -size % 8, axis=1))
+    given = np.full_like(rows, np.nan)
+    assert kernel(x, p, out=given) is given
+    np.testing.assert_array_equal(given, rows)
+    for wrong in (np.empty((4, size + 1)), np.empty((size, 4)).T if size > 1 else np.empty(4), rows.astype("f4")):
+        with pytest.raises(ValueError, match="out must be"):
+            kernel(x, p, out=wrong)
+
+
+def test_shared_inputs(mixed: ca.Function, compiled: bool) -> None:
+    """A 1-D input is the same for all samples; with none but 1-D inputs there is one sample."""
+    x, p = np.random.default_rng(1).normal(size=(11, 3)), np.array([0.3, -2.0])
+    kernel = Kernel(mixed)
+    np.testing.assert_array_equal(kernel(x, p), kernel(x, np.tile(p, (11, 1))))
+    np.testing.assert_array_equal(kernel(x[0], p), kernel(x[:1], p[None]))
+
+
+def test_inputs_need_not_be_contiguous(mixed: ca.Function, compiled: bool) -> None:
+    draw = np.random.default_rng(2)
+    x, p = draw.normal(size=(3, 50)).T[::2], draw.normal(size=(25, 4))[:, ::2]
+    kernel = Kernel(mixed)
+    np.testing.assert_array_equal(kernel(x, p), kernel(x.copy(), p.copy()))
+
+
+@pytest.mark.parametrize(
+    "shapes",
+    [
+        [(5, 3)],
+        [(5, 3), (5, 3)],
+        [(5, 2), (5, 3)],
+        [(5, 5)],
+        [(5, 3), (5, 2), (5, 1)],
+        [(5, 3), (4, 2)],
+        [(5, 3), (1, 2)],
+        [(3,), (3,)],
+        [(2, 5, 3), (2,)],
+        [],
+    ],
+    ids=str,
+)
+def test_wrong_sizes_are_refused(mixed: ca.Function, compiled: bool, shapes: list[tuple[int, ...]]) -> None:
+    with pytest.raises(ValueError, match="inputs"):
+        Kernel(mixed)(*(np.zeros(shape) for shape in shapes))
+
+
+def test_other_functions_are_refused() -> None:
+    x = ca.MX.sym("x", 2)
+    with pytest.raises(TypeError, match="other is not an SX function: expand"):
+        Kernel(ca.Function("other", [x], [x + 1.0]))
+
+
+def test_unknown_operation_is_named() -> None:
+    x = ca.SX.sym("x")
+    with pytest.raises(TypeError, match=f"gauss uses CasADi operation {ca.OP_ERF}"):
+        Kernel(ca.Function("gauss", [x], [ca.erf(x)]))
+
+
+@pytest.mark.parametrize(("function", "exact"), [(ca.sin, math.sin), (ca.cos, math.cos)], ids=["sin", "cos"])
+def test_sine_and_cosine(
+    function: Callable[[ca.SX], ca.SX], exact: Callable[[float], float], compiled: bool
+) -> None:
+    """Within 2.5e-16 up to 1e5 rad and beyond; near multiples of pi/2 also relative to the small result."""
+    draw = np.random.default_rng(3)
+    near = np.arange(-60000, 60001, 997) * (np.pi / 2)
+    angles = np.concatenate(
+        [draw.uniform(-size, size, 5000) for size in (1e-8, 1.0, 10.0, 1e3, 1e5, 1e9, 1e12, 1e15, 1e300)]
+        + [near, [0.0, 1e5, np.nextafter(1e5, 2e5), -1e5, 5e-324, 1.7e308]]
+    )
+    angles.sort()  # eight of a kind: one large angle sends its seven neighbours to the C library too
+    symbol = ca.SX.sym("x")
+    result = Kernel(ca.Function("f", [symbol], [function(symbol)]))(angles[:, None])[0]
+    expected = np.array([exact(angle) for angle in angles])
+    assert np.abs(result - expected).max() <= 2.5e-16
+    np.testing.assert_allclose(result, expected, rtol=5e-16, atol=1e-22)
+
+
+@pytest.mark.parametrize("function", [ca.sin, ca.cos], ids=["sin", "cos"])
+def test_angles_without_a_sine(function: Callable[[ca.SX], ca.SX], compiled: bool) -> None:
+    """One infinite angle among eight must not spoil the others."""
+    symbol = ca.SX.sym("x")
+    angles = np.array([0.5, math.inf, -math.inf, math.nan, 1.0, 2e5, -0.5, 3.0])
+    result = Kernel(ca.Function("f", [symbol], [function(symbol)]))(angles[:, None])[0]
+    np.testing.assert_array_equal(np.isnan(result), ~np.isfinite(angles))
+    exact = math.sin if function is ca.sin else math.cos
+    expected = [exact(angle) for angle in angles[np.isfinite(angles)]]
+    np.testing.assert_allclose(result[np.isfinite(angles)], expected, atol=2.5e-16)
+
+
+@pytest.mark.parametrize("constant", [math.inf, -math.inf, math.nan, 1e308, 5e-324, -0.0, 0.1, 1e22, -7.0])
+def test_constants_are_exact(constant: float, compiled: bool) -> None:
+    x = ca.SX.sym("x")
+    result = Kernel(ca.Function("f", [x], [ca.vertcat(ca.SX(constant), x)]))(np.zeros((9, 1)))
+    np.testing.assert_array_equal(result[0], np.full(9, constant))
+
+
+def test_random_expressions(compiled: bool) -> None:
+    """Long programs in which registers are used again and again."""
+    draw = np.random.default_rng(4)
+    names = ("ADD", "SUB", "MUL", "SIN", "COS", "NEG", "SQ", "FMIN", "SIGN", "LT", "IF_ELSE_ZERO", "TANH")
+    for _ in range(5):
+        x = ca.SX.sym("x", 4)
+        pool = ca.vertsplit(x)
+        for name in draw.choice(names, 150):
+            first, second = (pool[k] for k in draw.integers(max(0, len(pool) - 12), len(pool), 2))
+            pool.append(expression(str(name), first, second))
+        function = ca.Function("f", [x], [ca.tanh(ca.vertcat(*pool[-10:]))])
+        samples = draw.normal(size=(37, 4))
+        np.testing.assert_allclose(Kernel(function)(samples), reference(function, samples), atol=1e-9)
+
+
+def test_compiled_code_leaves_the_process_alone() -> None:
+    """Loading a kernel must not switch the process to flush-to-zero."""
+    code = (
+        "import casadi as ca, numpy as np\n"
+        "from dynident.model import Kernel\n"
+        "x = ca.SX.sym('x')\n"
+        "Kernel(ca.Function('f', [x], [ca.sin(x)]))(np.zeros((9, 1)))\n"
+        "assert np.array([1e-300])[0] * np.array([1e-10])[0] == 1e-310 != 0.0\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_broken_compiler_is_told(monkeypatch: pytest.MonkeyPatch, mixed: ca.Function) -> None:
+    """A compiler that fails is worth a warning, and the answer is still right."""
+    from dynident.model.kernel import c_path
+    from dynident.model.kernel.cache import CompilerUnavailable
+
+    def fail(source: str) -> None:
+        raise CompilerUnavailable("the C compiler failed: no space")
+
+    monkeypatch.setattr(c_path, "compiled_library", fail)
+    with pytest.warns(RuntimeWarning, match="no space; NumPy does the work"):
+        kernel = Kernel(mixed)
+    assert not kernel.compiled
+    assert kernel(np.zeros((3, 3)), np.ones(2)).shape == (4, 3)

@@ -1,0 +1,52 @@
+"""Documents and tables: numbers survive, files are whole."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.report.documents import write_json
+from dynident.report.paper import paper_tables
+from dynident.report.tables import _short, _value
+
+
+def test_json_is_plain_and_whole(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    document = {"a": np.arange(3.0), "b": np.float64(1.5), "c": (1, None, float("nan")), "d": {"e": np.inf}}
+    write_json(path, document)
+    assert json.loads(path.read_text()) == {"a": [0.0, 1.0, 2.0], "b": 1.5, "c": [1, None, None], "d": {"e": None}}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "out.json"
+    write_json(path, {"good": 1})
+    with pytest.raises(TypeError):
+        write_json(path, {"bad": object()})
+    assert json.loads(path.read_text()) == {"good": 1}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "text"),
+    [(1.23456, 0.0123, "1.235±0.012"), (-0.00012345, 1e-5, "-0.000123±0.000010"), (1234.5, 12.0, "1234±12"),
+     (2.5, 0.0, "2.5"), (2.5, np.inf, "2.5")],
+)  # fmt: skip
+def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
+    assert _value(value, sigma) == text
+
+
+def test_short_values_are_as_the_paper_prints() -> None:
+    assert _short(0.157, 0.019) == ".157±.019"
+    assert _short(10.05, 0.02) == "10.050±.020"
+    assert _short(-0.0001, 0.0) == "0.000"
+
+
+def test_printed_sigma_and_percent_agree() -> None:
+    """2 sigma and the relative sigma of every row of Tables 1 and 2 are of the same estimate."""
+    tables = paper_tables()
+    for rows in (tables.table1, tables.table2, tables.table2_robot):
+        for name, row in rows.items():
+            sigma = row.relative_sigma_percent / 100.0 * abs(row.value)
+            rounding = 0.00025 + 0.0005 * row.relative_sigma_percent / 100.0
+            assert sigma == pytest.approx(row.two_sigma / 2.0, abs=2.0 * rounding), name

@@ -1,0 +1,285 @@
+"""The command line: answers, exit status, JSON; one line and nothing written for what cannot be used."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import InertialParameters, Recording, load_robot
+from dynident.report.paper import paper_tables
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+
+QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
+
+
+def write_csv(path: Path, recording: Recording, torque: str = "tau", q_scale: float = 1.0) -> Path:
+    n = recording.q.shape[1]
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", torque) for j in range(1, n + 1)]
+    values = np.column_stack([recording.t, q_scale * recording.q, recording.torque])
+    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    return path
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Simulated RX90 logs: two trajectories without and with the paper's payload, and spoilt ones."""
+    folder = tmp_path_factory.mktemp("logs")
+    robot = load_robot("rx90")
+    simulator = Simulator(robot)
+    load: InertialParameters = paper_tables().payload
+    paths: dict[str, Path] = {}
+    for k in range(3):
+        motion = random_via_points(robot, 14, seed=k).motion(250.0)
+        bare = simulator.record(motion, None, QUIET, [k, 0])
+        loaded = simulator.record(motion, load, QUIET, [k, 1])
+        paths[f"bare{k}"] = write_csv(folder / f"bare{k}.csv", bare)
+        paths[f"loaded{k}"] = write_csv(folder / f"loaded{k}.csv", loaded)
+    paths["degrees"] = write_csv(folder / "degrees.csv", bare, q_scale=57.29577951308232)
+    paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
+    short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
+    paths["short"] = write_csv(folder / "short.csv", short)
+    q = np.array(bare.q)
+    q[:, 5] = 0.1
+    paths["still"] = write_csv(folder / "still.csv", Recording(bare.t, q, bare.torque))
+    flipped = Recording(bare.t, bare.q, bare.torque * [1, -1, 1, 1, 1, 1])
+    paths["flipped"] = write_csv(folder / "flipped.csv", flipped)
+    lines = paths["bare0"].read_text().splitlines()
+    cells = lines[99].split(",")
+    cells[4] = "nan"
+    lines[99] = ",".join(cells)
+    paths["nan"] = folder / "nan.csv"
+    paths["nan"].write_text("\n".join(lines))
+    paths["broken_robot"] = folder / "broken.toml"
+    paths["broken_robot"].write_text('name = "x"\n[[joints]]\nalpha = 3\n')
+    return {name: str(path) for name, path in paths.items()}
+
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    def runner(*arguments: str) -> tuple[int, str, str]:
+        try:
+            status = main(arguments)
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return runner
+
+
+def payload_arguments(logs: dict[str, str], *more: str) -> list[str]:
+    arguments = ["payload", "--robot", "rx90"]
+    for k in (0, 1):
+        arguments += ["--unloaded", logs[f"bare{k}"], "--loaded", logs[f"loaded{k}"]]
+    return [*arguments, *more]
+
+
+def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    status, out, _ = run(*payload_arguments(logs, "--validate", logs["bare2"], "--json", str(target)))
+    assert status == 0
+    assert "…" not in out
+    assert "Verdict" in out
+    data = json.loads(target.read_text())
+    assert set(data) >= {"robot", "frame", "processing", "relative_residual", "data", "estimates", "verdict"}
+    assert set(data["relative_residual"]) >= {"all", "per_joint", "validation"}
+    assert set(data["data"]) >= {
+        "equations", "rate_hz", "cutoff_hz", "lag_s", "max_position_mismatch_rad", "condition_number",
+        "condition_number_scaled", "base_parameters",
+    }  # fmt: skip
+    assert data["data"]["base_parameters"] == 54
+    assert data["data"]["rate_hz"] == pytest.approx(250.0)
+    assert abs(data["data"]["lag_s"]) < 1e-3
+    assert [estimate["method"] for estimate in data["estimates"]] == [1, 2, 3, 4]
+    truth = paper_tables().payload.named()
+    for estimate in data["estimates"]:
+        assert estimate["estimator"] == "wls"
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
+        for name, value in estimate["parameters"].items():
+            assert abs(value - truth[name]) < 5.0 * estimate["sigma"][name]
+            low, high = estimate["interval95"][name]
+            assert low < value < high
+        assert np.shape(estimate["inertia_com"]) == (3, 3)
+        assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
+    assert data["verdict"]["level"] in ("use", "mass_and_com_only")
+
+
+def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    options = ("--method", "1", "--free-friction", "--cutoff", "15", "--decimate", "5", "--coulomb", "paper")
+    status, out, _ = run(*payload_arguments(logs, *options, "--offsets", "--json", str(target)))
+    assert status in (0, 1)
+    data = json.loads(target.read_text())
+    used = data["processing"]
+    assert (used["cutoff_hz"], used["decimate"], used["coulomb"], used["offsets"]) == (15.0, 5, "paper", True)
+    assert data["data"]["base_parameters"] == 60
+    assert [estimate["method"] for estimate in data["estimates"]] == [1]
+    assert "method 2" not in out
+
+
+def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    stored, target = tmp_path / "robot.json", tmp_path / "payload.json"
+    data_arguments = ("--data", logs["bare0"], "--data", logs["bare1"], "--validate", logs["bare2"])
+    status, out, _ = run("identify", "--robot", "rx90", *data_arguments, "--json", str(stored))
+    assert status == 0
+    assert "…" not in out
+    robot = json.loads(stored.read_text())
+    assert set(robot) >= {
+        "robot", "processing", "data", "columns", "covariance", "base_parameters", "condition_number",
+        "relative_residual", "validation",
+    }  # fmt: skip
+    assert np.shape(robot["covariance"]) == (54, 54)
+    assert robot["base_parameters"][0]["name"] == "ZZ1R"
+    assert robot["base_parameters"][0]["grouping"].startswith("ZZ1R = ZZ1 + IA1")
+    assert set(robot["base_parameters"][0]) == {
+        "name", "grouping", "value", "sigma", "relative_sigma_percent", "essential",
+    }  # fmt: skip
+    loaded = ("--loaded", logs["loaded0"], "--loaded", logs["loaded1"])
+    status, _, _ = run(
+        "payload", "--robot", "rx90", "--robot-parameters", str(stored), *loaded, "--json", str(target)
+    )
+    assert status == 0
+    (later,) = json.loads(target.read_text())["estimates"]
+    assert later["method"] == 1
+    run(*payload_arguments(logs, "--method", "1", "--json", str(target)))
+    (at_once,) = json.loads(target.read_text())["estimates"]
+    assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
+    assert later["sigma"] == pytest.approx(at_once["sigma"], rel=1e-9)
+
+
+def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    stored = tmp_path / "robot.json"
+    run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", str(stored))
+    robot = json.loads(stored.read_text())
+    for change, words in (
+        ({"robot": "tx40"}, "'tx40', not 'rx90'"),
+        ({"columns": robot["columns"][1:]}, "robot.json"),
+    ):
+        stored.write_text(json.dumps({**robot, **change}))
+        arguments = ("payload", "--robot", "rx90", "--robot-parameters", str(stored), "--loaded", logs["loaded0"])
+        status, _, err = run(*arguments)
+        assert status == 2
+        assert words in err
+    del robot["covariance"]
+    stored.write_text(json.dumps(robot))
+    assert "'covariance' missing" in run(*arguments)[2]
+
+
+def test_a_model_that_does_not_describe_the_robot_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
+    status, out, _ = run(
+        "payload", "--robot", "rx90", "--unloaded", logs["flipped"], "--loaded", logs["loaded2"], "--method", "4"
+    )
+    assert status == 1
+    assert "do not use" in out
+    assert "signs" in out
+
+
+def test_answers_are_the_same_every_time(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    texts = []
+    for name in ("a.json", "b.json"):
+        run(*payload_arguments(logs, "--json", str(tmp_path / name)))
+        texts.append((tmp_path / name).read_bytes())
+    assert texts[0] == texts[1]
+
+
+def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
+    """(name, arguments with {log} places, words that the line must hold)."""
+    pair = ["--unloaded", "{bare0}", "--loaded", "{loaded0}"]
+    rx90 = ["payload", "--robot", "rx90"]
+    return [
+        ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90, tx40, ur10e"]),
+        ("broken robot", ["payload", "--robot", "{broken_robot}", *pair], ["'joints[1].alpha'", "alpha_deg"]),
+        ("no file", [*rx90, "--unloaded", "none.csv", "--loaded", "{loaded0}"], ["none.csv", "no such file"]),
+        ("nan", [*rx90, "--unloaded", "{nan}", "--loaded", "{loaded0}"], ["nan.csv", "line 100", "'q4'"]),
+        ("degrees", [*rx90, "--unloaded", "{degrees}", "--loaded", "{loaded0}"], ["degrees.csv", "degrees"]),
+        ("currents", ["identify", "--robot", "rx90", "--data", "{currents}"], ["--drive-gains, 6 numbers"]),
+        ("gains", ["identify", "--robot", "rx90", "--data", "{currents}", "--drive-gains", "1,2"], ["2 numbers"]),
+        ("text gains", ["identify", "--robot", "rx90", "--data", "{currents}", "--drive-gains", "a"], ["'a'"]),
+        ("no currents", ["identify", "--robot", "rx90", "--data", "{bare0}", "--drive-gains", "1,1,1,1,1,1"],
+         ["no currents"]),
+        ("short", ["identify", "--robot", "rx90", "--data", "{short}"], ["fewer samples than parameters"]),
+        ("still", ["identify", "--robot", "rx90", "--data", "{still}"], ["joint 6 never moves", "FS6"]),
+        ("other trajectory", [*rx90, "--unloaded", "{bare0}", "--loaded", "{loaded1}", "--method", "3"],
+         ["not the same trajectory"]),
+        ("nothing to compare", [*rx90, "--loaded", "{loaded0}"], ["--unloaded"]),
+        ("method without data", [*rx90, "--loaded", "{loaded0}", "--method", "5"], ["--method"]),
+        ("cutoff", [*rx90, *pair, "--cutoff", "300"], ["cut-off", "lower --cutoff"]),
+        ("negative cutoff", [*rx90, *pair, "--cutoff", "-1"], ["cutoff must be positive"]),
+        ("decimate", [*rx90, *pair, "--decimate", "0"], ["decimate"]),
+        ("coulomb", ["payload", "--robot", "ur10e", *pair, "--coulomb", "paper"], ["no coupled drives"]),
+        ("free friction", [*rx90, *pair, "--method", "3", "--free-friction"], ["--free-friction", "method 1"]),
+        ("not JSON", [*rx90, "--robot-parameters", "{bare0}", "--loaded", "{loaded0}"], ["cannot be read as JSON"]),
+        ("no command", [], ["command"]),
+        ("unknown option", [*rx90, *pair, "--speed", "3"], ["--speed"]),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"), [case[1:] for case in bad_inputs()], ids=[c[0] for c in bad_inputs()]
+)
+def test_bad_input_is_one_line_and_writes_nothing(
+    run: Run, logs: dict[str, str], tmp_path: Path, arguments: list[str], words: list[str]
+) -> None:
+    target = tmp_path / "result.json"
+    filled = [argument.format(**logs) for argument in arguments]
+    status, out, err = run(*filled, *(["--json", str(target)] if filled else []))
+    assert status == 2
+    lines = [line for line in err.splitlines() if not line.startswith("dynident: note:")]
+    assert len(lines) == 1
+    assert "error: " in lines[0]
+    for word in words:
+        assert word in lines[0]
+    assert out == ""
+    assert not target.exists()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_there_is_one_line(run: Run, logs: dict[str, str]) -> None:
+    status, _, err = run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", "/nowhere/result.json")
+    assert status == 2
+    assert "/nowhere" in err
+
+
+def test_as_a_program(logs: dict[str, str]) -> None:
+    """Exit status and streams of the installed command; also without a compiler."""
+    command = [sys.executable, "-c", "import sys; from dynident.cli import main; sys.exit(main())"]
+    environment = {**os.environ, "DYNIDENT_NO_COMPILER": "1"}
+    bad = subprocess.run(
+        [*command, "identify", "--robot", "rx90", "--data", logs["nan"]],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
+    assert bad.returncode == 2
+    assert bad.stdout == ""
+    assert "Traceback" not in bad.stderr
+    assert len(bad.stderr.splitlines()) == 1
+    good = subprocess.run(
+        [*command, "identify", "--robot", "rx90", "--data", logs["bare0"]],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
+    assert good.returncode == 0
+    assert "ZZ1R" in good.stdout
+    helped = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
+    for name in ("payload", "identify", "demo"):
+        assert name in helped.stdout
+
+
+def test_demo(run: Run, tmp_path: Path) -> None:
+    status, out, _ = run("demo", "--out", str(tmp_path / "demo"), "--trajectories", "3", "--seed", "4")
+    assert status == 0
+    assert "…" not in out
+    data: dict[str, Any] = json.loads((tmp_path / "demo" / "payload.json").read_text())
+    assert len(data["estimates"]) == 4
+    for estimate in data["estimates"]:
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.03)
+    assert (tmp_path / "demo" / "torques.png").stat().st_size > 50_000
+    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700"):
+        assert words in out

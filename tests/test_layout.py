@@ -1,0 +1,180 @@
+"""The plan of the house: rooms, directions of imports, what is packaged, what is imported when."""
+
+import ast
+import importlib
+import inspect
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import dynident
+import pytest
+from dynident.model import load_robot
+
+ROOT = Path(__file__).parents[1]
+ROOMS = ("model", "estimation", "trajectories", "report")
+HANDS = ("cli.py", "demo.py")
+"""Files that hand values from room to room."""
+MAY_IMPORT: dict[str, set[str]] = {
+    "model": set(),
+    "estimation": {"model"},
+    "trajectories": {"model"},
+    "report": {"model", "estimation", "trajectories"},
+    "__init__.py": {"model", "estimation", "trajectories"},
+} | {name: set(ROOMS) for name in HANDS}
+FILES = sorted(
+    [*ROOT.glob("*.py"), *(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))],
+)
+PACKAGES = sorted({"dynident", *(".".join(("dynident", *path.parent.relative_to(ROOT).parts)) for path in FILES)})
+PUBLIC = [
+    f"dynident.{room}" for room in ("model", "model.kernel", "estimation", "estimation.payload", "trajectories")
+]
+
+
+def names(paths: list[Path]) -> list[str]:
+    return [path.relative_to(ROOT).as_posix() for path in paths]
+
+
+def imported(path: Path) -> Iterator[tuple[int, tuple[str, ...]]]:
+    """Level (0: absolute) and full module path of every import, in functions and type checks too."""
+    here = path.relative_to(ROOT).parent.parts
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from ((0, tuple(alias.name.split("."))) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield 0, tuple((node.module or "").split("."))
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level <= len(here) + 1, f"{path} imports from above the package"
+            base = (*here[: len(here) + 1 - node.level], *(node.module.split(".") if node.module else ()))
+            yield from ((node.level, (*base, alias.name)) for alias in node.names)
+
+
+def project() -> dict[str, Any]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=names(FILES))
+def test_imports_go_one_way(path: Path) -> None:
+    """Model imports no room; estimation and trajectories only model; report is imported by the hands alone."""
+    place = path.relative_to(ROOT).parts[0]
+    rooms = {module[0] for level, module in imported(path) if level and module[0] in ROOMS}
+    assert rooms - {place} <= MAY_IMPORT[place]
+
+
+@pytest.mark.parametrize("path", FILES, ids=names(FILES))
+def test_rooms_import_each_other_relatively(path: Path) -> None:
+    absolute = {module[0] for level, module in imported(path) if level == 0}
+    assert not absolute & {"dynident", "tests", *ROOMS}
+
+
+def test_nobody_imports_the_hands() -> None:
+    users = {
+        path.name for path in FILES for level, module in imported(path) if level and f"{module[0]}.py" in HANDS
+    }
+    assert users <= set(HANDS)
+
+
+def test_import_checker_sees_what_it_should() -> None:
+    """The two tests above would pass without a word if it saw nothing."""
+    seen = {module[0] for path in FILES for level, module in imported(path) if level}
+    assert set(ROOMS) <= seen
+    heavy = {module[0] for path in FILES for level, module in imported(path) if not level}
+    assert {"numpy", "casadi", "scipy", "matplotlib"} <= heavy
+
+
+def test_every_package_is_listed() -> None:
+    """What is not listed is missing from the wheel."""
+    assert all((ROOT / Path(*name.split(".")[1:]) / "__init__.py").is_file() for name in PACKAGES)
+    assert sorted(project()["tool"]["setuptools"]["packages"]) == PACKAGES
+
+
+def test_every_data_file_is_listed() -> None:
+    listed = project()["tool"]["setuptools"]["package-data"]
+    data = [path for room in ROOMS for path in (ROOT / room).rglob("*.*") if path.suffix not in (".py", ".pyc")]
+    assert {"rx90.toml", "tx40.toml", "ur10e.toml", "paper_tables.toml"} <= {path.name for path in data}
+    for path in [*data, ROOT / "py.typed"]:
+        homes = {
+            package: path.relative_to(ROOT / Path(*package.split(".")[1:])).as_posix()
+            for package in listed
+            if path.is_relative_to(ROOT / Path(*package.split(".")[1:]))
+        }
+        assert any(fnmatch(name, glob) for package, name in homes.items() for glob in listed[package]), path
+
+
+ROBOTS = sorted((ROOT / "model/robots").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", ROBOTS, ids=[path.stem for path in ROBOTS])
+def test_every_robot_loads_by_name_and_by_path(path: Path) -> None:
+    assert load_robot(path.stem) == load_robot(path)
+
+
+@pytest.mark.parametrize("module", PUBLIC)
+def test_every_public_name(module: str) -> None:
+    """It is there, listed once, and says what it is."""
+    room = importlib.import_module(module)
+    assert room.__doc__
+    assert len(set(room.__all__)) == len(room.__all__)
+    for name in room.__all__:
+        assert documented(getattr(room, name), name, Path(inspect.getfile(room)).parent), f"{module}.{name}"
+
+
+def documented(value: object, name: str, folder: Path) -> bool:
+    """A docstring of its own: not the one that dataclasses make, nor a built-in type's."""
+    if inspect.isclass(value) or inspect.isroutine(value):
+        text = value.__doc__ or ""
+        return bool(text) and not text.startswith(f"{name}(")
+    return any(constant_has_text(path, name) for path in folder.rglob("*.py"))
+
+
+def constant_has_text(path: Path, name: str) -> bool:
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    for node, after in pairwise(body):
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if any(isinstance(target, ast.Name) and target.id == name for target in targets):
+            return isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+    return False
+
+
+def modules_after(code: str) -> set[str]:
+    command = [sys.executable, "-c", f"{code}\nimport sys\nprint(*sys.modules)"]
+    return set(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split())
+
+
+@pytest.mark.parametrize("module", ["dynident", "dynident.cli"])
+def test_light_imports(module: str) -> None:
+    """The command answers --help before NumPy would be loaded."""
+    loaded = modules_after(f"import {module}")
+    assert module in loaded
+    assert not loaded & {"numpy", "casadi", "scipy", "matplotlib", "rich", "cvxpy"}
+
+
+def test_estimation_waits_with_what_is_slow() -> None:
+    loaded = modules_after("import dynident.estimation")
+    assert "numpy" in loaded
+    assert not loaded & {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich"}
+
+
+def test_rooms_are_found_in_the_package_only() -> None:
+    """At top level their relative imports fail, so that no second copy of a class is made."""
+    code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"
+    answer = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+    assert "attempted relative import beyond top-level package" in answer.stderr
+
+
+def test_tests_mirror_the_rooms() -> None:
+    folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
+    assert {Path("model"), Path("estimation"), Path("trajectories"), Path("report")} <= folders
+    for folder in folders:
+        assert (ROOT / folder / "__init__.py").is_file(), f"tests/{folder} mirrors no room"
+    stems = [path.stem for path in (ROOT / "tests").rglob("test_*.py")]
+    assert len(set(stems)) == len(stems), "a test file's name says which it is"
+
+
+def test_version_is_told_once() -> None:
+    assert dynident.__version__ == project()["project"]["version"]
