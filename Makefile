@@ -18,6 +18,7 @@ lint: .venv/installed-dev
 
 bench: .venv/installed-test
 	$(BIN)/python benchmarks/coverage.py
+	$(BIN)/python benchmarks/base_parameters.py
 
 clean:
 	rm -rf .venv build dist *.egg-info

@@ -16,9 +16,11 @@ from .dynamics import (
     mass_matrix,
 )
 from .errors import InputError
+from .grouping import closed_form_base_parameters
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
+from .local_transfers import local_transfer_base_parameters
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
 from .processing import Processing
@@ -53,6 +55,7 @@ __all__ = [
     "Spring",
     "base_parameters",
     "base_regressor",
+    "closed_form_base_parameters",
     "code_names",
     "coriolis",
     "coriolis_matrix",
@@ -65,6 +68,7 @@ __all__ = [
     "inverse_dynamics",
     "inverse_dynamics_base",
     "load_robot",
+    "local_transfer_base_parameters",
     "mass_matrix",
     "payload_columns",
     "payload_regressor",

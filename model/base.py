@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from .arrays import Array, frozen_array
+
+_ROUNDING = 1e-10
+"""A smaller factor in a grouping is rounding."""
 
 
 @dataclass(frozen=True)
@@ -16,16 +20,24 @@ class BaseParameters:
         standard: names of the standard parameters, N_s.
         chosen: positions in ``standard`` of those that stand for a base parameter, N_b, rising.
         grouping: G, N_b x N_s: base parameters = G @ standard parameters, and W_s = W_base @ G.
+        decided_by: what found them.
+        expressions: each base parameter written with the robot's own lengths, "D3^2*(M3+M4) + ZZ1", N_b texts;
+            empty where nothing symbolic is known.
     """
 
     standard: tuple[str, ...]
     chosen: tuple[int, ...]
     grouping: Array
+    decided_by: Literal["closed form", "local transfers", "QR"] = "QR"
+    expressions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Lock the grouping matrix and check its shape."""
+        """Lock the grouping matrix, freed of rounding, and check its shape."""
         shape = (len(self.chosen), len(self.standard))
-        object.__setattr__(self, "grouping", frozen_array(self.grouping, shape, "grouping"))
+        exact = np.where(np.abs(self.grouping) < _ROUNDING, 0.0, self.grouping)
+        object.__setattr__(self, "grouping", frozen_array(exact, shape, "grouping"))
+        if self.expressions and len(self.expressions) != len(self.chosen):
+            raise ValueError(f"{len(self.expressions)} expressions for {len(self.chosen)} base parameters")
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -44,8 +56,27 @@ class BaseParameters:
         effect = np.abs(self.grouping).sum(axis=0)
         return tuple(name for name, size in zip(self.standard, effect, strict=True) if size == 0.0)
 
-    def groupings(self) -> tuple[str, ...]:
-        """Each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3"."""
+    @property
+    def eliminated(self) -> tuple[str, ...]:
+        """Standard parameters that stand for no base parameter: grouped into others or without effect."""
+        return tuple(name for name in self.standard if name not in self.columns)
+
+    def groupings(self, symbolic: bool = False) -> tuple[str, ...]:
+        """Each base parameter as a sum: "XX2R = XX2 - YY2 - 0.2025 M3".
+
+        Args:
+            symbolic: with the robot's own lengths instead: "XX2R = -D3^2*(M3+M4) + XX2 - YY2".
+
+        Raises:
+            ValueError: if symbolic text is asked for and there is none.
+        """
+        if symbolic:
+            if not self.expressions:
+                raise ValueError(
+                    f"base parameters decided by {self.decided_by} have no symbolic text: "
+                    "use closed_form_base_parameters"
+                )
+            return tuple(f"{name} = {text}" for name, text in zip(self.names, self.expressions, strict=True))
         return tuple(
             f"{name} = {self._sum(row, k)}"
             for name, row, k in zip(self.names, self.grouping, self.chosen, strict=True)

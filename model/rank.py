@@ -10,7 +10,9 @@ from .robot import Robot
 
 RANK_TOLERANCE = 1e-8
 """A column is dependent if what is left of it is below this fraction of the largest column."""
-_STATES_PER_JOINT = 12
+STATES_PER_JOINT = 12
+"""Random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns."""
+_PRECISION = 1e-15
 
 
 def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
@@ -23,14 +25,28 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
         robot: the robot.
         seed: of the random states.
     """
-    W = stacked_regressor(robot, *random_states(robot, _STATES_PER_JOINT * robot.n, seed))
-    chosen = leftmost_independent(W)
+    W = stacked_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed))
+    return base_parameters_of(standard_columns(robot), W)
+
+
+def base_parameters_of(columns: tuple[str, ...], W: Array) -> BaseParameters:
+    """Base parameters that an observation matrix shows.
+
+    Args:
+        columns: names of the columns of ``W``, N_s.
+        W: standard regressor on many states, at least N_s rows x N_s.
+    """
+    R = np.asarray(np.linalg.qr(W, mode="r"))
+    residuals = left_residuals(R)
+    chosen = np.flatnonzero(residuals > RANK_TOLERANCE)
     grouping = np.zeros((len(chosen), W.shape[1]))
     rest = np.setdiff1d(np.arange(W.shape[1]), chosen)
     grouping[:, chosen] = np.eye(len(chosen))
-    grouping[:, rest] = np.linalg.lstsq(W[:, chosen], W[:, rest], rcond=None)[0]
-    grouping[np.abs(grouping) < RANK_TOLERANCE] = 0.0
-    return BaseParameters(standard_columns(robot), tuple(int(k) for k in chosen), grouping)
+    size = np.linalg.norm(R[:, chosen], axis=0)
+    grouping[:, rest] = np.linalg.lstsq(R[:, chosen] / size, R[:, rest], rcond=None)[0] / size[:, None]
+    # What is nearly dependent is known to so many digits less.
+    grouping[np.abs(grouping) < _PRECISION / residuals[chosen].min(initial=1.0)] = 0.0
+    return BaseParameters(columns, tuple(chosen.tolist()), grouping, "QR")
 
 
 def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Array]:
@@ -51,19 +67,28 @@ def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
 
 
 def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:
-    """Columns of ``W`` that do not depend on those to their left.
+    """Columns of ``W`` that do not depend on those to their left."""
+    return [int(k) for k in np.flatnonzero(left_residuals(W, tolerance) > tolerance)]
+
+
+def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
+    """What is left of each column without those to its left, relative to the largest column.
 
     Every residual is orthogonalised twice, so that the decision does not hang on rounding.
     """
     largest = np.linalg.norm(W, axis=0).max(initial=0.0)
+    residuals = np.zeros(W.shape[1])
     basis = np.empty((W.shape[0], min(W.shape)))
-    chosen: list[int] = []
+    known = 0
     for k in range(W.shape[1]):
-        known = basis[:, : len(chosen)]
-        residual = W[:, k] - known @ (known.T @ W[:, k])
-        residual -= known @ (known.T @ residual)
+        if known == basis.shape[1]:
+            break
+        before = basis[:, :known]
+        residual = W[:, k] - before @ (before.T @ W[:, k])
+        residual -= before @ (before.T @ residual)
         size = np.linalg.norm(residual)
-        if size > tolerance * largest and len(chosen) < basis.shape[1]:
-            basis[:, len(chosen)] = residual / size
-            chosen.append(k)
-    return chosen
+        residuals[k] = size / largest if largest > 0.0 else 0.0
+        if residuals[k] > tolerance:
+            basis[:, known] = residual / size
+            known += 1
+    return residuals

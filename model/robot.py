@@ -65,7 +65,9 @@ class Joint:
     def __post_init__(self) -> None:
         """Refuse an unknown kind and numbers that are not finite."""
         if self.kind not in ("revolute", "prismatic"):
-            raise ValueError(f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'")
+            raise ValueError(
+                f"joint kind {self.kind!r} is not 'revolute' or 'prismatic'; a body fixed to a link is part of it"
+            )
         if not all(math.isfinite(value) for value in (self.alpha, self.d, self.theta, self.r)):
             raise ValueError("alpha, d, theta and r must be finite")
 
@@ -108,6 +110,7 @@ class Robot:
         if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):
             raise ValueError("gravity must be three finite numbers")
         notes = list(self.snapped)
+        object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "snapped", tuple(notes))
@@ -156,3 +159,12 @@ def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
         if abs(old - value) > 1e-12:
             notes.append(f"{name}{number}: {old:.9g} taken as {value:.9g}")
     return replace(joint, **changes) if changes else joint  # type: ignore[arg-type]
+
+
+def _snap_gravity(gravity: tuple[float, float, float], notes: list[str]) -> tuple[float, float, float]:
+    size = math.hypot(*gravity)
+    x, y, z = (value if abs(value) >= SNAP_ANGLE * size else 0.0 for value in gravity)
+    for old, value, name in zip(gravity, (x, y, z), "xyz", strict=True):
+        if abs(old - value) > 1e-12 * size:
+            notes.append(f"gravity along {name}: {old:.9g} taken as {value:.9g}")
+    return x, y, z

@@ -98,6 +98,9 @@ class _Reader:
         where = f"joints[{number}]."
         if not isinstance(table, dict):
             raise self._error(where[:-1], "must be a table")
+        for key in ("parent", "antecedent"):
+            if key in table:
+                raise self._error(where + key, "trees are not supported: give the joints of one chain, base to tip")
         self._known(table, _JOINT, where)
         kind = table.get("kind", "revolute")
         unit, scale = ("m", 1.0) if kind == "prismatic" else ("deg", math.pi / 180.0)

@@ -1,0 +1,130 @@
+"""A chain at q = 0 as numbers: where the axes are, which are parallel, and bodies seen from the frame before."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Array
+from .kinematics import cos_sin
+from .polynomial import Polynomial, Scalar
+from .robot import Joint, Robot
+
+_ZERO = 1e-9
+"""Below it a cosine, sine or length is rounding: nearly special geometry was snapped when the robot was made."""
+
+_UPPER = np.triu_indices(3)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Axes of a robot at q = 0, in frame 0. Joints are counted from 0.
+
+    Attributes:
+        revolute: which joints turn.
+        rotation: axes of each frame, n x 3 x 3.
+        origin: origin of each frame [m], n x 3.
+        gravity: acceleration of gravity [m/s^2], shape (3,), not zero.
+        r1: first revolute joint, n if there is none.
+        r2: next revolute joint whose axis is not parallel to that of r1, n if there is none.
+    """
+
+    revolute: tuple[bool, ...]
+    rotation: Array
+    origin: Array
+    gravity: Array
+    r1: int
+    r2: int
+
+    def axis(self, j: int) -> Array:
+        """Direction of axis ``j``, shape (3,)."""
+        return np.asarray(self.rotation[j, :, 2])
+
+    def parallel(self, i: int, j: int) -> bool:
+        """Whether two axes are parallel or opposite."""
+        return _parallel(self.axis(i), self.axis(j))
+
+    def orthogonal(self, i: int, j: int) -> bool:
+        """Whether two axes are at right angles."""
+        return abs(float(self.axis(i) @ self.axis(j))) < _ZERO
+
+    def first_axis_in(self, j: int) -> dict[str, float]:
+        """Components of the axis of r1 in frame ``j`` that are not zero, named "MX" to "MZ"."""
+        components = self.rotation[j].T @ self.axis(self.r1)
+        named = zip(("MX", "MY", "MZ"), components.tolist(), strict=True)
+        return {kind: value for kind, value in named if abs(value) > _ZERO}
+
+    def gravity_along(self, j: int) -> float:
+        """Gravity along axis ``j`` [m/s^2], exactly 0 at right angles."""
+        value = float(self.axis(j) @ self.gravity)
+        return value if abs(value) > _ZERO * float(np.linalg.norm(self.gravity)) else 0.0
+
+    def turns_about_gravity(self, j: int) -> bool:
+        """Whether revolute axis ``j`` always coincides with that of r1, along gravity, all earlier parallel."""
+        up = self.gravity / np.linalg.norm(self.gravity)
+        aligned = all(_parallel(self.axis(i), up) for i in range(j + 1))
+        # Every revolute axis on the way has to coincide: two offsets may cancel at q = 0 only.
+        on_the_way = [i for i in range(self.r1, j + 1) if self.revolute[i]]
+        return aligned and all(self._on_first_axis(i) for i in on_the_way)
+
+    def slides_apart(self, j: int) -> bool:
+        """Whether axis ``j`` is parallel to every earlier revolute axis and orthogonal to every prismatic one."""
+        return all(self.parallel(i, j) if self.revolute[i] else self.orthogonal(i, j) for i in range(j))
+
+    def _on_first_axis(self, j: int) -> bool:
+        away = np.cross(self.origin[j] - self.origin[self.r1], self.axis(self.r1))
+        return bool(np.abs(away).max() < _ZERO)
+
+
+def chain_at_zero(robot: Robot) -> Chain:
+    """Axes of the robot at q = 0."""
+    R, p = np.eye(3), np.zeros(3)
+    rotations, origins = [], []
+    for joint in robot.joints:
+        R, p = R @ frame_rotation(joint), p + R @ frame_origin(joint, {})
+        rotations.append(R)
+        origins.append(p)
+    turning = tuple(joint.revolute for joint in robot.joints)
+    axes = [rotation[:, 2] for rotation in rotations]
+    r1 = next((j for j in range(robot.n) if turning[j]), robot.n)
+    r2 = next((j for j in range(r1, robot.n) if turning[j] and not _parallel(axes[j], axes[r1])), robot.n)
+    return Chain(turning, np.array(rotations), np.array(origins), np.array(robot.gravity), r1, r2)
+
+
+def frame_rotation(joint: Joint) -> Array:
+    """Axes of frame j in frame j-1 at q = 0, 3 x 3, exact at special angles."""
+    (ca, sa), (ct, st) = cos_sin(joint.alpha), cos_sin(joint.theta)
+    return np.array([[ct, -st, 0.0], [ca * st, ca * ct, -sa], [sa * st, sa * ct, ca]])
+
+
+def frame_origin(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any]:
+    """Origin of frame j in frame j-1 at q = 0 [m], shape (3,); lengths named in ``symbols`` stay symbols."""
+    ca, sa = cos_sin(joint.alpha)
+    d, r = (
+        symbols.get(name, value) if value != 0.0 else 0.0
+        for name, value in zip(joint.names, (joint.d, joint.r), strict=True)
+    )
+    return np.array([d, -sa * r, ca * r])
+
+
+def transfer_matrix(joint: Joint, symbols: Mapping[str, Polynomial]) -> NDArray[Any]:
+    """Inertial parameters of a body of frame j as frame j-1 sees them at q = 0, 10 x 10 (order of (6))."""
+    R, p = frame_rotation(joint), frame_origin(joint, symbols)
+    return np.array([_moved(unit, R, p) for unit in np.eye(10)]).T
+
+
+def _moved(body: Array, R: Array, p: NDArray[Any]) -> list[Scalar]:
+    xx, xy, xz, yy, yz, zz = body[:6]
+    h, mass = R @ body[6:9], body[9]
+    J = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    # About the new origin: J - (h^ p^ + p^ h^) - m p^ p^, with a^ b^ = b a' - (a.b) 1.
+    both = np.outer(h, p) + np.outer(p, h) + mass * np.outer(p, p)
+    moved = J + np.eye(3) * both.trace() - both
+    return [*moved[_UPPER], *(h + mass * p), mass]
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    return math.sqrt(float(np.sum(np.cross(a, b) ** 2))) < _ZERO

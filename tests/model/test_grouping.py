@@ -1,0 +1,195 @@
+"""Closed-form rules against the paper, against published robots, and against local transfers and QR."""
+
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.model import (
+    Drives,
+    InputError,
+    Joint,
+    Robot,
+    base_parameters,
+    closed_form_base_parameters,
+    load_robot,
+    local_transfer_base_parameters,
+    standard_regressor,
+)
+from dynident.model.base import BaseParameters
+from dynident.model.rank import random_states
+from dynident.tests.model.plain_regressor import plain_regressor
+from dynident.tests.model.random_robots import random_robot, small_robots
+from dynident.tests.model.three_ways import Comparison, compare
+from dynident.tests.reference.groupings import rx90_eliminated, rx90_relations
+
+KNOWN = Path(__file__).parents[1] / "reference" / "robots"
+NUMBERS = {"stanford": (37, 33), "iiwa14": (48, 43), "cobra600": (11, 8), "puma560": (40, 36), "panda": (48, 43)}
+"""Base inertial parameters with and without rotor inertias. Panda: 43 in Gaz et al., RA-L 2019."""
+SHIPPED = {"rx90": (40, 36), "tx40": (40, 36), "ur10e": (40, 36)}
+
+
+def serial(name: str) -> Robot:
+    """A shipped or a known robot without the coupling of its drives."""
+    robot = load_robot(name if name in SHIPPED else KNOWN / f"{name}.toml")
+    return replace(robot, drives=replace(robot.drives, coupling=None))
+
+
+def tilted() -> Robot:
+    """A robot of general angles, its second joint a slide, one length used four times."""
+    turn, slide = (
+        Joint(kind, radians(35), 0.2, radians(20), 0.3, names=("D", "R")) for kind in ("revolute", "prismatic")
+    )
+    return Robot("tilted", (turn, slide, turn, turn), (1.0, 2.0, -9.0))
+
+
+def grouped(base: BaseParameters) -> tuple[str, ...]:
+    return tuple(text for text in base.groupings(symbolic=True) if text.split(" = ")[0].endswith("R"))
+
+
+def check(found: Comparison) -> None:
+    assert found.names
+    assert found.grouping < 1e-6
+    assert found.model < 1e-10
+    assert found.accepted > 1e6 * found.rejected
+
+
+@pytest.mark.parametrize("robot", [serial("rx90"), load_robot("rx90")], ids=["serial", "coupled"])
+def test_relations_of_the_paper(robot: Robot) -> None:
+    """The text of (12), relation by relation, and the list of section II.D."""
+    base = closed_form_base_parameters(robot)
+    assert grouped(base) == rx90_relations()
+    assert {name for name in base.eliminated if name[:2] not in ("FS", "FV")} == rx90_eliminated()
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, *NUMBERS])
+def test_known_robots(name: str) -> None:
+    robot = serial(name)
+    check(compare(robot))
+    for rotors, number in zip((True, False), (SHIPPED | NUMBERS)[name], strict=True):
+        drives = Drives(rotor_inertia=rotors, friction=False)
+        assert len(closed_form_base_parameters(replace(robot, drives=drives)).columns) == number
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, *NUMBERS, "tilted"])
+def test_text_is_the_grouping(name: str) -> None:
+    """The symbolic text, evaluated with the robot's lengths, is the numeric grouping."""
+    robot = tilted() if name == "tilted" else serial(name)
+    base = closed_form_base_parameters(robot)
+    lengths = {n: v for j in robot.joints for n, v in zip(j.names, (j.d, j.r), strict=True) if n}
+    for text, row in zip(base.expressions, base.grouping, strict=True):
+        for k, factor in enumerate(row):
+            parameters = {other: float(k == place) for place, other in enumerate(base.standard)}
+            value = eval(text.replace("^", "**"), {}, lengths | parameters)
+            assert value == pytest.approx(factor, rel=1e-5, abs=1e-9)
+
+
+def test_plain_regressor_is_the_regressor() -> None:
+    for seed in range(12):
+        robot = random_robot(seed)
+        q, qd, qdd = random_states(robot, 5, seed)
+        W = plain_regressor(robot, q, qd, qdd).reshape(robot.n, 5, -1)
+        phi = standard_regressor(robot)
+        for k in range(5):
+            wanted = ca.DM(phi(q[k], qd[k], qdd[k])).full()
+            np.testing.assert_allclose(W[:, k], wanted, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_random_robots() -> None:
+    """Rules, local transfers and QR: same names, same order, same groupings, every rule met."""
+    found = [compare(random_robot(seed)) for seed in range(200)]
+    for one in found:
+        check(one)
+    assert min(one.accepted for one in found) > 1e6 * max(one.rejected for one in found)
+    assert len(set().union(*(one.rules for one in found))) == 16
+
+
+def test_small_robots() -> None:
+    """Every eleventh of the grid of one and two joints; benchmarks/base_parameters.py tries them all."""
+    robots = list(small_robots())[::11]
+    assert len(robots) > 400
+    for robot in robots:
+        check(compare(robot))
+
+
+def test_without_gravity() -> None:
+    for seed in range(40):
+        robot = replace(random_robot(seed), gravity=(0.0, 0.0, 0.0))
+        check(compare(robot))
+        with pytest.raises(InputError, match="local_transfer_base_parameters"):
+            closed_form_base_parameters(robot)
+
+
+def test_prismatic_rotor_beyond_the_first_joint() -> None:
+    """The counter-example of grouping.py: a rule for j = 1 only would keep four parameters."""
+    joints = (Joint("prismatic"), Joint("prismatic", alpha=radians(90)))
+    base = closed_form_base_parameters(Robot("two slides", joints, drives=Drives(friction=False)))
+    assert base.groupings(symbolic=True) == ("M1R = -IA2 + M1", "IA1 = IA1", "M2R = IA2 + M2")
+    assert base.unidentifiable == base.standard[:9] + base.standard[11:20]
+    check(compare(Robot("two slides", joints)))
+
+
+def test_axes_that_coincide_at_zero_only() -> None:
+    """Two offsets that cancel at q = 0: MX3 and MY3 act on joint 2. Without the offsets they act on nothing."""
+    apart = Robot("apart", (Joint(), Joint(d=0.3), Joint(d=-0.3)))
+    assert {"MX3", "MY3"} <= set(closed_form_base_parameters(apart).columns)
+    one_axis = Robot("one axis", (Joint(), Joint(), Joint()))
+    assert {"MX3", "MY3"} <= set(closed_form_base_parameters(one_axis).unidentifiable)
+    check(compare(apart))
+    check(compare(one_axis))
+
+
+def test_offset_of_a_vertical_slide() -> None:
+    """Its weight is as constant as an offset: OFF1 cannot be told from M1 less IA1."""
+    robot = Robot("lift", (Joint("prismatic"),), drives=Drives(friction=False, offsets=True))
+    base = closed_form_base_parameters(robot)
+    assert base.names == ("M1R", "IA1R")
+    np.testing.assert_allclose(base.grouping[:, -1], [1 / 9.81, -1 / 9.81])
+    check(compare(robot))
+
+
+@pytest.mark.parametrize("name", ["rx90", "tx40"])
+def test_coupled_drives_are_decided_by_rank(name: str) -> None:
+    robot = load_robot(name)
+    base = closed_form_base_parameters(robot)
+    assert base.decided_by == "QR"
+    assert base.names == base_parameters(robot).names
+    assert closed_form_base_parameters(serial(name)).decided_by == "closed form"
+    assert local_transfer_base_parameters(serial(name)).decided_by == "local transfers"
+    with pytest.raises(InputError, match="coupled drives"):
+        local_transfer_base_parameters(robot)
+
+
+def test_one_name_for_two_lengths() -> None:
+    joints = (Joint(), Joint(d=0.3, names=("D", "")), Joint(d=0.4, names=("D", "")))
+    with pytest.raises(InputError, match=r"joint 3 has length 'D' = 0\.4, an earlier one 0\.3"):
+        closed_form_base_parameters(Robot("twice", joints))
+
+
+def test_symbolic_text_where_there_is_none() -> None:
+    base = base_parameters(load_robot("ur10e"))
+    with pytest.raises(ValueError, match="decided by QR have no symbolic text"):
+        base.groupings(symbolic=True)
+    with pytest.raises(ValueError, match="1 expressions for 58"):
+        replace(base, expressions=("M1",))
+
+
+@pytest.mark.parametrize(
+    ("joint", "message"),
+    [('kind = "fixed"', "a body fixed to a link is part of it"), ("antecedent = 1", "trees are not supported")],
+)
+def test_fixed_joints_and_trees_are_refused(tmp_path: Path, joint: str, message: str) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text(f'name = "tree"\n[[joints]]\nalpha_deg = 0\n[[joints]]\n{joint}\n')
+    with pytest.raises(InputError, match=rf"joints\[2\].*{message}"):
+        load_robot(path)
+
+
+def test_nearly_vertical_gravity_is_snapped() -> None:
+    """Else axis 1 would be almost along gravity, and MX1 and MY1 neither visible nor invisible."""
+    robot = Robot("level", (Joint(), Joint(alpha=radians(90))), gravity=(0.0, 1e-5, -9.81))
+    assert robot.gravity == (0.0, 0.0, -9.81)
+    assert "gravity along y: 1e-05 taken as 0" in robot.snapped
+    check(compare(robot))

@@ -1,0 +1,56 @@
+"""Rules, local transfers and QR on one robot, and by how much they differ."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+from dynident.model import Robot, closed_form_base_parameters, local_transfer_base_parameters, standard_columns
+from dynident.model.arrays import Array
+from dynident.model.base import BaseParameters
+from dynident.model.grouping import moves
+from dynident.model.rank import RANK_TOLERANCE, STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
+from dynident.tests.model.plain_regressor import plain_regressor
+
+
+class Comparison(NamedTuple):
+    """How one robot came out.
+
+    Attributes:
+        names: whether all three give the same names in the same order.
+        grouping: largest difference between two of the three groupings.
+        model: largest of ||W - W_base G|| / ||W|| over the three.
+        rejected: largest residual of a column that QR rejects, relative to the largest column.
+        accepted: smallest residual of a column that QR accepts.
+        rules: how often each rule was applied; empty without gravity.
+    """
+
+    names: bool
+    grouping: float
+    model: float
+    rejected: float
+    accepted: float
+    rules: Counter[str]
+
+
+def compare(robot: Robot) -> Comparison:
+    """Decide a robot's base parameters in three ways; in two without gravity, where the rules do not hold."""
+    W = plain_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed=1))
+    R = np.asarray(np.linalg.qr(W, mode="r"))  # same norms and dependencies, fewer rows
+    decided = [base_parameters_of(standard_columns(robot), R), local_transfer_base_parameters(robot)]
+    if any(robot.gravity):
+        decided.append(closed_form_base_parameters(robot))
+    names = all(base.names == decided[0].names for base in decided)
+    residuals = left_residuals(R)
+    kept = residuals > RANK_TOLERANCE
+    return Comparison(
+        names,
+        max(float(np.abs(base.grouping - decided[0].grouping).max()) for base in decided) if names else np.inf,
+        max(_model_error(base, R) for base in decided),
+        float(residuals[~kept].max(initial=0.0)),
+        float(residuals[kept].min()),
+        Counter(move.rule for move in moves(robot)) if any(robot.gravity) else Counter(),
+    )
+
+
+def _model_error(base: BaseParameters, R: Array) -> float:
+    return float(np.linalg.norm(R - R[:, list(base.chosen)] @ base.grouping) / np.linalg.norm(R))
