@@ -17,8 +17,11 @@ lint: .venv/installed-dev
 	$(BIN)/mypy -p dynident
 
 bench: .venv/installed-test
-	$(BIN)/python benchmarks/coverage.py
-	$(BIN)/python benchmarks/base_parameters.py
+	$(BIN)/python benchmarks/operation_counts.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/regressor.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/streaming.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/base_parameters.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py
 
 clean:
 	rm -rf .venv build dist *.egg-info

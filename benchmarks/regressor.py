@@ -18,10 +18,11 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pinocchio as pin
+from dynident.benchmarks.peers import pinocchio_model
 from dynident.model import Kernel, Robot, base_parameters, base_regressor, load_robot
 from dynident.model.arrays import Array
+from dynident.model.base.rank import random_states
 from dynident.model.kernel.c_path import aligned_empty
-from dynident.model.rank import random_states
 from rich.console import Console
 from rich.table import Table
 
@@ -33,12 +34,7 @@ PINOCCHIO_SAMPLES = 1_000
 
 def pinocchio_loop(robot: Robot, states: tuple[Array, ...]) -> Callable[[], None]:
     """A Python loop over Pinocchio's regressor of the joint torques, 6 x 60."""
-    model, parent = pin.Model(), 0
-    for number, joint in enumerate(robot.joints, start=1):
-        before = pin.SE3(pin.utils.rotate("x", joint.alpha), np.array([joint.d, 0.0, 0.0]))
-        after = pin.SE3(np.eye(3), np.array([0.0, 0.0, joint.r]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
-        model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
+    model = pinocchio_model(robot)
     data = model.createData()
     rows = [tuple(row) for row in zip(*(x[:PINOCCHIO_SAMPLES] for x in states), strict=True)]
 

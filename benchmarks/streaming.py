@@ -14,9 +14,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pinocchio as pin
+from dynident.benchmarks.peers import pinocchio_model
 from dynident.estimation import Observer, ReducedProblem, merged, reduced_measurement, reduced_stream, weighted
 from dynident.model import Measurement, Motion, Processing, Robot, base_parameters, load_robot
-from dynident.model.rank import random_states
+from dynident.model.base.rank import random_states
 from dynident.trajectories import RX90_NOISE, Simulator
 from rich.console import Console
 
@@ -64,12 +65,7 @@ class Source:
 
 def pinocchio_seconds(robot: Robot, samples: int) -> float:
     """What a Python loop over Pinocchio needs for the regressors of so many samples, from 20,000 of them."""
-    model, parent = pin.Model(), 0
-    for number, joint in enumerate(robot.joints, start=1):
-        before = pin.SE3(pin.utils.rotate("x", joint.alpha), np.array([joint.d, 0.0, 0.0]))
-        after = pin.SE3(np.eye(3), np.array([0.0, 0.0, joint.r]))
-        parent = model.addJoint(parent, pin.JointModelRZ(), before * after, f"joint{number}")
-        model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Identity())
+    model = pinocchio_model(robot)
     data, (q, qd, qdd) = model.createData(), random_states(robot, 20_000, 0)
     start = time.perf_counter()
     for k in range(len(q)):

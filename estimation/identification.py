@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
-from ..model.rank import leftmost_independent, random_states, stacked_regressor
+from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
 from .essential import essential_parameters
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement

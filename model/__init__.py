@@ -3,7 +3,10 @@
 Imports no other room.
 """
 
-from .base import BaseParameters
+from .base.grouping import closed_form_base_parameters
+from .base.local_transfers import local_transfer_base_parameters
+from .base.parameters import BaseParameters
+from .base.rank import base_parameters
 from .codegen import code_names, generate_code
 from .drives import Coupling, Drives, Spring
 from .dynamics import (
@@ -16,15 +19,12 @@ from .dynamics import (
     mass_matrix,
 )
 from .errors import InputError
-from .grouping import closed_form_base_parameters
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
-from .local_transfers import local_transfer_base_parameters
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
 from .processing import Processing
-from .rank import base_parameters
 from .regressor import (
     base_regressor,
     essential_regressor,

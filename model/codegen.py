@@ -9,11 +9,11 @@ from typing import NamedTuple
 import casadi as ca
 
 from . import dynamics, newton_euler, regressor
-from .base import BaseParameters
+from .base.parameters import BaseParameters
+from .base.rank import base_parameters
 from .errors import InputError
 from .files import write_text
 from .kernel.c_scalar import c_body
-from .rank import base_parameters
 from .regressor import payload_columns, standard_columns
 from .robot import Robot
 

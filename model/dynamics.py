@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from .base import BaseParameters
+from .base.parameters import BaseParameters
 from .newton_euler import drive_torque_symbol, inverse_dynamics, parameter_values, rigid_body_torque
 from .regressor import standard_columns
 from .robot import Robot

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from .base import BaseParameters
+from .base.parameters import BaseParameters
 from .drives import drive_terms
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
 from .robot import INERTIAL, Robot

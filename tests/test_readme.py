@@ -50,7 +50,7 @@ def test_make_targets_folders_and_picture_exist() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in re.findall(r"make (\w+)", README):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
-    for folder in re.findall(r"`([a-z]+)/`", README):
+    for folder in re.findall(r"`([a-z/]+)/`", README):
         assert (ROOT / folder).is_dir()
     for picture in re.findall(r"!\[.*?\]\((.*?)\)", README):
         assert (ROOT / picture).is_file()

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 from dynident.model import Joint, Robot
+from dynident.model.base.geometry import frame_rotation
 from dynident.model.drives import Drives
-from dynident.model.geometry import frame_rotation
 
 _Kind = Literal["revolute", "prismatic"]
 _SPECIAL = (0.0, 90.0, -90.0, 180.0)

@@ -16,7 +16,7 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.rank import leftmost_independent, random_states, stacked_regressor
+from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
 
 Groupings = dict[str, dict[str, float]]
 INERTIAL_ONLY = Drives(rotor_inertia=False, friction=False)

@@ -19,7 +19,7 @@ from dynident.model import (
     standard_regressor,
 )
 from dynident.model.arrays import Array
-from dynident.model.rank import random_states, stacked_regressor
+from dynident.model.base.rank import random_states, stacked_regressor
 
 GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)
 TABLE = Spring(1, table=((-1.0, 5.0), (0.0, 1.0), (2.0, -3.0)))

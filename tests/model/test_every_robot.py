@@ -20,7 +20,7 @@ from dynident.model import (
     standard_regressor,
 )
 from dynident.model.arrays import Array
-from dynident.model.rank import random_states
+from dynident.model.base.rank import random_states
 
 STATES = 50
 Evaluate = Callable[..., Array]

@@ -18,8 +18,8 @@ from dynident.model import (
     local_transfer_base_parameters,
     standard_regressor,
 )
-from dynident.model.base import BaseParameters
-from dynident.model.rank import random_states
+from dynident.model.base.parameters import BaseParameters
+from dynident.model.base.rank import random_states
 from dynident.tests.model.plain_regressor import plain_regressor
 from dynident.tests.model.random_robots import random_robot, small_robots
 from dynident.tests.model.three_ways import Comparison, compare

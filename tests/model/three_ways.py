@@ -6,9 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from dynident.model import Robot, closed_form_base_parameters, local_transfer_base_parameters, standard_columns
 from dynident.model.arrays import Array
-from dynident.model.base import BaseParameters
-from dynident.model.grouping import moves
-from dynident.model.rank import RANK_TOLERANCE, STATES_PER_JOINT, base_parameters_of, left_residuals, random_states
+from dynident.model.base.grouping import moves
+from dynident.model.base.parameters import BaseParameters
+from dynident.model.base.rank import (
+    RANK_TOLERANCE,
+    STATES_PER_JOINT,
+    base_parameters_of,
+    left_residuals,
+    random_states,
+)
 from dynident.tests.model.plain_regressor import plain_regressor
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from .arrays import Array
-from .base import BaseParameters
-from .kernel import Kernel
-from .regressor import standard_columns, standard_regressor
-from .robot import Robot
+from ..arrays import Array
+from ..kernel import Kernel
+from ..regressor import standard_columns, standard_regressor
+from ..robot import Robot
+from .parameters import BaseParameters
 
 RANK_TOLERANCE = 1e-8
 """A column is dependent if what is left of it is below this fraction of the largest column."""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Array
-from .kinematics import cos_sin
+from ..arrays import Array
+from ..kinematics import cos_sin
+from ..robot import Joint, Robot
 from .polynomial import Polynomial, Scalar
-from .robot import Joint, Robot
 
 _ZERO = 1e-9
 """Below it a cosine, sine or length is rounding: nearly special geometry was snapped when the robot was made."""

@@ -34,14 +34,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Array
-from .base import BaseParameters
-from .errors import InputError
+from ..arrays import Array
+from ..errors import InputError
+from ..regressor import standard_columns
+from ..robot import INERTIAL, Robot
 from .geometry import Chain, chain_at_zero, transfer_matrix
+from .parameters import BaseParameters
 from .polynomial import Polynomial, linear_text
 from .rank import base_parameters
-from .regressor import standard_columns
-from .robot import INERTIAL, Robot
 
 _SAME = 1e-6
 """Two groupings closer than this are the same."""

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array
-from .base import BaseParameters
-from .errors import InputError
-from .inertia import InertialParameters, skew
-from .kinematics import cos_sin
-from .regressor import standard_columns
-from .robot import Joint, Robot
+from ..arrays import Array
+from ..errors import InputError
+from ..inertia import InertialParameters, skew
+from ..kinematics import cos_sin
+from ..regressor import standard_columns
+from ..robot import Joint, Robot
+from .parameters import BaseParameters
 
 _ZERO = 1e-8
 """A singular value below it is rounding (1e-15 in general) or, at lengths of 0.1 mm, their square."""
