@@ -9,8 +9,10 @@ from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
 from .payload import (
     PAYLOAD,
+    PayloadAnswer,
     PayloadEstimate,
     PayloadProblem,
+    answer_payload,
     combined,
     difference_problem,
     identify_payload,
@@ -30,10 +32,12 @@ __all__ = [
     "Identification",
     "Observation",
     "Observer",
+    "PayloadAnswer",
     "PayloadEstimate",
     "PayloadProblem",
     "ReducedProblem",
     "aligned",
+    "answer_payload",
     "base_problem",
     "combined",
     "decimated",

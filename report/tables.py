@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ..estimation import Estimate, Fit, Identification, PayloadEstimate, PayloadProblem
-from ..estimation.verdict import Verdict
+from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
+from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from .paper import PaperTables
 
@@ -41,10 +41,9 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     return table
 
 
-def payload_notes(
-    problem: PayloadProblem, judged: Verdict, robot_fit: Fit | None, validation: Fit | None
-) -> list[str]:
+def payload_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the payload table; the verdict comes last."""
+    problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
     lines = [f"± one standard deviation {_FORMULA}"]
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
@@ -58,10 +57,9 @@ def payload_notes(
         lines.append(f"The same on the validation recording: {_residual(validation)}")
     if problem.pairs:
         lines.append(_alignment(problem))
-    if problem.without_difference:
-        lines.append(f"Method 3 left out: {problem.without_difference}")
-    lines.append(f"Verdict: {_LEVELS[judged.level]}.")
-    return [*lines, *(f"  - {reason}" for reason in judged.reasons)]
+    lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
+    lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
+    return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]
 
 
 def robot_table(result: Identification) -> Table:
@@ -93,7 +91,9 @@ def robot_notes(result: Identification) -> list[str]:
     ]
     if result.validation is not None:
         lines.append(f"On the validation recording: {_residual(result.validation)}")
-    return [*lines, f"sigma {_FORMULA}"]
+    lines.append(f"sigma {_FORMULA}")
+    reasons = fit_reasons(result.estimate.fit, "the model")
+    return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 
 
 def paper_payload_table(

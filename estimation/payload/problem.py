@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...model import (
     INERTIAL,
     BaseParameters,
@@ -17,9 +19,9 @@ from ...model import (
 from ..alignment import AlignedPair, aligned
 from ..estimate import Estimate
 from ..filtering import measurement
-from ..identification import base_problem, check_moving
+from ..identification import base_problem, check_lengths, check_moving
 from ..observation import Observer
-from ..plausibility import check_units
+from ..plausibility import check_recordings
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
 from ..reduction import reduced_measurement
@@ -57,7 +59,7 @@ class PayloadProblem:
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
         if self.known is not None and self.known.names != self.base.columns:
-            other = sorted(set(self.known.names) ^ set(self.base.columns))
+            other = sorted(set(self.known.names) ^ set(self.base.columns)) or ["their order"]
             raise InputError(
                 f"the stored robot parameters are of another model of {self.robot.name}: they differ in "
                 f"{', '.join(other[:8])}: identify the robot again with the same options"
@@ -88,12 +90,14 @@ def payload_problem(
     processing = processing or robot.processing
     progress("base parameters")
     base = base_parameters(robot)
+    check_visible(robot, base)
+    check_recordings(robot, loaded)
+    check_lengths(loaded, processing)
     check_moving(robot, base, loaded)
     bare = base_problem(robot, base, unloaded, processing, progress=progress) if unloaded else None
     measured = []
     for recording in loaded:
         progress(f"filtering {recording.source}")
-        check_units(robot, recording)
         measured.append(measurement(recording, processing))
     both = loaded_problem(robot, base, measured, processing)
     difference: ReducedProblem | None = None
@@ -107,6 +111,23 @@ def payload_problem(
         except InputError as error:
             reason = str(error)
     return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, measured[0].motion.rate)
+
+
+def check_visible(robot: Robot, base: BaseParameters) -> None:
+    """Refuse an arm on which no motion shows all ten parameters of a payload.
+
+    Raises:
+        InputError: names the parameters that stay hidden, alone or in combination.
+    """
+    effect = base.effect_of(payload_columns(robot))
+    _, singular, Vt = np.linalg.svd(effect)
+    hidden = Vt[np.append(singular, np.zeros(10 - len(singular))) < 1e-9 * singular[0]]
+    if len(hidden):
+        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=0), strict=True) if size > 1e-6]
+        raise InputError(
+            f"no motion of {robot.name} shows {len(hidden)} of a payload's ten directions ({', '.join(named)}): "
+            "its joints do not turn the payload in enough ways"
+        )
 
 
 def loaded_problem(
@@ -128,20 +149,15 @@ def difference_problem(
     observer = Observer(robot, payload_columns(robot), PAYLOAD)
     problems = []
     for unloaded, loaded in pairs:
-        change = Measurement(loaded.motion, loaded.torque - unloaded.torque)
+        change = loaded.torque - unloaded.torque
         if robot.spring is not None:
-            # The observer moves the spring's torque into Y; in a difference it is there twice already.
-            change = _without_spring(robot, unloaded, loaded)
-        problems.append(reduced_measurement(observer, change, processing, unloaded.motion))
+            # The observer adds the spring's torque on the loaded motion; the unloaded one had its own.
+            k = robot.spring.joint - 1
+            change[:, k] -= robot.spring.torque(unloaded.motion.q[:, k])
+        problems.append(
+            reduced_measurement(observer, Measurement(loaded.motion, change), processing, unloaded.motion)
+        )
     return merged(problems)
-
-
-def _without_spring(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
-    assert robot.spring is not None
-    k = robot.spring.joint - 1
-    torque = loaded.torque - unloaded.torque
-    torque[:, k] -= robot.spring.torque(unloaded.motion.q[:, k])
-    return Measurement(loaded.motion, torque)
 
 
 def _paired(

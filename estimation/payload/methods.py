@@ -1,0 +1,43 @@
+"""The paper's four methods by number."""
+
+from collections.abc import Callable
+
+from ..estimate import Estimate
+from .from_change import from_change
+from .from_difference import from_difference
+from .from_robot import from_robot
+from .global_fit import global_fit
+from .problem import PayloadProblem
+from .result import PayloadEstimate
+
+METHODS: dict[int, Callable[[PayloadProblem], Estimate]] = {
+    1: from_robot,
+    2: from_change,
+    3: from_difference,
+    4: global_fit,
+}
+"""The paper's methods by number."""
+
+
+def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
+    """Estimate the payload by one method.
+
+    Args:
+        problem: the reduced recordings.
+        method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
+            4 robot and payload together (30).
+        free_friction: method 1 only: estimate friction anew under load.
+
+    Raises:
+        InputError: if the problem lacks what the method needs.
+        KeyError: for another method.
+    """
+    estimate = from_robot(problem, free_friction) if method == 1 else METHODS[method](problem)
+    return PayloadEstimate(method, estimate, problem.robot.payload_frame)
+
+
+def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
+    """Methods for which the problem holds what they need."""
+    bare = problem.unloaded is not None
+    usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
+    return tuple(method for method, there in usable.items() if there)
