@@ -1,6 +1,10 @@
 """From recordings to parameters. Imports only the model room."""
 
 from .alignment import AlignedPair, aligned
+from .bounding import InEllipsoid, InHull
+from .cone import SolverFailed
+from .constrained import Active, ConstrainedEstimate, CvxpyProblem, build_constrained, constrained
+from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
@@ -24,18 +28,31 @@ from .reduction import reduced, reduced_measurement, reduced_stream
 
 __all__ = [
     "PAYLOAD",
+    "Active",
     "AlignedPair",
+    "CentreOfMassInBox",
+    "ConstrainedEstimate",
+    "Constraint",
+    "CvxpyProblem",
     "Estimate",
     "Fit",
     "Identification",
+    "InEllipsoid",
+    "InHull",
+    "KnownMass",
+    "MassBounds",
     "Observation",
     "Observer",
     "PayloadEstimate",
     "PayloadProblem",
+    "PossibleBody",
     "ReducedProblem",
+    "SolverFailed",
     "aligned",
     "base_problem",
+    "build_constrained",
     "combined",
+    "constrained",
     "decimated",
     "difference_problem",
     "fit",
