@@ -2,8 +2,8 @@
 
 from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
-from .cone import SolverFailed
-from .constrained import Active, ConstrainedEstimate, CvxpyProblem, build_constrained, constrained
+from .cone import SolverError
+from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
@@ -25,6 +25,7 @@ from .payload import (
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .scaling import Active
 
 __all__ = [
     "PAYLOAD",
@@ -47,12 +48,11 @@ __all__ = [
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
-    "SolverFailed",
+    "SolverError",
     "aligned",
     "base_problem",
     "build_constrained",
     "combined",
-    "constrained",
     "decimated",
     "difference_problem",
     "fit",
@@ -69,6 +69,7 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "solve_constrained",
     "usable_methods",
     "weighted",
 ]

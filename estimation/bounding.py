@@ -33,7 +33,7 @@ class InEllipsoid(Constraint):
         for name, shape in (("centre", (3,)), ("semi_axes", (3,)), ("rotation", (3, 3))):
             object.__setattr__(self, name, as_tuples(getattr(self, name), shape, f"{name} of an ellipsoid"))
         if not (np.asarray(self.semi_axes) > 0.0).all():
-            raise InputError(f"semi_axes {self.semi_axes} m of an ellipsoid: all three must be positive")
+            raise InputError(f"semi_axes {self.semi_axes!r} m of an ellipsoid: all three must be positive")
         R = np.asarray(self.rotation)
         if np.abs(R.T @ R - np.eye(3)).max() > 1e-6:
             raise InputError("rotation of an ellipsoid: its columns must be orthonormal")
@@ -41,7 +41,7 @@ class InEllipsoid(Constraint):
     @property
     def description(self) -> str:
         """What is demanded, in one line."""
-        return f"mass in the ellipsoid around {self.centre} with semi-axes {self.semi_axes} m"
+        return f"mass in the ellipsoid around {self.centre!r} with semi-axes {self.semi_axes!r} m"
 
     @cached_property
     def rows(self) -> Rows:

@@ -41,7 +41,7 @@ class ConeSolution(NamedTuple):
     iterations: int
 
 
-class SolverFailed(RuntimeError):
+class SolverError(RuntimeError):
     """The cone solver ended without a clean solution.
 
     Attributes:
@@ -62,13 +62,13 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
     """Solve a cone program.
 
     Raises:
-        SolverFailed: for anything but a clean solve.
+        SolverError: for anything but a clean solve.
     """
     import clarabel
     from scipy.sparse import csc_matrix
 
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    scale = float(np.abs(program.R).max())
+    scale = max(1.0, float(np.abs(program.R).max()) / _LARGEST)
     matrix, right = _stacked(program, scale)
     cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
     cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]
@@ -76,7 +76,7 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
     solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, csc_matrix(matrix), right, cones, _settings())
     solution = solver.solve()
     if str(solution.status) != "Solved":
-        raise SolverFailed(str(solution.status), program)
+        raise SolverError(str(solution.status), program)
     z = np.asarray(solution.x)[:n]
     dual = np.asarray(solution.z) * scale
     traces = dual[r + k + 1 :].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
@@ -110,10 +110,11 @@ def _settings() -> Any:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
     return settings
 
 
+_LARGEST = 1e5
+"""R with larger entries, from data almost without noise, is scaled down to this."""
 _PLACES = [(row, column) for column in range(4) for row in range(column + 1)]
 _DIAGONAL = [k for k, (row, column) in enumerate(_PLACES) if row == column]
 _TRIANGLE: Array = np.array(

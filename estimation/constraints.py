@@ -165,12 +165,12 @@ class CentreOfMassInBox(Constraint):
         for name in ("low", "high"):
             object.__setattr__(self, name, as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
         if (np.asarray(self.low) > np.asarray(self.high)).any():
-            raise InputError(f"the box from {self.low} to {self.high} m is empty: give low <= high")
+            raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
 
     @property
     def description(self) -> str:
         """What is demanded, in one line."""
-        return f"centre of mass in the box {self.low} to {self.high} m"
+        return f"centre of mass in the box {self.low!r} to {self.high!r} m"
 
     @cached_property
     def rows(self) -> Rows:
