@@ -4,6 +4,7 @@ from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
 from .cone import SolverError
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
+from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
@@ -32,11 +33,13 @@ __all__ = [
     "Active",
     "AlignedPair",
     "CentreOfMassInBox",
+    "ConstrainedBase",
     "ConstrainedEstimate",
     "Constraint",
     "CvxpyProblem",
     "Estimate",
     "Fit",
+    "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
@@ -70,6 +73,7 @@ __all__ = [
     "reduced_stream",
     "resampled",
     "solve_constrained",
+    "solve_constrained_base",
     "usable_methods",
     "weighted",
 ]

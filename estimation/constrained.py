@@ -19,7 +19,7 @@ from .cone import solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass
 from .estimate import Estimate
 from .payload.problem import PAYLOAD
-from .scaling import NOISE_FLOOR, POSSIBLE, Active, ScaledProblem, with_possible
+from .scaling import NOISE_FLOOR, POSSIBLE, Active, ScaledProblem, rise_p_value, with_possible
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,8 @@ class ConstrainedEstimate:
         laws of 0 to k degrees of freedom, for which the law of k is an upper bound: this p-value is too large,
         never too small; a small one says that a constraint or the model is wrong.
         """
-        from scipy.special import chdtrc, fdtrc
-
         k = len(self.free.names) + self.soft_terms
-        if np.isinf(self.free.degrees_of_freedom):
-            return float(chdtrc(k, self.chi2_rise))
-        return float(fdtrc(k, max(self.free.degrees_of_freedom, 1.0), self.chi2_rise / k))
+        return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
 
 
 def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> ConstrainedEstimate:

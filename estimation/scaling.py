@@ -89,7 +89,7 @@ class ScaledProblem(NamedTuple):
         Raises:
             SolverError: if that is more than rounding, or a bound is missed by more.
         """
-        step, inward = max(-self.lowest(z), 0.0), self.select @ _IDENTITY
+        step, inward = max(-self.lowest(z), 0.0), self.select @ IDENTITY
         result = z + step * inward
         while InertialParameters(self.full(result)).min_pseudo_inertia_eigenvalue < 0.0 and step < TOLERANCE:
             step = 2.0 * step + 1e-16
@@ -116,7 +116,7 @@ class ScaledProblem(NamedTuple):
         return float(np.linalg.eigvalsh(np.tensordot(z @ self.select, PSEUDO_INERTIA, 1))[0])
 
 
-_IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
+IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
 """The ten whose pseudo-inertia is the identity."""
 
 
@@ -162,3 +162,12 @@ def with_possible(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
     if any(isinstance(c, PossibleBody) for c in constraints):
         return tuple(constraints)
     return (*POSSIBLE, *constraints)
+
+
+def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
+    """Probability that chi-squared of k degrees, or k times F(k, degrees_of_freedom), exceeds ``chi2``."""
+    from scipy.special import chdtrc, fdtrc
+
+    if np.isinf(degrees_of_freedom):
+        return float(chdtrc(k, chi2))
+    return float(fdtrc(k, max(degrees_of_freedom, 1.0), chi2 / k))
