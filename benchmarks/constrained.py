@@ -103,7 +103,7 @@ def main() -> None:
     console.print(f"payload, {len(Y)} equations: {result.status}, chi2 rise {result.chi2_rise:.3g}")
     console.print(f"  after the reduction {ours:.2f} ms (asked: at most {LIMITS['payload']:g} ms)")
     console.print(f"  CVXPY on all rows {theirs:.0f} ms, {theirs / ours:.0f} times (asked: {LIMITS['ratio']:g})")
-    console.print(f"  largest difference {apart:.1e} sigma")
+    console.print(f"  largest difference {apart:.1e} sigma (squares are less accurate than the norm)")
 
     estimate_base = weighted(reduced_measurement(Observer(robot, base.columns), bare, Processing()))
     whole = solve_constrained_base(robot, base, estimate_base)

@@ -58,7 +58,8 @@ class InHull(Constraint):
 
     A facet's f_i'[p 1] is the distance of p from it, counted inwards: inside the hull a product of two is not
     negative, nor is its integral over the mass. Necessary for every body inside; together with ``PossibleBody``
-    sufficient if the hull is a tetrahedron. It implies that the centre of mass lies in the hull.
+    sufficient if the hull is a tetrahedron. It implies that the centre of mass lies in the hull. A hull of k facets
+    gives k (k - 1) / 2 inequalities: simplify fine meshes first.
 
     Attributes:
         points: p x 3 [m], p >= 4, not all in one plane.

@@ -65,7 +65,6 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
         SolverError: for anything but a clean solve.
     """
     import clarabel
-    from scipy.sparse import csc_matrix
 
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     scale = max(1.0, float(np.abs(program.R).max()) / _LARGEST)
@@ -73,7 +72,7 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
     cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
     cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]
     cost = np.append(np.zeros(n), 1.0)
-    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, csc_matrix(matrix), right, cones, _settings())
+    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, _sparse(matrix), right, cones, _settings())
     solution = solver.solve()
     if str(solution.status) != "Solved":
         raise SolverError(str(solution.status), program)
@@ -93,6 +92,15 @@ def _stacked(program: ConeProgram, scale: float) -> tuple[Array, Array]:
     matrix[r + 1 : r + k + 1, :n] = -program.R / scale
     matrix[r + k + 1 :, :n] = -(_TRIANGLE @ program.bodies).reshape(10 * p, n)
     return matrix, np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
+
+
+def _sparse(matrix: Array) -> Any:
+    """Compressed columns of a matrix, without the detour by coordinates."""
+    from scipy.sparse import csc_matrix
+
+    there = matrix.T != 0.0
+    starts = np.append(0, np.cumsum(there.sum(axis=1)))
+    return csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
 
 
 @cache

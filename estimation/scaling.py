@@ -29,6 +29,7 @@ class Active(NamedTuple):
     """A constraint that holds the estimate back.
 
     ``multiplier``: how fast chi2 falls as the constraint is relaxed, per scaled unit (M l^2, M l, M of the body).
+    It is a slope: of several active constraints the one to blame is found by leaving each out in turn.
     """
 
     constraint: Constraint
@@ -89,7 +90,7 @@ class ScaledProblem(NamedTuple):
         Raises:
             SolverError: if that is more than rounding, or a bound is missed by more.
         """
-        step, inward = max(-self.lowest(z), 0.0), self.select @ IDENTITY
+        step, inward = 1.01 * max(-self.lowest(z), 0.0), self.select @ IDENTITY
         result = z + step * inward
         while InertialParameters(self.full(result)).min_pseudo_inertia_eigenvalue < 0.0 and step < TOLERANCE:
             step = 2.0 * step + 1e-16
@@ -113,7 +114,7 @@ class ScaledProblem(NamedTuple):
 
     def lowest(self, z: Array) -> float:
         """Smallest eigenvalue of the scaled pseudo-inertia."""
-        return float(np.linalg.eigvalsh(np.tensordot(z @ self.select, PSEUDO_INERTIA, 1))[0])
+        return float(np.linalg.eigvalsh((z @ self.select @ PSEUDO_INERTIA.reshape(10, 16)).reshape(4, 4))[0])
 
 
 IDENTITY: Array = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0])
@@ -136,7 +137,7 @@ def whitening(C: Array, names: Sequence[str], floor: Array) -> Array:
             f"the data do not tell {', '.join(mixed)} apart: constraints cannot replace motion; move more joints"
         )
     L = np.linalg.cholesky((C + np.diag(floor**2)) / np.outer(sigma, sigma))
-    return np.asarray(solve_triangular(L, np.diag(1.0 / sigma), lower=True))
+    return np.linalg.solve(L, np.diag(1.0 / sigma))
 
 
 def _places(estimate: Estimate) -> list[int]:

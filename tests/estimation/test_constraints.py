@@ -47,7 +47,7 @@ def test_negative_mass_is_named() -> None:
 
 @pytest.mark.parametrize("unit", range(10))
 def test_possible_body_sees_every_parameter(unit: int) -> None:
-    """A body of no extension cannot gain any single parameter but mass, in both directions."""
+    """No single parameter can be negative where all others are zero."""
     x = np.zeros(10)
     x[unit] = -0.1
     assert PossibleBody().violation(x) > 0.0
