@@ -39,9 +39,7 @@ class Kernel:
             self._path = CPath(program)
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
-                warnings.warn(
-                    "the C compiler does not work here; NumPy does its work", RuntimeWarning, stacklevel=1
-                )
+                warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
             self._path = NumpyPath(program)
 
     @property
