@@ -208,7 +208,7 @@ class _Reader:
     def _number(self, table: Mapping[str, Any], key: str, where: str, default: float | None = None) -> float:
         value = table.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
-            raise self._error(where + key, f"must be a finite number below {_LARGEST:g}, got {repr(value)[:40]}")
+            raise self._error(where + key, f"must be a finite number, got {repr(value)[:40]}")
         return float(value)
 
     def _numbers(self, table: Mapping[str, Any], key: str, count: int, where: str) -> tuple[float, ...]:
