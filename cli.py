@@ -6,6 +6,7 @@ import argparse
 import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         _check_target(getattr(arguments, "json", None))
-        return int(arguments.run(arguments))
+        with warnings.catch_warnings():
+            warnings.showwarning = _note
+            return int(arguments.run(arguments))
     except (InputError, OSError) as error:
         message = " ".join(str(error).split())
         print(f"dynident: error: {message}", file=sys.stderr)
@@ -40,6 +43,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("dynident: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _note(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning is a line for the user, not for a programmer."""
+    print(f"dynident: note: {message}", file=sys.stderr)
 
 
 def _check_target(path: str | None) -> None:

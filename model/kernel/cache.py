@@ -126,7 +126,7 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
             if answer.returncode == 0:
                 path = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
                 return Path(name).replace(path)
-        raise CompilerUnavailable(f"the C compiler failed: {answer.stderr.strip()[:200]}")
+        raise CompilerUnavailable(f"the C compiler failed ({answer.stderr.strip()[:200] or answer.returncode})")
     except subprocess.TimeoutExpired:
         raise CompilerUnavailable(f"the C compiler failed to finish within {_TIMEOUT:g} s") from None
     finally:
