@@ -69,9 +69,14 @@ def ordinary(problem: ReducedProblem) -> Estimate:
     return _estimate(problem, np.ones(len(problem.rows)))
 
 
-def weighted(problem: ReducedProblem) -> Estimate:
-    """Weighted least squares: weights from the error of each joint in the ordinary solution."""
-    return _estimate(problem, joint_weights(problem, ordinary(problem).values))
+def weighted(problem: ReducedProblem, weights: Array | None = None) -> Estimate:
+    """Weighted least squares.
+
+    Args:
+        problem: the equations.
+        weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
+    """
+    return _estimate(problem, joint_weights(problem, ordinary(problem).values) if weights is None else weights)
 
 
 def _estimate(problem: ReducedProblem, weights: Array) -> Estimate:

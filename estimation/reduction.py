@@ -50,7 +50,7 @@ def reduced(observation: Observation) -> ReducedProblem:
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
             factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part]])))
-        factors.append(_shortened(factor, len(Y)))
+        factors.append(_triangle(factor))
     rows = tuple(len(Y) for Y in observation.Y)
     effective = tuple(observation.bandwidth * count for count in rows)
     return ReducedProblem(observation.columns, tuple(factors), rows, effective)
@@ -70,7 +70,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Redu
     bandwidth = noise_bandwidth(decimate)
     return ReducedProblem(
         observer.columns,
-        tuple(_spread(observer, j, _shortened(factor, int(rows[j]))) for j, factor in enumerate(factors)),
+        tuple(_spread(observer, j, _triangle(factor)) for j, factor in enumerate(factors)),
         tuple(int(count) for count in rows),
         tuple(float(bandwidth * count) for count in rows),
     )
@@ -94,9 +94,10 @@ def _folded(factor: Array, equations: Array) -> Array:
     return factor
 
 
-def _shortened(factor: Array, rows: int) -> Array:
-    """The triangle alone; fewer rows than columns leave only as many rows."""
-    return np.triu(factor)[: min(rows, len(factor))]
+def _triangle(factor: Array) -> Array:
+    """The triangle alone, without the rows of zeros that few equations or a column of zeros leave anywhere."""
+    triangle = np.triu(factor)
+    return np.asarray(triangle[triangle.any(axis=1)])
 
 
 def _spread(observer: Observer, joint: int, factor: Array) -> Array:

@@ -1,16 +1,20 @@
 """The payload by the four methods of the paper, behind one signature."""
 
-from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
-from ..estimate import Estimate
+from ...model import InputError
+from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
+from .equations import PAYLOAD, difference_problem, loaded_problem
 from .from_change import from_change, payload_map
 from .from_difference import from_difference
 from .from_robot import from_robot
 from .global_fit import combined, global_fit
-from .problem import PAYLOAD, PayloadProblem, difference_problem, loaded_problem, payload_problem
+from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
+from .robust import Method, robust_covariance
 
-METHODS: dict[int, Callable[[PayloadProblem], Estimate]] = {
+METHODS: dict[int, Method] = {
     1: from_robot,
     2: from_change,
     3: from_difference,
@@ -20,7 +24,7 @@ METHODS: dict[int, Callable[[PayloadProblem], Estimate]] = {
 
 
 def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
-    """Estimate the payload by one method.
+    """Estimate the payload by one method; with robust standard deviations if the problem has ``blocks``.
 
     Args:
         problem: the reduced recordings.
@@ -32,8 +36,15 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
         InputError: if the problem lacks what the method needs.
         KeyError: for another method.
     """
-    estimate = from_robot(problem, free_friction) if method == 1 else METHODS[method](problem)
-    return PayloadEstimate(method, estimate, problem.robot.payload_frame)
+    solve = partial(from_robot, free_friction=free_friction) if method == 1 else METHODS[method]
+    estimate = solve(problem, None)
+    reason = ""
+    if problem.blocks is not None:
+        try:
+            estimate = replace(estimate, robust=robust_covariance(problem, solve, estimate))
+        except InputError as error:
+            reason = str(error)
+    return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
@@ -46,13 +57,19 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
 __all__ = [
     "METHODS",
     "PAYLOAD",
+    "FixedWeights",
+    "Method",
+    "PairedMeasurement",
+    "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
     "combined",
     "difference_problem",
     "identify_payload",
     "loaded_problem",
+    "payload_blocks",
     "payload_map",
     "payload_problem",
+    "robust_covariance",
     "usable_methods",
 ]
