@@ -9,18 +9,22 @@ from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
 from .payload import (
     PAYLOAD,
+    PairedMeasurement,
+    PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
     combined,
     difference_problem,
     identify_payload,
     loaded_problem,
+    payload_blocks,
     payload_problem,
     usable_methods,
 )
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robust import RobustCovariance, jackknife
 
 __all__ = [
     "PAYLOAD",
@@ -30,9 +34,12 @@ __all__ = [
     "Identification",
     "Observation",
     "Observer",
+    "PairedMeasurement",
+    "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
     "ReducedProblem",
+    "RobustCovariance",
     "aligned",
     "base_problem",
     "combined",
@@ -41,11 +48,13 @@ __all__ = [
     "fit",
     "identify",
     "identify_payload",
+    "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "payload_blocks",
     "payload_problem",
     "read_recording",
     "reduced",

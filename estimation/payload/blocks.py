@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
 from ...model import BaseParameters, Measurement, Processing, Robot
 from ...model.arrays import Array
-from ..blocks import block_edges, block_length, cut
+from ..blocks import block_edges, block_length, cut, leave_one_out
 from ..observation import Observation, Observer
 from ..problem import ReducedProblem
 from .equations import PAYLOAD, difference_observer, loaded_observer, torque_change
@@ -47,6 +48,21 @@ class PayloadBlocks:
         """Blocks that are left out together must be as many."""
         if self.difference and not len(self.loaded) == len(self.unloaded) == len(self.difference):
             raise ValueError("paired blocks must be as many without and with payload")
+
+    @cached_property
+    def loaded_without(self) -> _Blocks:
+        """For each block of ``loaded`` all the others merged, once for all methods."""
+        return tuple(leave_one_out(self.loaded))
+
+    @cached_property
+    def unloaded_without(self) -> _Blocks:
+        """The same of ``unloaded``."""
+        return tuple(leave_one_out(self.unloaded))
+
+    @cached_property
+    def difference_without(self) -> _Blocks:
+        """The same of ``difference``."""
+        return tuple(leave_one_out(self.difference))
 
 
 def payload_blocks(

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from ...model import InputError
 from ...model.arrays import Array
-from ..blocks import leave_one_out
 from ..estimate import Estimate
 from ..least_squares import weighted
 from ..robust import RobustCovariance, jackknife
@@ -44,13 +43,13 @@ def _deletions(problem: PayloadProblem) -> list[Iterator[PayloadProblem]]:
     """The problem without each block; blocks that share no motion are left out one recording at a time."""
     blocks = problem.blocks
     assert blocks is not None
-    loaded = (replace(problem, loaded=part) for part in leave_one_out(blocks.loaded))
+    loaded = (replace(problem, loaded=part) for part in blocks.loaded_without)
     if not blocks.unloaded:
         return [loaded]
-    unloaded = (replace(problem, unloaded=part) for part in leave_one_out(blocks.unloaded))
+    unloaded = (replace(problem, unloaded=part) for part in blocks.unloaded_without)
     if not blocks.difference:
         return [loaded, unloaded]
-    both = zip(loaded, unloaded, leave_one_out(blocks.difference), strict=True)
+    both = zip(loaded, unloaded, blocks.difference_without, strict=True)
     return [(replace(a, unloaded=b.unloaded, difference=change) for a, b, change in both)]
 
 
