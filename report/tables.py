@@ -11,6 +11,7 @@ from rich.table import Table
 from ..estimation import Estimate, Fit, Identification, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import Verdict
 from ..model import INERTIAL, InertialParameters
+from ..model.arrays import Array
 from .paper import PaperTables
 
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -24,17 +25,23 @@ _FORMULA = "by (17)-(19): for white torque noise, drive gains taken as exact."
 
 
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
-    """Ten parameters by each method, with standard deviations, and what a controller asks for."""
+    """Ten parameters by each method, with standard deviations, and what a controller asks for.
+
+    Standard deviations are the robust ones where an estimate has them.
+    """
     headings = [f"method {estimate.method}" for estimate in estimates]
     table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
-        cells = [_value(e.estimate.values[k], e.estimate.sigma[k]) for e in estimates]
+        cells = [
+            _value(e.estimate.values[k], _best(e.estimate.sigma_robust, e.estimate.sigma)[k]) for e in estimates
+        ]
         table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
     for k, axis in enumerate("xyz"):
-        cells = [_value(e.body.com[k], e.sigma_com[k]) for e in estimates]
+        cells = [_value(e.body.com[k], _best(e.sigma_com_robust, e.sigma_com)[k]) for e in estimates]
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
     for row, column in zip(*np.triu_indices(3), strict=True):
-        cells = [_value(e.body.inertia_com[row, column], e.sigma_inertia_com[row, column]) for e in estimates]
+        sigmas = [_best(e.sigma_inertia_com_robust, e.sigma_inertia_com)[row, column] for e in estimates]
+        cells = [_value(e.body.inertia_com[row, column], sigma) for e, sigma in zip(estimates, sigmas, strict=True)]
         name = f"{'XYZ'[row]}{'XYZ'[column]} at com"
         table.add_row(name, "kg m²", *cells, end_section=row == 2)
     table.add_row("can exist", "", *("yes" if e.body.physically_consistent else "no" for e in estimates))
@@ -42,10 +49,22 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
 
 
 def payload_notes(
-    problem: PayloadProblem, judged: Verdict, robot_fit: Fit | None, validation: Fit | None
+    problem: PayloadProblem,
+    judged: Verdict,
+    robot_fit: Fit | None,
+    validation: Fit | None,
+    estimates: Sequence[PayloadEstimate] = (),
 ) -> list[str]:
-    """Lines below the payload table; the verdict comes last."""
-    lines = [f"± one standard deviation {_FORMULA}"]
+    """Lines below the payload table; the verdict comes last.
+
+    Args:
+        problem: the reduced recordings.
+        judged: the verdict.
+        robot_fit: how well the robot's model explains the recordings without payload.
+        validation: the same on a recording that was held out.
+        estimates: those of the table, to tell where its standard deviations come from.
+    """
+    lines = sigma_notes(estimates)
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
@@ -62,6 +81,29 @@ def payload_notes(
         lines.append(f"Method 3 left out: {problem.without_difference}")
     lines.append(f"Verdict: {_LEVELS[judged.level]}.")
     return [*lines, *(f"  - {reason}" for reason in judged.reasons)]
+
+
+def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    """Where the standard deviations of the payload table come from, and what speaks against them."""
+    robust = [(e.method, e.estimate.robust, e.estimate.sigma) for e in estimates]
+    ratios = [f"{r.sigma[-1] / sigma[-1]:.1f} (method {k})" for k, r, sigma in robust if r is not None]
+    missing = [f"method {e.method}: {e.without_robust}" for e in estimates if e.without_robust]
+    lines = []
+    if ratios:
+        blocks = next(r for _, r, _ in robust if r is not None)
+        lines.append(
+            f"± one standard deviation by leaving out each of {blocks.blocks} blocks of time of "
+            f"{blocks.block_length:.2g} s or more, which allows for errors that last; for the mass it is "
+            f"{', '.join(ratios)} times that of (17)-(19), which takes noise as white."
+        )
+        lines += sorted({r.warning for _, r, _ in robust if r is not None and r.warning})
+    if len(ratios) < len(estimates) or not estimates:
+        lines.append(f"± one standard deviation {_FORMULA}" if not ratios else f"Others {_FORMULA}")
+    return lines + missing
+
+
+def _best(robust: Array | None, formula: Array) -> Array:
+    return formula if robust is None else robust
 
 
 def robot_table(result: Identification) -> Table:

@@ -16,6 +16,7 @@ from dynident.estimation import (
     ReducedProblem,
     RobustCovariance,
     difference_problem,
+    identify,
     identify_payload,
     jackknife,
     loaded_problem,
@@ -41,7 +42,7 @@ from dynident.model import (
     load_robot,
 )
 from dynident.model.arrays import Array
-from dynident.trajectories import Simulator
+from dynident.trajectories import RX90_NOISE, Simulator
 
 SETTINGS = Processing(decimate=4, slow_fraction=0.01)
 Wander = Callable[..., Motion]
@@ -256,6 +257,18 @@ def test_payload_without_a_block_by_hand(method: int, problem: PayloadProblem) -
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert (np.abs(estimate.robust.covariance - expected) < 1e-6 * size).all()
     assert (estimate.robust.blocks, estimate.robust.degrees_of_freedom) == (count, count - 1)
+
+
+def test_robot_alone(simulator: Simulator, wander: Wander) -> None:
+    """White noise: on average the formula's sigma for the robot's own parameters."""
+    recordings = [simulator.record(wander(6, k, points=30), None, RX90_NOISE, k) for k in range(2)]
+    settings = replace(SETTINGS, cutoff=20.0)
+    estimate = identify(simulator.robot, recordings, settings, robust=True).estimate
+    assert estimate.robust is not None
+    assert estimate.robust.covariance.shape == (54, 54)
+    assert estimate.robust.blocks >= 40
+    assert np.mean(estimate.robust.sigma / estimate.sigma) == pytest.approx(1.0, abs=0.15)
+    assert identify(simulator.robot, recordings, settings).estimate.robust is None
 
 
 def test_what_an_estimate_tells(problem: PayloadProblem) -> None:
