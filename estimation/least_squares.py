@@ -40,8 +40,8 @@ def solve(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: fl
         InputError: if the data do not determine every parameter.
     """
     c = len(columns)
-    check_rank(factor[:, :c], columns, rows)
     R = triangular(factor)
+    check_rank(R[:, :c], columns, rows)
     values = solve_triangular(R[:c, :c], R[:c, c])
     squares = float(np.sum(R[c:, c] ** 2))
     dof = effective_rows - c
