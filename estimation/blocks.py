@@ -75,7 +75,8 @@ def _memory(group: Sequence[Observation]) -> float:
     problem = merged(reduced(recording) for recording in group)
     weights = joint_weights(problem, _solution(problem.stacked()))
     errors = [recording.errors(_solution(problem.stacked(weights))) for recording in group]
-    step = min(float(np.diff(t).min()) for recording in group for t in recording.t if len(t) > 1)
+    times = [t for recording in group for t in recording.t if len(t) > 1]
+    step = min((float(np.diff(t).min()) for t in times), default=_SHORTEST)
     joints = range(len(problem.factors))
     return max(
         autocorrelation_time([(recording.t[j], e[j]) for recording, e in zip(group, errors, strict=True)], step)

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.report.documents import write_json
+from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate, RobustCovariance
+from dynident.report.documents import _estimate_document, write_json
 from dynident.report.paper import paper_tables
-from dynident.report.tables import _short, _value
+from dynident.report.tables import _short, _value, payload_table, sigma_notes
 
 
 def test_json_is_plain_and_whole(tmp_path: Path) -> None:
@@ -34,6 +35,32 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
     assert _value(value, sigma) == text
+
+
+def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> PayloadEstimate:
+    values = np.array([0.2, 0.0, 0.0, 0.2, 0.0, 0.1, 0.0, 0.0, 0.3, 3.0])
+    norms = Fit(np.ones(6), np.full(6, 10.0), (50,) * 6)
+    estimate = Estimate(PAYLOAD, values, 1e-4 * np.eye(10), 300.0, norms, np.ones(6), robust)
+    return PayloadEstimate(method, estimate, "flange", reason)
+
+
+def test_robust_standard_deviations_are_told_where_they_are() -> None:
+    few = RobustCovariance(9e-4 * np.eye(10), 8, 7, 1.5)
+    written = _estimate_document(payload(3, few))
+    assert written["sigma_robust"]["M"] == pytest.approx(0.03)
+    assert written["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
+    assert (written["robust"]["blocks"], written["robust"]["degrees_of_freedom"]) == (8, 7)
+    assert np.allclose(written["com_sigma_robust"], 3.0 * np.asarray(written["com_sigma"]))
+    plain = _estimate_document(payload(1, None, "too short"))
+    assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
+    assert plain["robust"]["unavailable"] == "too short"
+
+    text = " ".join(sigma_notes([payload(3, few), payload(1, None, "too short")]))
+    for part in ("8 blocks of time of 1.5 s", "3.0 (method 3) times", "record longer", "method 1: too short"):
+        assert part in text
+    assert sigma_notes([payload(1, None)]) == sigma_notes([])
+    masses = list(payload_table([payload(3, few), payload(3, None)]).columns[2:])
+    assert [list(column.cells)[9] for column in masses] == ["3.000±0.030", "3.000±0.010"]
 
 
 def test_short_values_are_as_the_paper_prints() -> None:
