@@ -171,7 +171,7 @@ def test_rank_is_a_matter_of_singular_values(decades: int) -> None:
     """Whatever shortcut is taken for triangles that are clearly well determined."""
     draw = np.random.default_rng(decades)
     U, V = (np.linalg.qr(draw.standard_normal((12, 12)))[0] for _ in range(2))
-    R = np.linalg.qr(U * np.logspace(0.0, -decades, 12) @ V, mode="r")
+    R = np.linalg.qr(U * np.logspace(0.0, -decades, 12) @ V)[1]
     names = tuple(f"x{k}" for k in range(12))
     singular = np.linalg.svd(R / np.linalg.norm(R, axis=0), compute_uv=False)
     if singular[-1] < RANK_TOLERANCE * singular[0]:

@@ -375,7 +375,11 @@ def test_intervals_hold_under_noise_that_remembers(benchmark: ModuleType) -> Non
 
 
 def test_ur10e_pair(recordings: Path) -> None:
-    """Weighed mass 2.805 kg."""
+    """Weighed mass 2.805 kg. The formula's sigma of it is 1.6 to 4.1 times too small in independent analyses.
+
+    Errors of the robot's model repeat in both recordings of one motion: in methods 1, 2 and 4 they cancel where the
+    blocks leave together, and show in full where the two recordings are treated as unrelated.
+    """
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
     robot = load_robot("ur10e")
     loaded, bare = (
@@ -385,6 +389,7 @@ def test_ur10e_pair(recordings: Path) -> None:
     problem = payload_problem(robot, [loaded], [bare], robust=True)
     assert problem.blocks is not None
     assert len(problem.blocks.loaded) >= 10
+    unrelated = replace(problem, difference=None, blocks=replace(problem.blocks, difference=()))
     for method in METHODS:
         estimate = identify_payload(problem, method).estimate
         assert estimate.robust is not None
@@ -392,5 +397,7 @@ def test_ur10e_pair(recordings: Path) -> None:
         assert estimate.robust.warning == ""
         low, high = estimate.robust_interval95[-1]
         assert low < 2.805 < high
-        if method == 3:
-            assert 1.6 < estimate.robust.sigma[-1] / estimate.sigma[-1] < 4.1
+        if method != 3:
+            estimate = identify_payload(unrelated, method).estimate
+        assert estimate.robust is not None
+        assert 1.6 < estimate.robust.sigma[-1] / estimate.sigma[-1] < 4.1
