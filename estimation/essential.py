@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from ..model.arrays import Array
 from .estimate import Estimate
-from .least_squares import solve
+from .least_squares import solve_triangle
 from .problem import ReducedProblem, triangular
 
 STOP_RATIO = 1.02
@@ -21,24 +20,20 @@ def essential_parameters(problem: ReducedProblem, estimate: Estimate, stop: floa
         estimate: its weighted estimate; the weights stay as they are.
         stop: ratio of error standard deviations at which to stop.
     """
-    factor = triangular(problem.stacked(estimate.weights))
+    R = triangular(problem.stacked(estimate.weights))
+    effective = sum(problem.effective_rows)
     kept = list(problem.columns)
-    rows, effective = problem.equations, sum(problem.effective_rows)
+    last = kept.copy()
     first: float | None = None
-    last: list[str] = kept.copy()
     while kept:
-        places = [problem.columns.index(name) for name in kept]
-        solution = solve(factor[:, [*places, -1]], tuple(kept), rows, effective)
-        error = _error(factor, places, solution.values) / np.sqrt(solution.degrees_of_freedom)
+        solution = solve_triangle(R, effective)
+        error = float(np.linalg.norm(R[len(kept) :, -1]) / np.sqrt(solution.degrees_of_freedom))
         first = error if first is None else first
         if error >= stop * first:
             break
         last = kept.copy()
-        sigma = np.sqrt(np.diag(solution.covariance))
         with np.errstate(divide="ignore"):
-            kept.pop(int(np.argmax(sigma / np.abs(solution.values))))
+            least = int(np.argmax(np.sqrt(np.diag(solution.covariance)) / np.abs(solution.values)))
+        kept.pop(least)
+        R = triangular(np.delete(R, least, axis=1))
     return tuple(last)
-
-
-def _error(factor: Array, places: list[int], values: Array) -> float:
-    return float(np.linalg.norm(factor[:, -1] - factor[:, places] @ values))

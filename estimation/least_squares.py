@@ -42,15 +42,20 @@ def solve(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: fl
     c = len(columns)
     R = triangular(factor)
     check_rank(R[:, :c], columns, rows)
-    values = solve_triangular(R[:c, :c], R[:c, c])
-    squares = float(np.sum(R[c:, c] ** 2))
-    dof = effective_rows - c
-    if dof <= 0.0:
+    if effective_rows <= c:
         raise InputError(
             f"{effective_rows:.0f} independent equations for {c} parameters: too few samples; record longer"
         )
+    return solve_triangle(R, effective_rows)
+
+
+def solve_triangle(R: Array, effective_rows: float) -> Solution:
+    """The same from a triangular factor that is known to determine every parameter."""
+    c = R.shape[1] - 1
     inverse = solve_triangular(R[:c, :c], np.eye(c))
-    return Solution(values, squares / dof * inverse @ inverse.T, dof)
+    dof = effective_rows - c
+    variance = float(np.sum(R[c:, c] ** 2)) / dof
+    return Solution(inverse @ R[:c, c], variance * inverse @ inverse.T, dof)
 
 
 def joint_weights(problem: ReducedProblem, values: Array) -> Array:

@@ -1,5 +1,6 @@
 """The regressor Phi_s of (4): torque is linear in the standard parameters."""
 
+import functools
 from collections.abc import Sequence
 
 import casadi as ca
@@ -66,14 +67,20 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     Raises:
         KeyError: for a name that is not a standard parameter of the robot.
     """
-    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
+    (q, qd, qdd), terms = _terms(robot)
     phi = ca.SX(robot.n, len(columns))
     for k, column in enumerate(columns):
         for row, value in terms[column].items():
             if not value.is_zero():
                 phi[row, k] = value
     return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+
+
+@functools.lru_cache(maxsize=16)
+def _terms(robot: Robot) -> tuple[tuple[ca.SX, ca.SX, ca.SX], dict[str, dict[int, ca.SX]]]:
+    """Symbols q, qd, qdd, and what multiplies each standard parameter; built once for a robot."""
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    return (q, qd, qdd), _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
 
 
 def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:

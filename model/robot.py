@@ -99,7 +99,7 @@ class Robot:
     drives: Drives = Drives()
     payload_frame: str = "last link"
     processing: Processing = Processing()
-    parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     title: str = ""
     snapped: tuple[str, ...] = ()
 
