@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from . import __version__
 
 if TYPE_CHECKING:
-    from .estimation import Fit, PayloadEstimate, PayloadProblem
+    from .estimation.stored import StoredRobot
     from .model import Processing, Recording, Robot
 
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -21,9 +22,13 @@ ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
     arguments = _parser().parse_args(argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters
     from .model import InputError
 
     try:
+        _check_target(getattr(arguments, "json", None))
         return int(arguments.run(arguments))
     except (InputError, OSError) as error:
         message = " ".join(str(error).split())
@@ -32,6 +37,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("dynident: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _check_target(path: str | None) -> None:
+    """Refuse a file that cannot be written before any work is done."""
+    from .model import InputError
+
+    if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
+        raise InputError(f"--json {path!r}: not a file in a folder that exists")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -55,9 +68,17 @@ def _parser() -> argparse.ArgumentParser:
 
 def _payload_parser(commands: Any) -> None:
     parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
-    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
-    parser.add_argument("--unloaded", action="append", default=[], metavar="CSV", help="recording without payload")
-    parser.add_argument("--loaded", action="append", required=True, metavar="CSV", help="recording with payload")
+    parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
+    parser.add_argument(
+        "--unloaded", action="append", default=[], metavar="CSV", help="recording without payload; repeatable"
+    )
+    parser.add_argument(
+        "--loaded",
+        action="append",
+        required=True,
+        metavar="CSV",
+        help="recording with payload; repeatable; method 3 pairs them in order",
+    )
     parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
     parser.add_argument("--method", choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
     parser.add_argument("--free-friction", action="store_true", help="method 1: estimate friction anew under load")
@@ -73,7 +94,7 @@ def _payload_parser(commands: Any) -> None:
 
 def _identify_parser(commands: Any) -> None:
     parser = commands.add_parser("identify", help="identify the robot's own parameters, without payload")
-    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
     parser.add_argument("--data", action="append", required=True, metavar="CSV", help="recording without payload")
     parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
     _processing_arguments(parser)
@@ -82,7 +103,7 @@ def _identify_parser(commands: Any) -> None:
 
 def _codegen_parser(commands: Any) -> None:
     parser = commands.add_parser("codegen", help="write a function of the robot as self-contained C")
-    parser.add_argument("--robot", required=True, help="shipped name or path of a robot TOML file")
+    parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
     parser.add_argument("--function", required=True, metavar="NAME", help="such as base_regressor")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder of the files, made if missing")
     parser.set_defaults(run=_codegen)
@@ -91,8 +112,10 @@ def _codegen_parser(commands: Any) -> None:
 def _demo_parser(commands: Any) -> None:
     parser = commands.add_parser("demo", help="the paper's experiment on a simulated RX90")
     parser.add_argument("--out", default="demo", metavar="DIR", help="folder of the results (default: demo)")
-    parser.add_argument("--seed", type=int, default=0, help="of the trajectories and the noise (default: 0)")
-    parser.add_argument("--trajectories", type=int, default=18, metavar="N", help="default: 18, as in the paper")
+    parser.add_argument("--seed", type=_whole, default=0, help="of the trajectories and the noise (default: 0)")
+    parser.add_argument(
+        "--trajectories", type=_positive, default=18, metavar="N", help="default: 18, as in the paper"
+    )
     parser.set_defaults(run=_demo)
 
 
@@ -101,10 +124,22 @@ def _processing_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--drive-gains", type=_gains, metavar="K1,K2,..", help="torque per current [N·m/A]")
     group.add_argument("--rate", type=float, metavar="HZ", help="resample to this even rate")
     group.add_argument("--cutoff", type=float, metavar="HZ", help="low-pass on positions and speeds")
-    group.add_argument("--decimate", type=int, metavar="N", help="parallel decimation of Y and W")
+    group.add_argument("--decimate", type=_positive, metavar="N", help="parallel decimation of Y and W")
     group.add_argument("--offsets", action=argparse.BooleanOptionalAction, help="a constant torque per joint")
     group.add_argument("--coulomb", choices=("sum", "paper"), help="Coulomb friction of coupled drives")
     group.add_argument("--json", metavar="F", help="write the result as JSON")
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return int(text)
+
+
+def _positive(text: str) -> int:
+    if _whole(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
 
 
 def _gains(text: str) -> tuple[float, ...]:
@@ -114,16 +149,14 @@ def _gains(text: str) -> tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
 
 
-def _settings(arguments: argparse.Namespace) -> tuple[Robot, Processing]:
+def _settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
     """The robot with the model structure and processing that the command line asks for."""
     from .model import InputError, load_robot
 
     robot = load_robot(arguments.robot)
-    stored = getattr(arguments, "robot_parameters", None)
     if stored:
-        from .estimation.stored import read_stored_robot
-
-        robot = read_stored_robot(stored).applied_to(robot)
+        robot = stored.applied_to(robot)
+        stored.check_gains(arguments.drive_gains)
     given = {"rate": arguments.rate, "cutoff": arguments.cutoff, "decimate": arguments.decimate}
     given["max_mismatch"] = getattr(arguments, "max_mismatch", None)
     try:
@@ -131,6 +164,8 @@ def _settings(arguments: argparse.Namespace) -> tuple[Robot, Processing]:
             robot = robot.with_offsets(arguments.offsets)
         if arguments.coulomb is not None:
             robot = robot.with_coulomb(arguments.coulomb)
+        if stored and robot.fingerprint != stored.fingerprint:
+            raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
         changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
         return robot, replace(robot.processing, **changes)
     except ValueError as error:
@@ -154,66 +189,45 @@ def _read(paths: Sequence[str], robot: Robot, gains: tuple[float, ...] | None, t
 def _payload(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
-    from .estimation import fit, identify_payload, payload_problem, usable_methods, weighted
-    from .estimation.identification import base_problem
+    from .estimation import answer_payload, payload_problem
     from .estimation.stored import read_stored_robot
-    from .estimation.verdict import verdict
     from .model import InputError
+    from .report.documents import payload_document, write_json
+    from .report.tables import console, payload_notes, payload_table
 
-    robot, processing = _settings(arguments)
     if not arguments.unloaded and not arguments.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
-    known = read_stored_robot(arguments.robot_parameters).estimate if arguments.robot_parameters else None
-    told: set[str] = set()
-    gains = arguments.drive_gains
+    if arguments.free_friction and arguments.method not in ("1", "all"):
+        raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
+    robot, processing = _settings(arguments, stored)
+    gains, told = arguments.drive_gains, set(robot.snapped)
     unloaded = _read(arguments.unloaded, robot, gains, told)
     loaded = _read(arguments.loaded, robot, gains, told)
     held_out = _read(arguments.validate, robot, gains, told)
-    for note in robot.snapped:
-        print(f"dynident: note: {robot.name}: {note}", file=sys.stderr)
+    known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
-        problem = payload_problem(robot, loaded, unloaded, known, processing, progress=status.update)
-        methods = usable_methods(problem) if arguments.method == "all" else (int(arguments.method),)
-        if arguments.free_friction and 1 not in methods:
-            raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+        # A stored robot brings the formula's covariance only: no block of its recordings can be left out.
+        robust = stored is None
+        problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust)
         status.update("estimating")
-        estimates = [identify_payload(problem, method, arguments.free_friction) for method in methods]
-        alone = weighted(problem.unloaded) if problem.unloaded else known
-        validation = None
-        if held_out and alone is not None:
-            check = base_problem(robot, problem.base, held_out, processing, check=False)
-            validation = fit(check, alone.values)
-    robot_fit = alone.fit if alone else None
-    judged = verdict(estimates, robot_fit)
-    _show_payload(problem, estimates, judged, robot_fit, validation)
-    if arguments.json:
-        from .report.documents import payload_document, write_json
-
-        document = payload_document(problem, estimates, judged, processing, robot_fit, validation)
-        write_json(arguments.json, document)
-    return DO_NOT_USE if judged.level == "do_not_use" else ANSWERED
-
-
-def _show_payload(
-    problem: PayloadProblem,
-    estimates: Sequence[PayloadEstimate],
-    judged: Any,
-    robot_fit: Fit | None,
-    validation: Fit | None,
-) -> None:
-    from .report.tables import console, payload_notes, payload_table
-
-    table = payload_table(estimates)
+        methods = None if arguments.method == "all" else (int(arguments.method),)
+        answer = answer_payload(problem, methods, arguments.free_friction, held_out, processing)
+    table = payload_table(answer.estimates)
     terminal = console(table)
     terminal.print(table)
-    for line in payload_notes(problem, judged, robot_fit, validation):
+    for line in payload_notes(answer):
         terminal.print(line, markup=False, highlight=False)
+    if arguments.json:
+        write_json(arguments.json, payload_document(answer, processing, gains))
+    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
 def _identify(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     from .estimation import identify
+    from .estimation.verdict import fit_reasons
     from .report.tables import console, robot_notes, robot_table
 
     robot, processing = _settings(arguments)
@@ -230,8 +244,8 @@ def _identify(arguments: argparse.Namespace) -> int:
     if arguments.json:
         from .report.documents import identification_document, write_json
 
-        write_json(arguments.json, identification_document(result, processing))
-    return ANSWERED
+        write_json(arguments.json, identification_document(result, processing, arguments.drive_gains))
+    return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
 
 
 def _codegen(arguments: argparse.Namespace) -> int:

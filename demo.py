@@ -1,6 +1,5 @@
 """The paper's experiment on a simulated RX90: ``dynident demo``. Like ``cli.py``, it hands values between rooms."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -10,18 +9,16 @@ from rich.table import Table
 from .estimation import (
     Identification,
     Observer,
-    PayloadEstimate,
-    PayloadProblem,
+    PayloadAnswer,
+    answer_payload,
     combined,
     fit,
     identify,
-    identify_payload,
     loaded_problem,
     measurement,
     payload_problem,
 )
 from .estimation.payload import payload_map
-from .estimation.verdict import verdict
 from .model import Recording, Robot, load_robot
 from .report.documents import payload_document, write_json
 from .report.paper import PaperTables, paper_tables
@@ -47,19 +44,18 @@ def run_demo(folder: Path, seed: int, trajectories: int) -> int:
     robot, paper = load_robot("rx90"), paper_tables()
     unloaded, loaded = record_runs(robot, paper, seed, trajectories + 1)
     with Console(stderr=True).status("reducing") as status:
-        robot_result = identify(robot, unloaded[:-1], validation=unloaded[-1:], progress=status.update)
+        robot_result = identify(robot, unloaded[:-1], progress=status.update)
         problem = payload_problem(robot, loaded[:-1], unloaded[:-1], progress=status.update)
-        estimates = [identify_payload(problem, method) for method in (1, 2, 3, 4)]
-    tables = _tables(robot_result, problem, estimates, paper)
+        answer = answer_payload(problem, held_out=unloaded[-1:])
+    tables = _tables(robot_result, answer, paper)
     terminal = console(*tables)
     terminal.print(*tables)
     held_out = loaded_problem(robot, problem.base, [measurement(loaded[-1], robot.processing)], robot.processing)
     both = fit(held_out, combined(problem).values)
     terminal.print(f"Held-out trajectory with payload: relative residual {100 * both.relative:.2f} % (method 4).")
-    judged = verdict(estimates, robot_result.estimate.fit)
-    for line in payload_notes(problem, judged, robot_result.estimate.fit, robot_result.validation):
+    for line in payload_notes(answer):
         terminal.print(line, markup=False, highlight=False)
-    _save(folder, robot_result, problem, estimates, loaded[-1])
+    _save(folder, robot_result, answer, loaded[-1])
     terminal.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
     return 0
 
@@ -76,27 +72,19 @@ def record_runs(robot: Robot, paper: PaperTables, seed: int, count: int) -> tupl
     return unloaded, loaded
 
 
-def _tables(
-    result: Identification, problem: PayloadProblem, estimates: Sequence[PayloadEstimate], paper: PaperTables
-) -> tuple[Table, Table]:
+def _tables(result: Identification, answer: PayloadAnswer, paper: PaperTables) -> tuple[Table, Table]:
+    problem = answer.problem
     truth = dict(zip(result.base.columns, result.base.value(problem.robot.parameters), strict=True))
     return (
         paper_robot_table(combined(problem), truth, paper),
-        paper_payload_table(estimates, paper.payload, paper),
+        paper_payload_table(answer.estimates, paper.payload, paper),
     )
 
 
-def _save(
-    folder: Path,
-    result: Identification,
-    problem: PayloadProblem,
-    estimates: Sequence[PayloadEstimate],
-    held_out: Recording,
-) -> None:
+def _save(folder: Path, result: Identification, answer: PayloadAnswer, held_out: Recording) -> None:
+    problem = answer.problem
     robot, processing = problem.robot, problem.robot.processing
-    judged = verdict(estimates, result.estimate.fit)
-    document = payload_document(problem, estimates, judged, processing, result.estimate.fit, result.validation)
-    write_json(folder / "payload.json", document)
+    write_json(folder / "payload.json", payload_document(answer, processing))
     observer = Observer(robot, problem.base.columns)
     observation = observer.observe(measurement(held_out, processing), processing)
     loaded = combined(problem)

@@ -1,6 +1,11 @@
 """From recordings to parameters. Imports only the model room."""
 
 from .alignment import AlignedPair, aligned
+from .bounding import InEllipsoid, InHull
+from .cone import SolverError
+from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
+from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
+from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
@@ -10,9 +15,11 @@ from .observation import Observation, Observer
 from .payload import (
     PAYLOAD,
     PairedMeasurement,
+    PayloadAnswer,
     PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
+    answer_payload,
     combined,
     difference_problem,
     identify_payload,
@@ -25,23 +32,40 @@ from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
+from .scaling import Active
 
 __all__ = [
     "PAYLOAD",
+    "Active",
     "AlignedPair",
+    "CentreOfMassInBox",
+    "ConstrainedBase",
+    "ConstrainedEstimate",
+    "Constraint",
+    "CvxpyProblem",
     "Estimate",
     "Fit",
+    "Holding",
     "Identification",
+    "InEllipsoid",
+    "InHull",
+    "KnownMass",
+    "MassBounds",
     "Observation",
     "Observer",
     "PairedMeasurement",
+    "PayloadAnswer",
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "PossibleBody",
     "ReducedProblem",
     "RobustCovariance",
+    "SolverError",
     "aligned",
+    "answer_payload",
     "base_problem",
+    "build_constrained",
     "combined",
     "decimated",
     "difference_problem",
@@ -61,6 +85,8 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "solve_constrained",
+    "solve_constrained_base",
     "usable_methods",
     "weighted",
 ]

@@ -59,7 +59,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
         raise _different(
             unloaded,
             loaded,
-            f"q{joint} differs by up to {worst:.3g} rad (limit {max_mismatch:g}) at the best lag",
+            f"q{joint} differs by up to {worst:.3g} (limit {max_mismatch:g}; rad or m) at the best lag",
         )
     rms = float(np.sqrt(np.mean(difference**2)))
     return AlignedPair(a, b, lag, worst, rms)

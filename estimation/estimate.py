@@ -24,16 +24,23 @@ class Fit:
     torque_norms: Array
     rows: tuple[int, ...]
 
+    def __post_init__(self) -> None:
+        """Lock the norms and check that there is one for each joint."""
+        n = len(self.rows)
+        object.__setattr__(self, "error_norms", frozen_array(self.error_norms, (n,), "error_norms"))
+        object.__setattr__(self, "torque_norms", frozen_array(self.torque_norms, (n,), "torque_norms"))
+
     @property
     def relative(self) -> float:
-        """Norm of the error over norm of the torque, all joints."""
-        return float(np.linalg.norm(self.error_norms) / np.linalg.norm(self.torque_norms))
+        """Norm of the error over norm of the torque, all joints; nan without any torque."""
+        torque = float(np.linalg.norm(self.torque_norms))
+        return float(np.linalg.norm(self.error_norms)) / torque if torque > 0.0 else float("nan")
 
     @property
     def relative_per_joint(self) -> Array:
         """The same for each joint, shape (n,); nan for a joint without equations."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.asarray(self.error_norms / self.torque_norms)
+        torque = np.where(self.torque_norms > 0.0, self.torque_norms, np.nan)
+        return np.asarray(self.error_norms / torque)
 
 
 def fit(problem: ReducedProblem, values: Array) -> Fit:
@@ -80,7 +87,7 @@ class Estimate:
     @cached_property
     def relative_sigma_percent(self) -> Array:
         """Relative standard deviations (21) in percent, shape (c,); infinite where the value is zero."""
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(100.0 * self.sigma / np.abs(self.values))
 
     @cached_property

@@ -11,6 +11,8 @@ from ..model import InputError, Measurement, Motion, Processing, Recording
 from ..model.arrays import Array
 
 _ORDER = 4  # of the Butterworth filter on positions and speeds
+_MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
+_FEWEST = 30  # samples
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -40,6 +42,9 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         recording: the recording.
         rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
             rate.
+
+    Raises:
+        InputError: if the rate is far above the recorded one, or leaves too few samples.
     """
     steps = np.diff(recording.t)
     mean = float(steps.mean())
@@ -48,7 +53,16 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         t = recording.t[0] + mean * np.arange(len(recording.t))
         return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
     rate = rate or 1.0 / mean
+    if rate * mean > _MOST_OVERSAMPLING:
+        raise InputError(
+            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: "
+            "lower --rate"
+        )
     count = math.floor((recording.t[-1] - recording.t[0]) * rate * (1.0 + 1e-12)) + 1
+    if count < _FEWEST:
+        raise InputError(
+            f"{recording.source}: {count} samples at {rate:g} Hz are too few: raise --rate, record longer"
+        )
     return on_grid(recording, recording.t[0] + np.arange(count) / rate)
 
 
@@ -72,9 +86,13 @@ def _lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> 
             f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
             "lower --cutoff"
         )
+    if cutoff * step * len(signals) < 1.0:
+        raise InputError(
+            f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
+        )
     from scipy.signal import butter, sosfiltfilt
 
     sos = butter(_ORDER, 2.0 * cutoff * step, output="sos")
-    if len(signals) < 30:
+    if len(signals) < _FEWEST:
         raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
     return np.asarray(sosfiltfilt(sos, signals, axis=0))

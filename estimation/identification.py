@@ -14,7 +14,7 @@ from .estimate import Estimate, Fit, fit
 from .filtering import measurement
 from .least_squares import weighted
 from .observation import Observation, Observer
-from .plausibility import check_units, still_joints
+from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
@@ -98,15 +98,33 @@ def base_problem(
         check: whether every joint must move.
         progress: told what is being worked on.
     """
+    check_recordings(robot, recordings)
     if check:
         check_moving(robot, base, recordings)
+    check_lengths(recordings, processing)
     observer = Observer(robot, base.columns)
     problems = []
     for recording in recordings:
         progress(f"filtering {recording.source}")
-        check_units(robot, recording)
         problems.append(reduced_measurement(observer, measurement(recording, processing), processing))
-    return merged(problems)
+    problem = merged(problems)
+    if problem.equations == 0:
+        raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
+    return problem
+
+
+def check_lengths(recordings: Sequence[Recording], processing: Processing) -> None:
+    """Refuse recordings of which decimation leaves nothing.
+
+    Raises:
+        InputError: names the recording.
+    """
+    for recording in recordings:
+        if len(recording.t) <= processing.decimate:
+            raise InputError(
+                f"{recording.source}: decimation by {processing.decimate} leaves nothing of {len(recording.t)} "
+                "samples: lower --decimate"
+            )
 
 
 def base_observations(
@@ -139,6 +157,8 @@ def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Record
         InputError: names the joints and the parameters that cannot be identified for it.
     """
     still = still_joints(recordings)
+    if len(still) == robot.n:
+        raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")
     if still:
         raise InputError(
             f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves: "

@@ -11,7 +11,8 @@ from ..model import Kernel, Measurement, Motion, Processing, Robot, regressor
 from ..model.arrays import Array
 from .decimation import Decimator, noise_bandwidth
 
-_BRIDGE = 0.3  # s: a pause shorter than this does not end the moving part
+_BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
+_STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _PART = 1024  # samples evaluated at once
 
 Mask = NDArray[np.bool_]
@@ -100,7 +101,7 @@ class Observer:
     def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
         """Equations of one measurement, block by block.
 
-        Y and every column of W are filtered and decimated alike; rows outside the longest moving part and rows of
+        Y and every column of W are filtered and decimated alike; rows outside the moving stretches and rows of
         slow joints are marked as not used.
 
         Args:
@@ -197,28 +198,36 @@ class _Waiting:
 
 
 def kept_rows(motion: Motion, processing: Processing) -> Mask:
-    """Which rows are used, N x n: the robot moves, and the sign of the joint's speed is known."""
+    """Which rows are used, N x n: the robot moves, and the sign of the joint's speed is known.
+
+    Decimated rows go by the sample in their middle; the filter mixes in its neighbours.
+    """
     speed = np.abs(motion.qd)
-    start, stop = moving_part(motion, processing.still_speed)
-    fast: Mask = speed >= processing.slow_fraction * speed[start:stop].max(axis=0, initial=0.0)
+    moving = moving_parts(motion, processing.still_speed)
+    fast: Mask = speed >= processing.slow_fraction * speed[moving].max(axis=0, initial=0.0)
     fast &= speed > 0.0
-    fast[:start] = False
-    fast[stop:] = False
+    fast[~moving] = False
     return fast
 
 
-def moving_part(motion: Motion, still_speed: float) -> tuple[int, int]:
-    """First sample and one past the last of the longest stretch in which some joint moves.
+def moving_parts(motion: Motion, still_speed: float) -> Mask:
+    """Samples at which the robot is on its way, shape (N,).
+
+    Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
+    unless there is no longer one.
 
     Args:
         motion: the motion.
-        still_speed: a joint below it stands still [rad/s or m/s]. Pauses under 0.3 s do not end a stretch.
+        still_speed: a joint below it stands still [rad/s or m/s].
     """
+    mask = np.zeros(len(motion.t), dtype=bool)
     moving = np.flatnonzero((np.abs(motion.qd) > still_speed).any(axis=1))
     if moving.size == 0:
-        return 0, 0
+        return mask
     breaks = np.flatnonzero(np.diff(motion.t[moving]) > _BRIDGE)
     starts = moving[np.concatenate([[0], breaks + 1])]
     stops = moving[np.concatenate([breaks, [moving.size - 1]])] + 1
-    longest = int(np.argmax(stops - starts))
-    return int(starts[longest]), int(stops[longest])
+    lasts = motion.t[stops - 1] - motion.t[starts]
+    for start, stop, last in zip(starts, stops, lasts, strict=True):
+        mask[start:stop] = last >= min(_STRETCH, lasts.max())
+    return mask

@@ -1,4 +1,4 @@
-"""Looks for mistakes of unit in a recording before any number is computed from it."""
+"""Looks for mistakes of unit and dead channels in recordings before any number is computed from them."""
 
 from collections.abc import Sequence
 
@@ -8,15 +8,33 @@ from ..model import InputError, Recording, Robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
 _BEYOND_LIMITS = 0.1  # of the range
+_MOST_TORQUE = 1e5  # N·m or N: no arm's joint has more
+_OVER_LIMIT = 3.0  # times the torque limit: sensors and currents overshoot, units are off by more
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
 
 
-def check_units(robot: Robot, recording: Recording) -> None:
-    """Refuse positions in degrees and speeds in another unit than positions.
+def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings whose units or channels cannot be right, and one that is given twice.
 
     Raises:
-        InputError: names the joint and the unit it looks like.
+        InputError: names the recording, the joint and what it looks like.
     """
+    if not recordings:
+        raise InputError("no recordings: give at least one")
+    for k, recording in enumerate(recordings):
+        for other in recordings[:k]:
+            if np.array_equal(recording.torque, other.torque) and np.array_equal(recording.q, other.q):
+                raise InputError(
+                    f"{recording.source} holds the same numbers as {other.source}: given twice it would only seem "
+                    "more certain; give it once"
+                )
+        _check_positions(robot, recording)
+        _check_torques(robot, recording)
+        if recording.qd is not None:
+            _check_speeds(recording)
+
+
+def _check_positions(robot: Robot, recording: Recording) -> None:
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
             continue
@@ -32,8 +50,22 @@ def check_units(robot: Robot, recording: Recording) -> None:
                 f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
                 "be in rad, as the robot file counts them"
             )
-    if recording.qd is not None:
-        _check_speeds(recording)
+
+
+def _check_torques(robot: Robot, recording: Recording) -> None:
+    for j, joint in enumerate(robot.joints):
+        torque = recording.torque[:, j]
+        most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE)
+        worst = float(np.abs(torque).max())
+        if worst > most:
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of "
+                f"{robot.name} can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
+            )
+        if np.ptp(torque) == 0.0:
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} is {torque[0]:g} throughout: the channel is dead"
+            )
 
 
 def _check_speeds(recording: Recording) -> None:

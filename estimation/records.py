@@ -6,6 +6,7 @@ import io
 import math
 import re
 import warnings
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -122,13 +123,15 @@ def _meant(name: str) -> str:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[io.TextIOBase]:
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not a regular file: give the path of a CSV file")
     try:
         open_binary = gzip.open if path.suffix == ".gz" else open
         with open_binary(path, "rb") as binary, io.TextIOWrapper(binary, encoding="utf-8-sig", newline="") as text:
             yield text
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, csv.Error) as error:
         raise InputError(f"{path}: cannot be read ({error})") from None
 
 
@@ -149,6 +152,7 @@ def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
     """The wanted columns, shape (rows, len(wanted))."""
     places = [header.index(name) for name in wanted]
     table: Array | None = None
+    _check_width(path, header)
     with _opened(path) as text, warnings.catch_warnings():
         text.readline()
         try:
@@ -159,6 +163,18 @@ def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
     if table is None or not np.isfinite(table).all():
         raise _bad_cell(path, header, wanted)
     return table
+
+
+def _check_width(path: Path, header: list[str]) -> None:
+    """Decimal commas make more cells than names."""
+    with _opened(path) as text:
+        text.readline()
+        cells = text.readline().rstrip("\r\n,").split(",")
+    if len(cells) > len(header):
+        raise InputError(
+            f"{path}: line 2 has {len(cells)} cells, the header {len(header)} names: numbers need decimal points, "
+            "not commas"
+        )
 
 
 def _bad_cell(path: Path, header: list[str], wanted: list[str]) -> InputError:
@@ -194,4 +210,10 @@ def _check_time(path: Path, t: Array) -> None:
     if np.median(steps) > 0.5:
         raise InputError(
             f"{path}: column 't': {np.median(steps):g} s from row to row: t must be in seconds; is it in ms?"
+        )
+    gap = int(np.argmax(steps))
+    if steps[gap] > max(10.0 * np.median(steps), 0.25):
+        raise InputError(
+            f"{path}: line {gap + 3}, column 't': {steps[gap]:g} s missing after {t[gap]:g} s: split the file "
+            "there and give both parts"
         )

@@ -50,14 +50,17 @@ def reduced(observation: Observation) -> ReducedProblem:
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
             factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part]])))
-        factors.append(_triangle(factor))
+        factors.append(np.triu(factor))
     rows = tuple(len(Y) for Y in observation.Y)
     effective = tuple(observation.bandwidth * count for count in rows)
     return ReducedProblem(observation.columns, tuple(factors), rows, effective)
 
 
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> ReducedProblem:
-    """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end."""
+    """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
+
+    The blocks' equations are used up: the QR works where they stand.
+    """
     factors = [_empty_factor(own.stop - own.start) for own in observer.rows]
     rows = np.zeros(len(factors), dtype=int)
     for block in blocks:
@@ -70,7 +73,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Redu
     bandwidth = noise_bandwidth(decimate)
     return ReducedProblem(
         observer.columns,
-        tuple(_spread(observer, j, _triangle(factor)) for j, factor in enumerate(factors)),
+        tuple(_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)),
         tuple(int(count) for count in rows),
         tuple(float(bandwidth * count) for count in rows),
     )
@@ -92,12 +95,6 @@ def _folded(factor: Array, equations: Array) -> Array:
         if failed:
             raise ValueError(f"QR: LAPACK refuses argument {-failed}")
     return factor
-
-
-def _triangle(factor: Array) -> Array:
-    """The triangle alone, without the rows of zeros that few equations or a column of zeros leave anywhere."""
-    triangle = np.triu(factor)
-    return np.asarray(triangle[triangle.any(axis=1)])
 
 
 def _spread(observer: Observer, joint: int, factor: Array) -> Array:

@@ -13,32 +13,57 @@ from .estimate import Estimate, Fit
 
 @dataclass(frozen=True)
 class StoredRobot:
-    """A robot's base parameters from a file.
+    """A robot's base parameters from a file, and what they belong to.
 
     Attributes:
         robot: name of the robot.
+        fingerprint: of its description with the drives that were identified.
         offsets: whether the model has an offset per joint.
         coulomb: form of the coupled Coulomb friction, None without coupling.
+        drive_gains: torque per current [N·m/A] with which currents were read; None for torques.
         estimate: values and covariance.
     """
 
     robot: str
+    fingerprint: str
     offsets: bool
     coulomb: str | None
+    drive_gains: tuple[float, ...] | None
     estimate: Estimate
 
     def applied_to(self, robot: Robot) -> Robot:
         """The robot with the model structure under which the parameters were identified.
 
         Raises:
-            InputError: if the file is another robot's.
+            InputError: if the file is another robot's, or the robot's description has changed.
         """
         if robot.name != self.robot:
             raise InputError(f"the stored parameters are of robot {self.robot!r}, not {robot.name!r}")
         robot = robot.with_offsets(self.offsets)
         if self.coulomb is not None and robot.coupling is not None:
             robot = robot.with_coulomb("paper" if self.coulomb == "paper" else "sum")
+        if robot.fingerprint != self.fingerprint:
+            raise InputError(
+                f"the stored parameters are of a {robot.name} with other geometry, gravity or drives than this "
+                "description: identify the robot again"
+            )
         return robot
+
+    def check_gains(self, drive_gains: tuple[float, ...] | None) -> None:
+        """Refuse other drive gains than those the parameters were identified with.
+
+        Raises:
+            InputError: names both.
+        """
+        if drive_gains != self.drive_gains:
+            raise InputError(
+                f"the stored parameters were identified with {_gains(self.drive_gains)}, recordings are now read "
+                f"with {_gains(drive_gains)}: use the same"
+            )
+
+
+def _gains(gains: tuple[float, ...] | None) -> str:
+    return f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
 
 
 def read_stored_robot(path: str | Path) -> StoredRobot:
@@ -51,7 +76,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
         data: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise InputError(f"{path}: cannot be read as JSON ({error})") from None
     try:
         names = tuple(str(name) for name in data["columns"])
@@ -70,7 +95,15 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
             weights=np.array(quality["weights"], dtype=float),
         )
         processing = data["processing"]
-        return StoredRobot(data["robot"], bool(processing["offsets"]), processing["coulomb"], estimate)
+        gains = processing["drive_gains"]
+        return StoredRobot(
+            robot=str(data["robot"]),
+            fingerprint=str(data["robot_fingerprint"]),
+            offsets=bool(processing["offsets"]),
+            coulomb=processing["coulomb"],
+            drive_gains=tuple(float(gain) for gain in gains) if gains else None,
+            estimate=estimate,
+        )
     except KeyError as error:
         raise InputError(f"{path}: key {error} missing: give the --json of 'dynident identify'") from None
     except (TypeError, ValueError) as error:

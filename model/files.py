@@ -8,10 +8,15 @@ from pathlib import Path
 def write_text(path: str | Path, text: str) -> None:
     """Write a text file (UTF-8) in one step: beside its place, then moved there.
 
+    A link keeps its place, its target is written; what is no regular file (a pipe) is written straight to.
+
     Raises:
         OSError: if it cannot be written.
     """
-    path = Path(path)
+    path = Path(path).resolve()
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")
+        return
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8") as stream:

@@ -73,9 +73,11 @@ class InertialParameters:
         """4 x 4 pseudo-inertia [[integral of p p' dm, m c], [m c', m]]; a body can exist if it has no
         negative eigenvalue (Wensing, Kim and Slotine, 2018).
         """
-        sigma = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
-        h = self.first_moments[:, None]
-        return frozen_array(np.block([[sigma, h], [h.T, np.array([[self.mass]])]]), (4, 4), "pseudo-inertia")
+        J = np.empty((4, 4))
+        J[:3, :3] = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        J[:3, 3] = J[3, :3] = self.first_moments
+        J[3, 3] = self.mass
+        return frozen_array(J, (4, 4), "pseudo-inertia")
 
     @cached_property
     def min_pseudo_inertia_eigenvalue(self) -> float:

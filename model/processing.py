@@ -12,8 +12,8 @@ class Processing:
         cutoff: cut-off of the zero-phase 4th-order Butterworth filter on positions and speeds [Hz]; None
             leaves them as they are.
         decimate: parallel decimation of Y and of every column of W, by this whole factor.
-        still_speed: below it a joint stands still [rad/s or m/s]; the part of a recording before the robot
-            first moves, after it last moves, and around long pauses is cut away.
+        still_speed: below it a joint stands still [rad/s or m/s]; while all joints do for over 0.3 s, and where
+            they move for under 1 s, rows are left out.
         slow_fraction: rows of joint j are left out where its speed is below this fraction of its largest
             speed, because the sign of the speed is not known there.
         max_mismatch: method 3 refuses a pair whose positions differ by more than this [rad or m].

@@ -4,6 +4,7 @@ Frame j is reached from frame j-1 by a rotation ``alpha`` about x, a translation
 ``theta`` about z and a translation ``r`` along z; the joint turns about or slides along z of frame j.
 """
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -121,6 +122,12 @@ class Robot:
     def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
+
+    @property
+    def fingerprint(self) -> str:
+        """Short text that differs between robots of other geometry, gravity or drives."""
+        chain = [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in self.joints]
+        return hashlib.sha256(repr((chain, self.gravity, self.drives)).encode()).hexdigest()[:16]
 
     @property
     def coupling(self) -> Coupling | None:

@@ -61,6 +61,8 @@ def load_robot(name: str | Path) -> Robot:
     return _Reader(text).robot(data)
 
 
+_LARGEST = 1e9  # no length, angle or parameter of an arm comes near
+
 _Value = TypeVar("_Value")
 
 
@@ -205,8 +207,8 @@ class _Reader:
 
     def _number(self, table: Mapping[str, Any], key: str, where: str, default: float | None = None) -> float:
         value = table.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self._error(where + key, f"must be a finite number, got {value!r}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
+            raise self._error(where + key, f"must be a finite number, got {repr(value)[:40]}")
         return float(value)
 
     def _numbers(self, table: Mapping[str, Any], key: str, count: int, where: str) -> tuple[float, ...]:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation import Fit, Identification, PayloadEstimate, PayloadProblem, ReducedProblem
-from ..estimation.verdict import Verdict
+from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem, ReducedProblem
+from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
 from ..model.files import write_text
@@ -16,7 +16,9 @@ from ..model.files import write_text
 Document = dict[str, Any]
 
 
-def identification_document(result: Identification, processing: Processing) -> Document:
+def identification_document(
+    result: Identification, processing: Processing, drive_gains: Sequence[float] | None
+) -> Document:
     """What ``dynident identify --json`` writes."""
     estimate = result.estimate
     groupings = result.base.groupings()
@@ -34,7 +36,8 @@ def identification_document(result: Identification, processing: Processing) -> D
     raw, scaled = result.problem.condition_numbers()
     return {
         "robot": result.robot.name,
-        "processing": processing_document(result.robot, processing),
+        "robot_fingerprint": result.robot.fingerprint,
+        "processing": processing_document(result.robot, processing, drive_gains),
         "data": {
             "equations": result.problem.equations,
             "rows_per_joint": list(result.problem.rows),
@@ -50,31 +53,29 @@ def identification_document(result: Identification, processing: Processing) -> D
         "condition_number_scaled": scaled,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
+        "reasons_against_use": fit_reasons(estimate.fit, "the model"),
     }
 
 
 def payload_document(
-    problem: PayloadProblem,
-    estimates: Sequence[PayloadEstimate],
-    judged: Verdict,
-    processing: Processing,
-    robot_fit: Fit | None,
-    validation: Fit | None,
+    answer: PayloadAnswer, processing: Processing, drive_gains: Sequence[float] | None = None
 ) -> Document:
     """What ``dynident payload --json`` writes."""
-    fitted = residual_document(robot_fit) if robot_fit else {"all": None, "per_joint": None}
+    problem, check = answer.problem, answer.validation
+    fitted = residual_document(answer.robot_fit) if answer.robot_fit else {"all": None, "per_joint": None}
     return {
         "robot": problem.robot.name,
         "frame": problem.robot.payload_frame,
-        "processing": processing_document(problem.robot, processing),
-        "relative_residual": {**fitted, "validation": residual_document(validation) if validation else None},
+        "processing": processing_document(problem.robot, processing, drive_gains),
+        "relative_residual": {**fitted, "validation": residual_document(check) if check else None},
         "data": _data_document(problem, processing),
-        "estimates": [_estimate_document(estimate) for estimate in estimates],
-        "verdict": {"level": judged.level, "reasons": list(judged.reasons)},
+        "estimates": [_estimate_document(estimate) for estimate in answer.estimates],
+        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+        "verdict": {"level": answer.verdict.level, "reasons": list(answer.verdict.reasons)},
     }
 
 
-def processing_document(robot: Robot, processing: Processing) -> Document:
+def processing_document(robot: Robot, processing: Processing, drive_gains: Sequence[float] | None) -> Document:
     """Settings, so that a result can be repeated."""
     return {
         "rate_hz": processing.rate,
@@ -83,6 +84,7 @@ def processing_document(robot: Robot, processing: Processing) -> Document:
         "still_speed": processing.still_speed,
         "slow_fraction": processing.slow_fraction,
         "max_mismatch": processing.max_mismatch,
+        "drive_gains": list(drive_gains) if drive_gains else None,
         "offsets": robot.drives.offsets,
         "coulomb": robot.coupling.coulomb if robot.coupling else None,
     }
@@ -108,7 +110,6 @@ def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
         "condition_number": raw,
         "condition_number_scaled": scaled,
         "base_parameters": len(problem.base.columns),
-        "method_3_unavailable": problem.without_difference or None,
     }
 
 

@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ..estimation import Estimate, Fit, Identification, PayloadEstimate, PayloadProblem
-from ..estimation.verdict import Verdict
+from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
+from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from ..model.arrays import Array
 from .paper import PaperTables
@@ -27,20 +27,20 @@ _FORMULA = "by (17)-(19): for white torque noise, drive gains taken as exact."
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     """Ten parameters by each method, with standard deviations, and what a controller asks for.
 
-    Standard deviations are the robust ones where an estimate has them.
+    Where an estimate has robust standard deviations too, each entry shows the larger of both.
     """
     headings = [f"method {estimate.method}" for estimate in estimates]
     table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
         cells = [
-            _value(e.estimate.values[k], _best(e.estimate.sigma_robust, e.estimate.sigma)[k]) for e in estimates
+            _value(e.estimate.values[k], _larger(e.estimate.sigma, e.estimate.sigma_robust)[k]) for e in estimates
         ]
         table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
     for k, axis in enumerate("xyz"):
-        cells = [_value(e.body.com[k], _best(e.sigma_com_robust, e.sigma_com)[k]) for e in estimates]
+        cells = [_value(e.body.com[k], _larger(e.sigma_com, e.sigma_com_robust)[k]) for e in estimates]
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
     for row, column in zip(*np.triu_indices(3), strict=True):
-        sigmas = [_best(e.sigma_inertia_com_robust, e.sigma_inertia_com)[row, column] for e in estimates]
+        sigmas = [_larger(e.sigma_inertia_com, e.sigma_inertia_com_robust)[row, column] for e in estimates]
         cells = [_value(e.body.inertia_com[row, column], sigma) for e, sigma in zip(estimates, sigmas, strict=True)]
         name = f"{'XYZ'[row]}{'XYZ'[column]} at com"
         table.add_row(name, "kg m²", *cells, end_section=row == 2)
@@ -48,23 +48,10 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     return table
 
 
-def payload_notes(
-    problem: PayloadProblem,
-    judged: Verdict,
-    robot_fit: Fit | None,
-    validation: Fit | None,
-    estimates: Sequence[PayloadEstimate] = (),
-) -> list[str]:
-    """Lines below the payload table; the verdict comes last.
-
-    Args:
-        problem: the reduced recordings.
-        judged: the verdict.
-        robot_fit: how well the robot's model explains the recordings without payload.
-        validation: the same on a recording that was held out.
-        estimates: those of the table, to tell where its standard deviations come from.
-    """
-    lines = sigma_notes(estimates)
+def payload_notes(answer: PayloadAnswer) -> list[str]:
+    """Lines below the payload table; the verdict comes last."""
+    problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
+    lines = sigma_notes(answer.estimates)
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
@@ -77,33 +64,38 @@ def payload_notes(
         lines.append(f"The same on the validation recording: {_residual(validation)}")
     if problem.pairs:
         lines.append(_alignment(problem))
-    if problem.without_difference:
-        lines.append(f"Method 3 left out: {problem.without_difference}")
-    lines.append(f"Verdict: {_LEVELS[judged.level]}.")
-    return [*lines, *(f"  - {reason}" for reason in judged.reasons)]
+    lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
+    lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
+    return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]
 
 
 def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
     """Where the standard deviations of the payload table come from, and what speaks against them."""
-    robust = [(e.method, e.estimate.robust, e.estimate.sigma) for e in estimates]
-    ratios = [f"{r.sigma[-1] / sigma[-1]:.1f} (method {k})" for k, r, sigma in robust if r is not None]
-    missing = [f"method {e.method}: {e.without_robust}" for e in estimates if e.without_robust]
-    lines = []
-    if ratios:
-        blocks = next(r for _, r, _ in robust if r is not None)
-        lines.append(
-            f"± one standard deviation by leaving out each of {blocks.blocks} blocks of time of "
-            f"{blocks.block_length:.2g} s or more, which allows for errors that last; for the mass it is "
-            f"{', '.join(ratios)} times that of (17)-(19), which takes noise as white."
-        )
-        lines += sorted({r.warning for _, r, _ in robust if r is not None and r.warning})
-    if len(ratios) < len(estimates) or not estimates:
-        lines.append(f"± one standard deviation {_FORMULA}" if not ratios else f"Others {_FORMULA}")
-    return lines + missing
+    both = [(e, e.estimate.robust) for e in estimates]
+    ratios = [f"method {e.method} {r.sigma[-1] / e.estimate.sigma[-1]:.2f}" for e, r in both if r is not None]
+    robust = [r for _, r in both if r is not None]
+    if robust:
+        blocks = f"{robust[0].blocks} blocks of {robust[0].block_length:.2g} s or more"
+        lines = [
+            "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation.",
+            f"Mass, sigma_robust/sigma (jackknife over {blocks} to formula): {', '.join(ratios)}.",
+        ]
+    else:
+        lines = [f"± one standard deviation {_FORMULA}"]
+    lines += sorted({r.warning for r in robust if r.warning})
+    reasons = {
+        e.without_robust: [o.method for o in estimates if o.without_robust == e.without_robust] for e in estimates
+    }
+    return lines + [
+        f"± of method {', '.join(map(str, methods))} by the formula alone: {reason}"
+        for reason, methods in reasons.items()
+        if reason
+    ]
 
 
-def _best(robust: Array | None, formula: Array) -> Array:
-    return formula if robust is None else robust
+def _larger(formula: Array, robust: Array | None) -> Array:
+    """Entry by entry; the formula's where there is no other."""
+    return formula if robust is None else np.maximum(formula, robust)
 
 
 def robot_table(result: Identification) -> Table:
@@ -135,7 +127,9 @@ def robot_notes(result: Identification) -> list[str]:
     ]
     if result.validation is not None:
         lines.append(f"On the validation recording: {_residual(result.validation)}")
-    return [*lines, f"sigma {_FORMULA}"]
+    lines.append(f"sigma {_FORMULA}")
+    reasons = fit_reasons(result.estimate.fit, "the model")
+    return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 
 
 def paper_payload_table(

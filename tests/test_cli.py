@@ -44,9 +44,20 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
     short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
     paths["short"] = write_csv(folder / "short.csv", short)
+    part = slice(500, 925)
+    paths["brief"] = write_csv(folder / "brief.csv", Recording(loaded.t[part], loaded.q[part], loaded.torque[part]))
     q = np.array(bare.q)
     q[:, 5] = 0.1
     paths["still"] = write_csv(folder / "still.csv", Recording(bare.t, q, bare.torque))
+    mirror = np.array([1, 1, 1, 1, -1, 1])
+    paths["mirrored_bare"] = write_csv(folder / "mb.csv", Recording(bare.t, bare.q * mirror, bare.torque))
+    paths["mirrored_loaded"] = write_csv(folder / "ml.csv", Recording(bare.t, bare.q * mirror, loaded.torque))
+    paths["dead"] = write_csv(folder / "dead.csv", Recording(bare.t, bare.q, bare.torque * [1, 1, 1, 0, 1, 1]))
+    paths["milli"] = write_csv(folder / "milli.csv", Recording(bare.t, bare.q, 1e3 * bare.torque))
+    late = bare.t + 20.0 * (bare.t > 10.0)
+    paths["gap"] = write_csv(folder / "gap.csv", Recording(late, bare.q, bare.torque))
+    constant = Recording(bare.t, bare.q, 50.0 + 1e-3 * bare.q)
+    paths["constant"] = write_csv(folder / "constant.csv", constant)
     flipped = Recording(bare.t, bare.q, bare.torque * [1, -1, 1, 1, 1, 1])
     paths["flipped"] = write_csv(folder / "flipped.csv", flipped)
     lines = paths["bare0"].read_text().splitlines()
@@ -104,13 +115,35 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     for estimate in data["estimates"]:
         assert estimate["estimator"] == "wls"
         assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
+        assert estimate["robust"]["blocks"] >= 10
         for name, value in estimate["parameters"].items():
+            assert 0.0 < estimate["sigma_robust"][name] < 10.0 * estimate["sigma"][name]
             assert abs(value - truth[name]) < 5.0 * estimate["sigma"][name]
             low, high = estimate["interval95"][name]
             assert low < value < high
         assert np.shape(estimate["inertia_com"]) == (3, 3)
         assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
     assert data["verdict"]["level"] in ("use", "mass_and_com_only")
+    told = " ".join(out.split())
+    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in told
+    assert "Mass, sigma_robust/sigma" in told
+
+
+def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """One block of motion under load: the answer comes, by the formula, and a note says why."""
+    target = tmp_path / "payload.json"
+    arguments = ("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--unloaded", logs["bare1"])
+    status, out, _ = run(*arguments, "--loaded", logs["brief"], "--json", str(target))
+    assert status in (0, 1)
+    told = " ".join(out.split())
+    assert "by (17)-(19)" in told
+    assert "± of method 1, 4 by the formula alone: robust standard deviations need two blocks" in told
+    estimates = json.loads(target.read_text())["estimates"]
+    assert [estimate["method"] for estimate in estimates] == [1, 4]
+    for estimate in estimates:
+        assert estimate["sigma_robust"] is None
+        assert "two blocks" in estimate["robust"]["unavailable"]
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, abs=5.0 * estimate["sigma"]["M"])
 
 
 def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
@@ -154,6 +187,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     (at_once,) = json.loads(target.read_text())["estimates"]
     assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
     assert later["sigma"] == pytest.approx(at_once["sigma"], rel=1e-9)
+    assert later["sigma_robust"] is None
 
 
 def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
@@ -169,6 +203,9 @@ def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_
         status, _, err = run(*arguments)
         assert status == 2
         assert words in err
+    stored.write_text(json.dumps(robot))
+    for option in (("--offsets",), ("--coulomb", "paper")):
+        assert "must be those the stored parameters" in run(*arguments, *option)[2]
     del robot["covariance"]
     stored.write_text(json.dumps(robot))
     assert "'covariance' missing" in run(*arguments)[2]
@@ -183,6 +220,27 @@ def test_a_model_that_does_not_describe_the_robot_is_not_to_be_used(run: Run, lo
     assert "signs" in out
 
 
+def test_a_joint_counted_backwards_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
+    """The other joints still fit; the verdict looks at each."""
+    pair = ("--unloaded", logs["mirrored_bare"], "--loaded", logs["mirrored_loaded"])
+    status, out, _ = run("payload", "--robot", "rx90", *pair)
+    assert status == 1
+    assert "joint 5" in out
+
+
+def test_a_robot_that_is_not_described_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
+    status, out, _ = run("identify", "--robot", "rx90", "--data", logs["constant"])
+    assert status == 1
+    assert "do not use" in out
+
+
+def test_a_method_that_cannot_answer_does_not_silence_the_others(run: Run, logs: dict[str, str]) -> None:
+    status, out, _ = run("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--loaded", logs["loaded1"])
+    assert status == 0
+    assert "Method 3 left out" in out
+    assert "method 4" in out
+
+
 def test_answers_are_the_same_every_time(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     texts = []
     for name in ("a.json", "b.json"):
@@ -195,6 +253,7 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
     """(name, arguments with {log} places, words that the line must hold)."""
     pair = ["--unloaded", "{bare0}", "--loaded", "{loaded0}"]
     rx90 = ["payload", "--robot", "rx90"]
+    identify = ["identify", "--robot", "rx90", "--data"]
     return [
         ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90, tx40, ur10e"]),
         ("broken robot", ["payload", "--robot", "{broken_robot}", *pair], ["'joints[1].alpha'", "alpha_deg"]),
@@ -210,6 +269,16 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
         ("still", ["identify", "--robot", "rx90", "--data", "{still}"], ["joint 6 never moves", "FS6"]),
         ("other trajectory", [*rx90, "--unloaded", "{bare0}", "--loaded", "{loaded1}", "--method", "3"],
          ["not the same trajectory"]),
+        ("dead channel", [*rx90, "--unloaded", "{dead}", "--loaded", "{loaded0}"], ["joint 4", "dead"]),
+        ("milli", [*rx90, "--unloaded", "{bare0}", "--loaded", "{milli}"], ["more than a joint", "N·m"]),
+        ("gap", [*identify, "{gap}"], ["20.004 s missing", "split"]),
+        ("twice", [*identify, "{bare0}", "--data", "{bare0}"], ["same numbers"]),
+        ("huge decimation", [*identify, "{bare0}", "--decimate", "300000"], ["lower --decimate"]),
+        ("tiny cutoff", [*identify, "{bare0}", "--cutoff", "1e-9"], ["raise --cutoff"]),
+        ("tiny rate", [*identify, "{bare0}", "--rate", "0.01"], ["raise --rate"]),
+        ("huge rate", [*identify, "{bare0}", "--rate", "1e13"], ["lower --rate"]),
+        ("folder", [*identify, "."], ["not a regular file"]),
+        ("dead validation", [*identify, "{bare0}", "--validate", "{dead}"], ["joint 4", "dead"]),
         ("nothing to compare", [*rx90, "--loaded", "{loaded0}"], ["--unloaded"]),
         ("method without data", [*rx90, "--loaded", "{loaded0}", "--method", "5"], ["--method"]),
         ("cutoff", [*rx90, *pair, "--cutoff", "300"], ["cut-off", "lower --cutoff"]),
@@ -246,7 +315,10 @@ def test_bad_input_is_one_line_and_writes_nothing(
 def test_a_folder_that_is_not_there_is_one_line(run: Run, logs: dict[str, str]) -> None:
     status, _, err = run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", "/nowhere/result.json")
     assert status == 2
-    assert "/nowhere" in err
+    assert "/nowhere/result.json" in err
+    assert run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", "")[0] == 2
+    assert run("demo", "--trajectories", "0")[0] == 2
+    assert run("demo", "--seed", "-1")[0] == 2
 
 
 def test_as_a_program(logs: dict[str, str]) -> None:

@@ -1,58 +1,14 @@
 """The payload by the four methods of the paper, behind one signature."""
 
-from dataclasses import replace
-from functools import partial
-
-from ...model import InputError
+from .answer import PayloadAnswer, answer_payload
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import PAYLOAD, difference_problem, loaded_problem
-from .from_change import from_change, payload_map
-from .from_difference import from_difference
-from .from_robot import from_robot
-from .global_fit import combined, global_fit
+from .from_change import payload_map
+from .global_fit import combined
+from .methods import METHODS, identify_payload, usable_methods
 from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
 from .robust import Method, robust_covariance
-
-METHODS: dict[int, Method] = {
-    1: from_robot,
-    2: from_change,
-    3: from_difference,
-    4: global_fit,
-}
-"""The paper's methods by number."""
-
-
-def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
-    """Estimate the payload by one method; with robust standard deviations if the problem has ``blocks``.
-
-    Args:
-        problem: the reduced recordings.
-        method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
-            4 robot and payload together (30).
-        free_friction: method 1 only: estimate friction anew under load.
-
-    Raises:
-        InputError: if the problem lacks what the method needs.
-        KeyError: for another method.
-    """
-    solve = partial(from_robot, free_friction=free_friction) if method == 1 else METHODS[method]
-    estimate = solve(problem, None)
-    reason = ""
-    if problem.blocks is not None:
-        try:
-            estimate = replace(estimate, robust=robust_covariance(problem, solve, estimate))
-        except InputError as error:
-            reason = str(error)
-    return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
-
-
-def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
-    """Methods for which the problem holds what they need."""
-    bare = problem.unloaded is not None
-    usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
-    return tuple(method for method, there in usable.items() if there)
-
 
 __all__ = [
     "METHODS",
@@ -60,9 +16,11 @@ __all__ = [
     "FixedWeights",
     "Method",
     "PairedMeasurement",
+    "PayloadAnswer",
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "answer_payload",
     "combined",
     "difference_problem",
     "identify_payload",

@@ -17,7 +17,7 @@ def from_change(problem: PayloadProblem, weights: FixedWeights | None = None) ->
 
     Base parameters change by Delta chi = G_L chi_L, where G_L (N_b x 10) holds the last link's columns of the
     grouping matrix; on the RX90 its rows are (25)-(28). Solved by least squares weighted by the covariance of
-    Delta chi. Friction may change under load and takes no part.
+    Delta chi. Drive parameters take no part: friction may change under load.
     """
     if problem.unloaded is None:
         raise InputError("method 2 needs a recording without payload")

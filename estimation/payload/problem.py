@@ -4,20 +4,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ...model import (
+    INERTIAL,
     BaseParameters,
     InputError,
     Processing,
     Recording,
     Robot,
     base_parameters,
+    payload_columns,
 )
 from ...model.arrays import Array
 from ..alignment import AlignedPair, aligned
 from ..estimate import Estimate
 from ..filtering import measurement
-from ..identification import base_problem, check_moving
-from ..plausibility import check_units
+from ..identification import base_problem, check_lengths, check_moving
+from ..plausibility import check_recordings
 from ..problem import ReducedProblem
 from ..progress import Progress, silent
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
@@ -49,6 +53,7 @@ class PayloadProblem:
         without_difference: why method 3 cannot be used, if it cannot.
         rate: at which the (first) loaded recording was processed [Hz].
         blocks: the same equations cut in blocks of time, for robust standard deviations.
+        without_blocks: why there are none although they were asked for.
     """
 
     robot: Robot
@@ -61,11 +66,12 @@ class PayloadProblem:
     without_difference: str = ""
     rate: float | None = None
     blocks: PayloadBlocks | None = None
+    without_blocks: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
         if self.known is not None and self.known.names != self.base.columns:
-            other = sorted(set(self.known.names) ^ set(self.base.columns))
+            other = sorted(set(self.known.names) ^ set(self.base.columns)) or ["their order"]
             raise InputError(
                 f"the stored robot parameters are of another model of {self.robot.name}: they differ in "
                 f"{', '.join(other[:8])}: identify the robot again with the same options"
@@ -98,12 +104,14 @@ def payload_problem(
     processing = processing or robot.processing
     progress("base parameters")
     base = base_parameters(robot)
+    check_visible(robot, base)
+    check_recordings(robot, loaded)
+    check_lengths(loaded, processing)
     check_moving(robot, base, loaded)
     bare = base_problem(robot, base, unloaded, processing, progress=progress) if unloaded else None
     measured = []
     for recording in loaded:
         progress(f"filtering {recording.source}")
-        check_units(robot, recording)
         measured.append(measurement(recording, processing))
     both = loaded_problem(robot, base, measured, processing)
     difference: ReducedProblem | None = None
@@ -120,12 +128,33 @@ def payload_problem(
         except InputError as error:
             reason = str(error)
     blocks: PayloadBlocks | None = None
+    unavailable = ""
     if robust:
         progress("cutting into blocks")
-        alone = [measurement(recording, processing) for recording in unloaded]
-        blocks = payload_blocks(robot, base, measured, alone, together, processing)
+        try:
+            alone = [measurement(recording, processing) for recording in unloaded]
+            blocks = payload_blocks(robot, base, measured, alone, together, processing)
+        except InputError as error:
+            unavailable = str(error)
     rate = measured[0].motion.rate
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, rate, blocks)
+    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable)
+
+
+def check_visible(robot: Robot, base: BaseParameters) -> None:
+    """Refuse an arm on which no motion shows all ten parameters of a payload.
+
+    Raises:
+        InputError: names the parameters that stay hidden, alone or in combination.
+    """
+    effect = base.effect_of(payload_columns(robot))
+    _, singular, Vt = np.linalg.svd(effect)
+    hidden = Vt[np.append(singular, np.zeros(10 - len(singular))) < 1e-9 * singular[0]]
+    if len(hidden):
+        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=0), strict=True) if size > 1e-6]
+        raise InputError(
+            f"no motion of {robot.name} shows {len(hidden)} of a payload's ten directions ({', '.join(named)}): "
+            "its joints do not turn the payload in enough ways"
+        )
 
 
 def _paired(

@@ -39,7 +39,7 @@ class Kernel:
             self._path = CPath(program)
         except CompilerUnavailable as reason:
             if "failed" in str(reason):
-                warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=2)
+                warnings.warn(f"{reason}; NumPy does the work instead", RuntimeWarning, stacklevel=1)
             self._path = NumpyPath(program)
 
     @property

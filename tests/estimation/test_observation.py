@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.estimation import Observer, noise_bandwidth
-from dynident.estimation.observation import moving_part
+from dynident.estimation.observation import moving_parts
 from dynident.model import Measurement, Motion, Processing, base_parameters
 from dynident.trajectories import Simulator
 
@@ -54,13 +54,27 @@ def paused(rate: float = 100.0) -> Motion:
     return Motion(t, np.cumsum(speed, axis=0) / rate, speed, np.zeros_like(speed))
 
 
-def test_the_longest_moving_part_is_used_and_short_pauses_do_not_end_it() -> None:
+def test_moving_stretches_are_used_and_short_pauses_do_not_end_them() -> None:
     motion = paused()
-    start, stop = moving_part(motion, 2e-3)
-    assert motion.t[start] == pytest.approx(1.0)
-    assert motion.t[stop - 1] == pytest.approx(6.19)
+    moving = moving_parts(motion, 2e-3)
+    used = motion.t[moving]
+    assert used[0] == pytest.approx(1.0)
+    assert moving[(motion.t >= 1.0) & (motion.t < 6.2)].all()  # the pause of 0.2 s included
+    assert not moving[(motion.t >= 6.2) & (motion.t < 8.2)].any()
+    assert moving[motion.t >= 8.2].all() == (motion.t[-1] - 8.2 >= 1.0)
     resting = Motion(motion.t, motion.q, 0.0 * motion.qd, motion.qdd)
-    assert moving_part(resting, 2e-3) == (0, 0)
+    assert not moving_parts(resting, 2e-3).any()
+
+
+def test_a_jog_under_a_second_is_left_out_unless_there_is_nothing_else() -> None:
+    motion = paused()
+    early = slice(0, 150)  # at rest until 1 s, then 0.5 s of motion
+    short = Motion(motion.t[early], motion.q[early], motion.qd[early], motion.qdd[early])
+    assert moving_parts(short, 2e-3).sum() == 50
+    late = slice(320, 1000)  # 3 s of motion, 2 s of rest, 1 s of motion less a little
+    speed = np.array(motion.qd[late])
+    speed[-5:] = 0.0
+    assert not moving_parts(Motion(motion.t[late], motion.q[late], speed, motion.qdd[late]), 2e-3)[-100:].any()
 
 
 def test_slow_rows_are_left_out(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) -> None:

@@ -23,6 +23,7 @@ from dynident.estimation.payload import combined, payload_map
 from dynident.model import (
     InertialParameters,
     InputError,
+    Joint,
     Measurement,
     Motion,
     Processing,
@@ -249,3 +250,12 @@ def test_different_trajectories_leave_method_3_out_and_say_why(
     assert usable_methods(problem) == (1, 2, 4)
     with pytest.raises(InputError, match="not the same trajectory"):
         identify_payload(problem, 3)
+
+
+def test_an_arm_that_cannot_show_a_payload_says_so(wander: Callable[..., Motion]) -> None:
+    """A planar arm never turns the payload about x or y."""
+    planar = Robot("planar", (Joint(), Joint(d=0.4), Joint(d=0.3)))
+    motion = wander(3, 0)
+    recording = Recording(motion.t, motion.q, np.array(motion.q))
+    with pytest.raises(InputError, match=r"no motion of planar shows \d of a payload's ten directions \(.*MZ"):
+        payload_problem(planar, [recording], [recording])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.estimation import identify
 from dynident.estimation.identification import hidden_by
-from dynident.estimation.plausibility import check_units, still_joints
+from dynident.estimation.plausibility import check_recordings, still_joints
 from dynident.model import InputError, Motion, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 
@@ -15,18 +15,18 @@ Wander = Callable[..., Motion]
 
 def recording(motion: Motion, q_scale: float = 1.0, qd_scale: float | None = None) -> Recording:
     qd = None if qd_scale is None else qd_scale * motion.qd
-    return Recording(motion.t, q_scale * motion.q, np.ones_like(motion.q), qd, "log.csv")
+    return Recording(motion.t, q_scale * motion.q, np.array(motion.q), qd, "log.csv")
 
 
 def test_good_units_pass(rx90: Robot, wander: Wander) -> None:
-    check_units(rx90, recording(wander(6, 0)))
-    check_units(rx90, recording(wander(6, 0), qd_scale=1.0))
+    check_recordings(rx90, [recording(wander(6, 0))])
+    check_recordings(rx90, [recording(wander(6, 0), qd_scale=1.0)])
 
 
 @pytest.mark.parametrize("name", ["rx90", "tx40", "ur10e"])
 def test_degrees_are_recognised(name: str, wander: Wander) -> None:
     with pytest.raises(InputError, match=r"log.csv: q\d reaches .* degrees"):
-        check_units(load_robot(name), recording(wander(6, 0), q_scale=np.degrees(1.0)))
+        check_recordings(load_robot(name), [recording(wander(6, 0), q_scale=np.degrees(1.0))])
 
 
 def test_degrees_are_recognised_without_limits(wander: Wander) -> None:
@@ -37,7 +37,7 @@ def test_degrees_are_recognised_without_limits(wander: Wander) -> None:
     robot = load_robot("rx90")
     free = replace(robot, joints=tuple(replace(joint, limits=Limits()) for joint in robot.joints))
     with pytest.raises(InputError, match="degrees"):
-        check_units(free, recording(wander(6, 0), q_scale=np.degrees(1.0)))
+        check_recordings(free, [recording(wander(6, 0), q_scale=np.degrees(1.0))])
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_degrees_are_recognised_without_limits(wander: Wander) -> None:
 )
 def test_speeds_in_another_unit(rx90: Robot, wander: Wander, factor: float, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        check_units(rx90, recording(wander(6, 0), qd_scale=factor))
+        check_recordings(rx90, [recording(wander(6, 0), qd_scale=factor)])
 
 
 def held(motion: Motion, joint: int) -> Motion:
@@ -71,3 +71,26 @@ def test_what_a_still_joint_hides_is_what_data_do_not_determine(rx90: Robot) -> 
     hidden = hidden_by(rx90, base, (1,))
     assert {"ZZ1R", "FS1", "FV1"} <= set(hidden)
     assert not {"MX2R", "FS2", "IA3", "MX6"} & set(hidden)
+
+
+def test_torques_that_no_joint_gives(wander: Wander) -> None:
+    motion = wander(6, 0)
+    for factor, words in ((1e6, "N·m"), (300.0, "more than a joint of ur10e can give")):
+        strong = Recording(motion.t, motion.q, factor * motion.q, source="log.csv")
+        with pytest.raises(InputError, match=words):
+            check_recordings(load_robot("ur10e" if factor < 1e6 else "rx90"), [strong])
+
+
+def test_a_dead_torque_channel_is_named(rx90: Robot, wander: Wander) -> None:
+    motion = wander(6, 0)
+    torque = np.array(motion.q)
+    torque[:, 3] = 0.0
+    with pytest.raises(InputError, match="torque of joint 4 is 0 throughout"):
+        check_recordings(rx90, [Recording(motion.t, motion.q, torque)])
+
+
+def test_the_same_recording_twice(rx90: Robot, wander: Wander) -> None:
+    with pytest.raises(InputError, match="holds the same numbers"):
+        check_recordings(rx90, [recording(wander(6, 0)), recording(wander(6, 1)), recording(wander(6, 0))])
+    with pytest.raises(InputError, match="no recordings"):
+        check_recordings(rx90, [])

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.estimation import (
+    Observation,
     Observer,
     ReducedProblem,
     merged,
@@ -71,6 +72,15 @@ def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_pat
     same(merged(problems), merged([loaded[2], merged([loaded[0], loaded[1]])]))
     with pytest.raises(ValueError, match="different columns"):
         merged([problems[0], problems[1].select(problems[1].columns[1:])])
+
+
+def test_dependent_columns_and_few_rows_lose_nothing() -> None:
+    """The triangle keeps every product of the rows, also where a QR meets a dependent column first."""
+    W, Y = np.array([[1.0, 1.0, 2.0, 3.0], [1.0, 1.0, 5.0, 1.0], [1.0, 1.0, 0.0, 7.0]]), np.array([1.0, 2.0, 9.0])
+    data = Observation(("a", "b", "c", "d"), (W,), (Y,), (np.arange(3.0),), 1.0)
+    (factor,) = reduced(data).factors
+    rows = np.column_stack([W, Y])
+    assert np.allclose(factor.T @ factor, rows.T @ rows, atol=1e-12)
 
 
 def test_files_that_are_not_reduced_problems(tmp_path: Path) -> None:

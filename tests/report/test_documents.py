@@ -55,12 +55,27 @@ def test_robust_standard_deviations_are_told_where_they_are() -> None:
     assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
     assert plain["robust"]["unavailable"] == "too short"
 
-    text = " ".join(sigma_notes([payload(3, few), payload(1, None, "too short")]))
-    for part in ("8 blocks of time of 1.5 s", "3.0 (method 3) times", "record longer", "method 1: too short"):
-        assert part in text
-    assert sigma_notes([payload(1, None)]) == sigma_notes([])
-    masses = list(payload_table([payload(3, few), payload(3, None)]).columns[2:])
-    assert [list(column.cells)[9] for column in masses] == ["3.000±0.030", "3.000±0.010"]
+    notes = sigma_notes([payload(3, few), payload(1, None, "too short"), payload(4, None, "too short")])
+    assert notes[0] == "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation."
+    assert "8 blocks of 1.5 s or more" in notes[1]
+    assert "method 3 3.00." in notes[1]
+    assert "record longer" in notes[2]
+    assert notes[3:] == ["± of method 1, 4 by the formula alone: too short"]
+    (plain_note,) = sigma_notes([payload(1, None)])
+    assert "white torque noise" in plain_note
+
+
+def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
+    """Moments four times, the mass half as uncertain as by the formula; com and inertia go by their own sigmas."""
+    mixed = RobustCovariance(1e-4 * np.diag([1.0] * 6 + [16.0] * 3 + [0.25]), 20, 19, 1.5)
+    result = payload(3, mixed)
+    cells = [list(column.cells) for column in payload_table([result, payload(3, None)]).columns[2:]]
+    assert [column[9] for column in cells] == ["3.000±0.010", "3.000±0.010"]
+    assert [column[8] for column in cells] == ["0.300±0.040", "0.300±0.010"]
+    assert result.sigma_com_robust is not None
+    assert result.sigma_com_robust[2] > result.sigma_com[2]
+    assert cells[0][12] == _value(0.1, result.sigma_com_robust[2])
+    assert cells[1][12] == _value(0.1, result.sigma_com[2])
 
 
 def test_short_values_are_as_the_paper_prints() -> None:

@@ -1,0 +1,116 @@
+"""Constrained estimates: time after the reduction, and that of CVXPY on all rows.
+
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/constrained.py [--repeat 200]
+
+Simulated RX90 with the paper's payload and noise as behind Table 2: 63,000 equations [W_L Y] of method 3, and the
+robot alone. Timed from an ``Estimate`` to the repaired result.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+
+import cvxpy
+import numpy as np
+from dynident.estimation import (
+    PAYLOAD,
+    Estimate,
+    Observer,
+    reduced_measurement,
+    solve_constrained,
+    solve_constrained_base,
+    weighted,
+)
+from dynident.estimation.constraints import PSEUDO_INERTIA
+from dynident.model import (
+    Kernel,
+    Measurement,
+    Motion,
+    Processing,
+    base_parameters,
+    load_robot,
+    payload_columns,
+    payload_regressor,
+)
+from dynident.model.arrays import Array
+from dynident.report.paper import paper_tables
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+from rich.console import Console
+
+SAMPLES = 10_500
+LIMITS = {"payload": 1.0, "robot": 20.0, "ratio": 20.0}
+"""What is asked: milliseconds, milliseconds, times."""
+
+
+def measured() -> tuple[Simulator, Measurement, Measurement]:
+    """The difference of the torques with and without payload, and the torques without; joined trajectories."""
+    simulator = Simulator(load_robot("rx90"))
+    draw = np.random.default_rng(0)
+    motion = random_via_points(simulator.robot, 60, 0).motion(250.0)
+    assert len(motion.t) >= SAMPLES
+    motion = Motion(*(values[:SAMPLES] for values in (motion.t, motion.q, motion.qd, motion.qdd)))
+    noise = np.array(RX90_NOISE) * draw.standard_normal((2, SAMPLES, 6)) / np.sqrt(10.0)
+    bare = simulator.measure(motion).torque + noise[0]
+    loaded = simulator.measure(motion, paper_tables().payload).torque + noise[1]
+    return simulator, Measurement(motion, loaded - bare), Measurement(motion, bare)
+
+
+def all_rows(simulator: Simulator, data: Measurement) -> tuple[Array, Array]:
+    """W_L (63,000 x 10) and Y, row after row."""
+    kernel = Kernel(payload_regressor(simulator.robot))
+    W = np.zeros((simulator.robot.n, SAMPLES, 10))
+    W[kernel.rows, :, kernel.columns] = kernel(data.motion.q, data.motion.qd, data.motion.qdd)
+    return W.reshape(-1, 10), np.asarray(data.torque.T.ravel())
+
+
+def naive(W: Array, Y: Array, estimate: Estimate) -> Array:
+    """What one would write in CVXPY: weighted squares of all rows, pseudo-inertia positive semidefinite."""
+    weight = np.repeat(estimate.weights, SAMPLES)
+    x = cvxpy.Variable(10)
+    J = sum(x[k] * PSEUDO_INERTIA[k] for k in range(10))
+    squares = cvxpy.sum_squares(cvxpy.multiply(weight, W @ x - Y))
+    cvxpy.Problem(cvxpy.Minimize(squares), [J >> 0]).solve(solver="CLARABEL")
+    return np.asarray(x.value)
+
+
+def median_ms(call: Callable[[], object], repeat: int) -> float:
+    """Median time in milliseconds, after one call that is not counted."""
+    call()
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - start)
+    return 1e3 * float(np.median(times))
+
+
+def main() -> None:
+    """Print the figures beside what is asked."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--repeat", type=int, default=200)
+    repeat = parser.parse_args().repeat
+    console = Console()
+    simulator, difference, bare = measured()
+    robot, base = simulator.robot, base_parameters(simulator.robot)
+
+    observer = Observer(robot, payload_columns(robot), PAYLOAD)
+    estimate = weighted(reduced_measurement(observer, difference, Processing()))
+    result = solve_constrained(estimate)
+    ours = median_ms(lambda: solve_constrained(estimate), repeat)
+    W, Y = all_rows(simulator, difference)
+    theirs = median_ms(lambda: naive(W, Y, estimate), 3)
+    apart = np.abs((naive(W, Y, estimate) - result.values) / estimate.sigma).max()
+    console.print(f"payload, {len(Y)} equations: {result.status}, chi2 rise {result.chi2_rise:.3g}")
+    console.print(f"  after the reduction {ours:.2f} ms (asked: at most {LIMITS['payload']:g} ms)")
+    console.print(f"  CVXPY on all rows {theirs:.0f} ms, {theirs / ours:.0f} times (asked: {LIMITS['ratio']:g})")
+    console.print(f"  largest difference {apart:.1e} sigma (squares are less accurate than the norm)")
+
+    estimate_base = weighted(reduced_measurement(Observer(robot, base.columns), bare, Processing()))
+    whole = solve_constrained_base(robot, base, estimate_base)
+    took = median_ms(lambda: solve_constrained_base(robot, base, estimate_base), max(repeat // 5, 3))
+    console.print(f"robot, {len(base.columns)} base parameters: {whole.status}, chi2 rise {whole.chi2_rise:.3g}")
+    console.print(f"  after the reduction {took:.1f} ms (asked: at most {LIMITS['robot']:g} ms)")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...model import InputError, Processing, Recording
+from ..estimate import Fit, fit
+from ..identification import base_problem
+from ..least_squares import weighted
+from ..verdict import Verdict, verdict
+from .methods import METHODS, identify_payload, usable_methods
+from .problem import PayloadProblem
+from .result import PayloadEstimate
+
+
+@dataclass(frozen=True)
+class PayloadAnswer:
+    """Payload estimates with what is needed to judge them.
+
+    Attributes:
+        problem: the reduced recordings.
+        estimates: one per method, in the order of the methods.
+        left_out: method -> why it gave no estimate.
+        robot_fit: fit of the robot's own parameters without payload.
+        validation: fit of the same parameters on recordings that were held out.
+        verdict: whether the numbers may be used.
+    """
+
+    problem: PayloadProblem
+    estimates: tuple[PayloadEstimate, ...]
+    left_out: dict[int, str]
+    robot_fit: Fit | None
+    validation: Fit | None
+    verdict: Verdict
+
+
+def answer_payload(
+    problem: PayloadProblem,
+    methods: Sequence[int] | None = None,
+    free_friction: bool = False,
+    held_out: Sequence[Recording] = (),
+    processing: Processing | None = None,
+) -> PayloadAnswer:
+    """Estimate by several methods and judge the result.
+
+    Args:
+        problem: the reduced recordings.
+        methods: which ones; None takes all that can be used and tells why the others cannot.
+        free_friction: method 1: estimate friction anew under load.
+        held_out: recordings without payload to validate the robot's parameters on.
+        processing: settings for those; the robot's own by default.
+
+    Raises:
+        InputError: if a method that was asked for, or none at all, can be used.
+    """
+    estimates: list[PayloadEstimate] = []
+    left_out: dict[int, str] = {}
+    usable = usable_methods(problem)
+    for method in methods or METHODS:
+        if methods is None and method not in usable:
+            if method == 3:
+                left_out[method] = problem.without_difference
+            continue
+        try:
+            estimates.append(identify_payload(problem, method, free_friction))
+        except InputError as error:
+            if methods is not None:
+                raise
+            left_out[method] = str(error)
+    if not estimates:
+        raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
+    alone = weighted(problem.unloaded) if problem.unloaded else problem.known
+    validation = None
+    if held_out and alone is not None:
+        settings = processing or problem.robot.processing
+        check = base_problem(problem.robot, problem.base, held_out, settings, check=False)
+        validation = fit(check, alone.values)
+    robot_fit = alone.fit if alone else None
+    return PayloadAnswer(problem, tuple(estimates), left_out, robot_fit, validation, verdict(estimates, robot_fit))

@@ -1,0 +1,344 @@
+"""Constrained payloads: only bodies that can exist, nearest to the free estimate, the same by CVXPY."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import cvxpy
+import numpy as np
+import pytest
+from dynident.estimation import (
+    PAYLOAD,
+    CentreOfMassInBox,
+    Constraint,
+    Estimate,
+    Fit,
+    InEllipsoid,
+    InHull,
+    KnownMass,
+    MassBounds,
+    Observer,
+    PayloadProblem,
+    PossibleBody,
+    SolverError,
+    build_constrained,
+    combined,
+    identify_payload,
+    loaded_problem,
+    merged,
+    payload_problem,
+    read_recording,
+    reduced_measurement,
+    solve_constrained,
+)
+from dynident.estimation.cone import ConeProgram, solve_cone
+from dynident.model import (
+    InertialParameters,
+    InputError,
+    Measurement,
+    Processing,
+    base_parameters,
+    load_robot,
+)
+from dynident.model.arrays import Array
+from dynident.report.paper import Printed, paper_tables
+from dynident.trajectories import Simulator
+
+BOX = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (0.0, 0.25)]
+NOTHING = Fit(np.ones(1), np.ones(1), (1,))
+EXACT = Processing()
+
+
+def estimate_of(values: Array, covariance: Array, names: tuple[str, ...] = PAYLOAD) -> Estimate:
+    return Estimate(names, values, covariance, np.inf, NOTHING, np.ones(1))
+
+
+def random_estimate(seed: int) -> Estimate:
+    """Grams to tonnes, millimetres to metres, every second one a thin body; errors of 0.1 to 30 %, correlated."""
+    draw = np.random.default_rng(seed)
+    mass, length = 10.0 ** draw.uniform(-3, 3), 10.0 ** draw.uniform(-3, 0.5)
+    points = draw.uniform(-1.0, 1.0, (3 + 3 * (seed % 2), 3)) * length
+    second = points.T @ points * mass / len(points)
+    inertia = np.trace(second) * np.eye(3) - second
+    moments = mass * points.mean(axis=0)
+    truth = np.concatenate([inertia[np.triu_indices(3)], moments, [mass]])
+    size = np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
+    root = 10.0 ** draw.uniform(-3, -0.5) * size[:, None] * draw.standard_normal((10, 12)) / np.sqrt(12)
+    return estimate_of(truth + root @ draw.standard_normal(12), root @ root.T)
+
+
+def printed(rows: dict[str, Printed]) -> Estimate:
+    """A published table; its sigma taken as independent."""
+    sigma = np.array([row.two_sigma / 2.0 for row in rows.values()])
+    values = np.array([row.value for row in rows.values()])
+    return estimate_of(values, np.diag(sigma**2), tuple(f"{kind}_L" for kind in rows))
+
+
+def all_ten(estimate: Estimate) -> Array:
+    values = np.zeros(10)
+    values[[PAYLOAD.index(name) for name in estimate.names]] = estimate.values
+    return values
+
+
+TABLES = {1: printed(paper_tables().table1), 2: printed(paper_tables().table2)}
+
+
+@pytest.mark.parametrize(("table", "principal"), [(1, (0.0074, 0.0251, 0.0376)), (2, (0.0080, 0.0140, 0.0270))])
+def test_published_payloads_cannot_exist(table: int, principal: tuple[float, ...]) -> None:
+    """The triangle inequality of the payload's principal inertias fails, though all of them are positive."""
+    x = all_ten(TABLES[table])
+    body = InertialParameters(x)
+    moments = np.linalg.eigvalsh(body.inertia_com)
+    assert moments == pytest.approx(principal, abs=1.1e-4)
+    assert moments[2] - moments[1] - moments[0] == pytest.approx(5.1e-3, abs=1e-4)
+    rule = PossibleBody("payload of the paper")
+    assert rule.violation(x) == pytest.approx({1: 2.6e-3, 2: 2.5e-3}[table], abs=1e-4)
+    text = rule.explanation(x)
+    assert text.startswith("payload of the paper cannot exist: of its principal inertias")
+    assert text.endswith("the largest exceeds the sum of the others by 0.0051 kg m^2") or table == 1
+    assert "exceeds the sum of the others by 0.005" in text
+
+
+@pytest.mark.parametrize(("table", "chi2"), [(1, 0.16), (2, 0.62)])
+def test_nearest_possible_payload_costs_nothing(table: int, chi2: float) -> None:
+    result = solve_constrained(TABLES[table])
+    assert result.chi2_rise == pytest.approx(chi2, abs=0.005)
+    assert np.abs(result.moved_in_sigma).max() < 0.5
+    assert result.body.physically_consistent
+    assert [active.constraint for active in result.active] == [PossibleBody()]
+    assert result.p_value > 0.98
+
+
+@pytest.mark.parametrize("reading", ["zero", "unknown", "as in Table 1"])
+def test_every_reading_of_table_2_agrees(reading: str) -> None:
+    """The eliminated XY XZ YZ MX MY stay zero whether they are fixed, unknown or have Table 1's sigma.
+
+    The values printed are a body symmetric in x and in y, and so is the nearest one.
+    """
+    printed_two = TABLES[2]
+    if reading == "zero":
+        result = solve_constrained(printed_two)
+        assert (result.values[[1, 2, 4, 6, 7]] == 0.0).all()
+    else:
+        sigma = TABLES[1].sigma.copy() * (1.0 if reading == "as in Table 1" else 100.0)
+        sigma[[PAYLOAD.index(name) for name in printed_two.names]] = printed_two.sigma
+        result = solve_constrained(estimate_of(all_ten(printed_two), np.diag(sigma**2)))
+        assert np.abs(result.values[[1, 2, 4, 6, 7]]).max() < 1e-4
+    assert result.chi2_rise == pytest.approx(0.6166, abs=1e-4)
+
+
+def test_reference_payload_passes_by_a_hair() -> None:
+    body = paper_tables().payload
+    assert PossibleBody().violation(body.vector) == pytest.approx(-2.9e-4, abs=1e-5)
+
+
+def test_no_negative_eigenvalue_in_a_thousand() -> None:
+    """Not even by rounding, in SI units; chi2 is that of the values returned, and cannot exceed the truth's."""
+    solved = 0
+    for seed in range(1000):
+        estimate = random_estimate(seed)
+        result = solve_constrained(estimate)
+        assert result.min_pseudo_inertia_eigenvalue >= 0.0
+        assert np.linalg.eigvalsh(InertialParameters(result.values).pseudo_inertia)[0] >= 0.0
+        error = result.values - estimate.values
+        distance = error @ np.linalg.solve(estimate.covariance, error)
+        assert result.chi2_rise == pytest.approx(distance, rel=1e-3, abs=1e-6)
+        solved += result.status == "Solved"
+    assert solved > 400
+
+
+def test_a_possible_estimate_is_left_alone() -> None:
+    values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector
+    result = solve_constrained(estimate_of(values, np.diag(np.full(10, 1e-4))))
+    assert (result.values == values).all()
+    assert (result.chi2_rise, result.status, result.active) == (0.0, "free", ())
+    assert result.p_value == 1.0
+
+
+def test_result_is_nearest(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
+    """No step towards a body that can exist comes nearer: the projection's variational inequality."""
+    for seed in (1, 4, 6):
+        estimate = random_estimate(seed)
+        result = solve_constrained(estimate)
+        assert result.status == "Solved"
+        gradient = np.linalg.solve(estimate.covariance, result.values - estimate.values)
+        for body in random_bodies(50, seed):
+            assert gradient @ (body.vector - result.values) > -1e-4 * (1.0 + abs(gradient @ body.vector))
+
+
+SETS: dict[str, list[Constraint]] = {
+    "possible": [],
+    "mass bounds": [MassBounds(7.1, 7.19)],
+    "weighed": [KnownMass(7.18, 0.01)],
+    "centre of mass": [CentreOfMassInBox([-0.1, -0.1, 0.0], [0.1, 0.1, 0.134])],
+    "ellipsoid": [InEllipsoid([0.0, 0.0, 0.1], [0.1, 0.08, 0.09])],
+    "hull": [InHull(BOX)],
+    "together": [MassBounds(7.1, 7.19), KnownMass(7.18, 0.01), InHull(BOX), CentreOfMassInBox([-1] * 3, [1] * 3)],
+}
+
+
+@pytest.mark.parametrize("errors", ["independent", "correlated"])
+@pytest.mark.parametrize("rules", SETS.values(), ids=SETS)
+def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
+    estimate = TABLES[1] if errors == "independent" else correlated(TABLES[1])
+    result = solve_constrained(estimate, rules)
+    built = build_constrained(estimate, rules)
+    built.problem.solve(solver="CLARABEL")
+    assert np.abs((built.values.value - result.values) / estimate.sigma).max() < 1e-3
+    for rule in rules:
+        if not isinstance(rule, KnownMass):
+            assert rule.violation(result.values) <= 1e-7
+    assert result.min_pseudo_inertia_eigenvalue >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_cvxpy_agrees_on_random_problems(seed: int) -> None:
+    estimate = random_estimate(seed)
+    built = build_constrained(estimate)
+    built.problem.solve(solver="CLARABEL")
+    moved = (built.values.value - solve_constrained(estimate).values) / estimate.sigma
+    assert np.abs(moved).max() < 1e-3
+
+
+def correlated(estimate: Estimate) -> Estimate:
+    """The same sigma with correlations up to 0.9."""
+    draw = np.random.default_rng(4).standard_normal((10, 12))
+    C = draw @ draw.T
+    scale = estimate.sigma / np.sqrt(np.diag(C))
+    return replace(estimate, covariance=C * np.outer(scale, scale))
+
+
+def test_users_add_their_own_to_cvxpy() -> None:
+    """A constraint that the package lacks: the centre of mass on the z axis."""
+    built = build_constrained(TABLES[1])
+    own = cvxpy.Problem(built.problem.objective, [*built.problem.constraints, built.values[6:8] == 0.0])
+    own.solve(solver="CLARABEL")
+    assert own.value > np.sqrt(solve_constrained(TABLES[1]).chi2_rise)
+    assert np.abs(built.values.value[6:8]).max() < 1e-8
+    assert np.linalg.eigvalsh(built.pseudo_inertia.value)[0] > -1e-6
+
+
+def test_active_constraints_are_named_by_weight() -> None:
+    result = solve_constrained(TABLES[1], [MassBounds(8.0, 9.0), CentreOfMassInBox([-1] * 3, [1] * 3)])
+    assert result.active[0].constraint == MassBounds(8.0, 9.0)
+    assert CentreOfMassInBox([-1] * 3, [1] * 3) not in [active.constraint for active in result.active]
+    assert result.p_value < 1e-6
+
+
+def test_an_ellipsoid_in_the_wrong_frame_is_exposed() -> None:
+    """The solver finds an optimum all the same; the rise tells, and the list of active constraints names it."""
+    wrong = InEllipsoid([0.0, 0.0, -0.1], [0.1, 0.1, 0.12])
+    result = solve_constrained(TABLES[1], [wrong])
+    assert result.status == "Solved"
+    assert result.p_value < 1e-6
+    assert wrong in [active.constraint for active in result.active]
+    assert wrong.violation(TABLES[1].values) > 0.0
+    assert result.chi2_rise > 100.0 * solve_constrained(TABLES[1]).chi2_rise
+
+
+def test_multiplier_is_the_price_of_a_bound() -> None:
+    """d chi2 / d bound by finite difference; the scaled unit of mass is the mass of the estimate."""
+    prices = [solve_constrained(TABLES[1], [MassBounds(high=7.1 + step)]).chi2_rise for step in (-1e-3, 1e-3)]
+    slope = (prices[0] - prices[1]) / 2e-3 * TABLES[1]["M_L"]
+    active = {type(a.constraint): a.multiplier for a in solve_constrained(TABLES[1], [MassBounds(high=7.1)]).active}
+    assert active[MassBounds] == pytest.approx(slope, rel=1e-3)
+
+
+def test_a_scale_pulls_the_mass() -> None:
+    """Two independent measurements of one mass, weighted by their variances; chi2 of their difference."""
+    values = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.02, 0.02, 0.03])).vector
+    free = estimate_of(values, np.diag(np.full(10, 1e-4)))
+    result = solve_constrained(free, [KnownMass(2.03, 0.02)])
+    assert result.body.mass == pytest.approx((2.0 / 1e-4 + 2.03 / 4e-4) / (1e4 + 2500.0))
+    assert result.chi2_rise == pytest.approx(0.03**2 / 5e-4)
+
+
+def test_p_value_is_conservative() -> None:
+    """True payload a thin disc on the boundary: fewer than 5 % of the rises have p < 0.05."""
+    truth = InertialParameters.from_com(7.0, [0.0, 0.0, 0.143], np.diag([0.0175, 0.0175, 0.035])).vector
+    draw = np.random.default_rng(0)
+    sigma = TABLES[1].sigma
+    small = 0
+    for _ in range(200):
+        estimate = estimate_of(truth + sigma * draw.standard_normal(10), np.diag(sigma**2))
+        small += solve_constrained(estimate).p_value < 0.05
+    assert small <= 10
+
+
+def test_impossible_combination_raises_with_the_problem() -> None:
+    with pytest.raises(SolverError, match="PrimalInfeasible") as caught:
+        solve_constrained(TABLES[1], [MassBounds(7.0, 7.5), MassBounds(8.0, 9.0)])
+    assert caught.value.problem.R.shape == (10, 10)
+    assert caught.value.status == "PrimalInfeasible"
+
+
+def test_rank_and_finiteness_are_checked_first() -> None:
+    sigma = TABLES[1].sigma
+    C = np.diag(sigma**2)
+    C[8, 9] = C[9, 8] = sigma[8] * sigma[9]
+    with pytest.raises(InputError, match="do not tell MZ_L, M_L apart"):
+        solve_constrained(replace(TABLES[1], covariance=C))
+    with pytest.raises(InputError, match="no covariance"):
+        solve_constrained(replace(TABLES[1], covariance=np.diag(sigma**2 * ([1.0] * 9 + [0.0]))))
+    with pytest.raises(InputError, match="not that of a payload"):
+        solve_constrained(replace(TABLES[1], names=tuple(f"X{k}" for k in range(10))))
+
+
+@pytest.fixture(scope="module")
+def noisy(
+    simulated: Callable[[str], Simulator], exact_pair: Callable[..., tuple[Measurement, ...]]
+) -> PayloadProblem:
+    """An RX90 with so much noise that the free estimate is impossible."""
+    simulator = simulated("rx90")
+    robot = simulator.robot
+    draw = np.random.default_rng(2)
+    bare, loaded = (
+        Measurement(data.motion, data.torque + 20.0 * draw.standard_normal(data.torque.shape))
+        for data in exact_pair(simulator)
+    )
+    base = base_parameters(robot)
+    unloaded = reduced_measurement(Observer(robot, base.columns), bare, EXACT)
+    return PayloadProblem(robot, base, loaded_problem(robot, base, [loaded], EXACT), unloaded)
+
+
+def test_joint_problem_gives_the_same(noisy: PayloadProblem) -> None:
+    """Method 4 on the reduced factor, robot and payload together, the payload's pseudo-inertia constrained."""
+    free = identify_payload(noisy, 4).estimate
+    result = solve_constrained(free)
+    assert result.status == "Solved"
+    assert noisy.unloaded is not None
+    both, names = combined(noisy), noisy.loaded.columns
+    factor = merged([noisy.unloaded.renamed(names), noisy.loaded]).stacked(both.weights)
+    c = len(names)
+    R, scale = factor[:c, :c], np.linalg.norm(factor[:, :c], axis=0) ** -1
+    bodies = np.zeros((1, 10, c))
+    places = [names.index(name) for name in PAYLOAD]
+    bodies[0, range(10), places] = scale[places]
+    variance = factor[c, c] ** 2 / both.degrees_of_freedom
+    R, d = R * scale / np.sqrt(variance), factor[:c, c] / np.sqrt(variance)
+    joint = solve_cone(ConeProgram(R, d, np.zeros((0, c)), np.zeros(0), bodies))
+    payload = (joint.z * scale)[places]
+    assert np.abs((payload - result.values) / free.sigma).max() < 1e-3
+    assert joint.norm**2 == pytest.approx(result.chi2_rise, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", [1, 2, 4])
+def test_every_method_takes_constraints(noisy: PayloadProblem, method: int) -> None:
+    result = solve_constrained(identify_payload(noisy, method).estimate)
+    assert result.body.physically_consistent
+
+
+def test_ur10e(recordings: Path) -> None:
+    """Real recordings: masses and first moments that were established independently."""
+
+    folder = recordings / "ur10e"
+    robot, gains = load_robot("ur10e"), (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
+    loaded, unloaded = (
+        read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("loaded_2.805kg", "unloaded")
+    )
+    problem = payload_problem(robot, [loaded], [unloaded])
+    results = [solve_constrained(identify_payload(problem, method).estimate) for method in (1, 2, 3, 4)]
+    assert [result.body.mass for result in results] == pytest.approx([2.793, 2.788, 2.791, 2.787], abs=4e-3)
+    assert results[2].body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=1.5e-3)
+    assert all(result.body.physically_consistent for result in results)
+    assert all(abs(result.body.mass / result.free["M_L"] - 1.0) < 1e-3 for result in results)
