@@ -218,7 +218,9 @@ def _payload(arguments: argparse.Namespace) -> int:
     held_out = _read(arguments.validate, robot, gains, told)
     known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
-        problem = payload_problem(robot, loaded, unloaded, known, processing, progress=status.update)
+        # A stored robot brings the formula's covariance only: no block of its recordings can be left out.
+        robust = stored is None
+        problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust)
         status.update("estimating")
         methods = None if arguments.method == "all" else (int(arguments.method),)
         answer = answer_payload(problem, methods, arguments.free_friction, held_out, processing)

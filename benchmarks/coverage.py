@@ -1,9 +1,11 @@
-"""How often the nominal 95 % intervals of each method hold the truth, under white torque noise.
+"""How often the nominal 95 % intervals of each method hold the truth, under torque noise with or without memory.
 
-Run: python benchmarks/coverage.py [--runs 400] [--trajectories 4] [--jobs 2]
+Run: python benchmarks/coverage.py [--runs 400] [--trajectories 4] [--jobs 2] [--robust] [--memory 20]
 
 Simulated RX90, random via points, noise as behind the paper's Table 2, the whole processing: Butterworth,
-central differences, parallel decimation, slow rows left out. The paper's payload, a thin disc.
+central differences, parallel decimation, slow rows left out. The paper's payload, a thin disc. With --robust the
+delete-a-block jackknife beside the formula (19), with --memory AR(1) noise of that correlation time in samples, a
+third as large (decimation leaves it nearly whole).
 """
 
 import argparse
@@ -12,21 +14,25 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 from dynident.estimation import (
     Observer,
+    PairedMeasurement,
+    PayloadBlocks,
     PayloadProblem,
     difference_problem,
     identify_payload,
     loaded_problem,
     measurement,
     merged,
+    payload_blocks,
     reduced_measurement,
 )
-from dynident.model import INERTIAL, base_parameters, load_robot
+from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.model.arrays import Array
 from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
+from scipy.signal import lfilter
 
 METHODS = (1, 2, 3, 4)
 
@@ -34,8 +40,9 @@ METHODS = (1, 2, 3, 4)
 class Experiment:
     """Fixed trajectories of the RX90; each run draws other noise."""
 
-    def __init__(self, trajectories: int) -> None:
-        """Prepare the motions and the code."""
+    def __init__(self, trajectories: int, memory: float = 0.0, robust: bool = False) -> None:
+        """Prepare the motions and the code; ``memory`` of the noise in samples, 0 for white noise."""
+        self.memory, self.robust = memory, robust
         self.robot = load_robot("rx90")
         self.base = base_parameters(self.robot)
         self.payload = paper_tables().payload
@@ -47,38 +54,66 @@ class Experiment:
         robot, base, processing = self.robot, self.base, self.robot.processing
         measured = [
             [
-                measurement(self.simulator.record(motion, load, RX90_NOISE, [seed, k, side]), processing)
+                measurement(self.recording(motion, load, [seed, k, side]), processing)
                 for side, load in enumerate((None, self.payload))
             ]
             for k, motion in enumerate(self.motions)
         ]
         observer = Observer(robot, base.columns)
+        bares, loadeds = ([pair[side] for pair in measured] for side in (0, 1))
+        blocks: PayloadBlocks | None = None
+        if self.robust:
+            pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
+            blocks = payload_blocks(robot, base, loadeds, bares, pairs, processing)
         return PayloadProblem(
             robot=robot,
             base=base,
-            loaded=loaded_problem(robot, base, [loaded for _, loaded in measured], processing),
-            unloaded=merged(reduced_measurement(observer, bare, processing) for bare, _ in measured),
+            loaded=loaded_problem(robot, base, loadeds, processing),
+            unloaded=merged(reduced_measurement(observer, bare, processing) for bare in bares),
             difference=difference_problem(robot, [(bare, loaded) for bare, loaded in measured], processing),
+            blocks=blocks,
         )
 
-    def hits(self, seed: int) -> Array:
-        """Whether each interval holds the truth: methods x 10."""
+    def recording(self, motion: Motion, load: InertialParameters | None, seed: list[int]) -> Recording:
+        """A recording with the noise that was asked for."""
+        if not self.memory:
+            return self.simulator.record(motion, load, RX90_NOISE, seed)
+        exact = self.simulator.record(motion, load)
+        return Recording(exact.t, exact.q, exact.torque + remembering(exact.q.shape, self.memory, seed))
+
+    def results(self, seed: int) -> Array:
+        """Formula: whether an interval holds the truth; robust: the same, and ratio of sigma; k x methods x 10."""
         problem = self.problem(seed)
-        rows = []
-        for method in METHODS:
-            interval = identify_payload(problem, method).estimate.interval95
-            rows.append((interval[:, 0] <= self.payload.vector) & (self.payload.vector <= interval[:, 1]))
+        estimates = [identify_payload(problem, method).estimate for method in METHODS]
+        rows = [[self.holds(estimate.interval95) for estimate in estimates]]
+        if self.robust:
+            robust = [estimate.robust_interval95 for estimate in estimates]
+            rows.append([self.holds(interval) for interval in robust if interval is not None])
+            sigma = [estimate.sigma_robust for estimate in estimates]
+            rows.append([a / b.sigma for a, b in zip(sigma, estimates, strict=True) if a is not None])
         return np.array(rows, dtype=float)
 
+    def holds(self, interval: Array) -> Array:
+        """Whether each interval holds the truth."""
+        return np.asarray((interval[:, 0] <= self.payload.vector) & (self.payload.vector <= interval[:, 1]), float)
 
-def coverage(runs: range, trajectories: int, jobs: int = 1) -> Array:
-    """Share of runs whose interval holds the truth: methods x 10."""
+
+def remembering(shape: tuple[int, ...], memory: float, seed: list[int]) -> Array:
+    """Stationary AR(1) noise with autocorrelation exp(-k / memory), a third of ``RX90_NOISE``; samples x joints."""
+    phi = np.exp(-1.0 / memory)
+    steps = np.random.default_rng(seed).standard_normal(shape) * np.sqrt(1.0 - phi**2)
+    steps[0] /= np.sqrt(1.0 - phi**2)
+    return np.asarray(lfilter([1.0], [1.0, -phi], steps, axis=0) * np.array(RX90_NOISE) / 3.0)
+
+
+def coverage(runs: range, trajectories: int, jobs: int = 1, memory: float = 0.0, robust: bool = False) -> Array:
+    """Mean of ``Experiment.results`` over runs: 1 or, with ``robust``, 3 x methods x 10."""
     if jobs == 1:
-        experiment = Experiment(trajectories)
-        return np.asarray(np.mean([experiment.hits(seed) for seed in runs], axis=0))
+        experiment = Experiment(trajectories, memory, robust)
+        return np.asarray(np.mean([experiment.results(seed) for seed in runs], axis=0))
     parts = [runs[k::jobs] for k in range(jobs)]
     with ProcessPoolExecutor(jobs) as pool:
-        tasks = [pool.submit(coverage, part, trajectories) for part in parts]
+        tasks = [pool.submit(coverage, part, trajectories, 1, memory, robust) for part in parts]
         shares = [task.result() for task in track(tasks, "runs")]
     return np.asarray(np.average(shares, axis=0, weights=[len(part) for part in parts]))
 
@@ -89,14 +124,23 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--trajectories", type=int, default=4)
     parser.add_argument("--jobs", type=int, default=2)
-    arguments = parser.parse_args()
-    share = coverage(range(arguments.runs), arguments.trajectories, arguments.jobs)
-    table = Table(title=f"Coverage of nominal 95 % intervals, {arguments.runs} runs [%]", box=None)
-    for heading in ("method", *INERTIAL, "pooled"):
+    parser.add_argument("--robust", action="store_true")
+    parser.add_argument("--memory", type=float, default=0.0, metavar="SAMPLES")
+    given = parser.parse_args()
+    means = coverage(range(given.runs), given.trajectories, given.jobs, given.memory, given.robust)
+    titles = ("Coverage by the formula [%]", "Coverage by the jackknife [%]", "sigma, jackknife to formula [%]")
+    for title, values in zip(titles, means, strict=False):
+        Console().print(percentages(f"{title}, {given.runs} runs", values))
+
+
+def percentages(title: str, values: Array) -> Table:
+    """Methods x 10 as a table."""
+    table = Table(title=title, box=None)
+    for heading in ("method", *INERTIAL, "all"):
         table.add_column(heading, justify="right")
-    for method, row in zip(METHODS, share, strict=True):
+    for method, row in zip(METHODS, values, strict=True):
         table.add_row(str(method), *(f"{100 * value:.1f}" for value in (*row, row.mean())))
-    Console().print(table)
+    return table
 
 
 if __name__ == "__main__":

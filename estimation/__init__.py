@@ -14,7 +14,9 @@ from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
 from .payload import (
     PAYLOAD,
+    PairedMeasurement,
     PayloadAnswer,
+    PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
     answer_payload,
@@ -22,12 +24,14 @@ from .payload import (
     difference_problem,
     identify_payload,
     loaded_problem,
+    payload_blocks,
     payload_problem,
     usable_methods,
 )
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robust import RobustCovariance, jackknife
 from .scaling import Active
 
 __all__ = [
@@ -49,11 +53,14 @@ __all__ = [
     "MassBounds",
     "Observation",
     "Observer",
+    "PairedMeasurement",
     "PayloadAnswer",
+    "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
+    "RobustCovariance",
     "SolverError",
     "aligned",
     "answer_payload",
@@ -65,11 +72,13 @@ __all__ = [
     "fit",
     "identify",
     "identify_payload",
+    "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "payload_blocks",
     "payload_problem",
     "read_recording",
     "reduced",

@@ -18,7 +18,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass
 from .estimate import Estimate
-from .payload.problem import PAYLOAD
+from .payload.equations import PAYLOAD
 from .scaling import NOISE_FLOOR, POSSIBLE, Active, ScaledProblem, rise_p_value, with_possible
 
 

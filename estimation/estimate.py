@@ -7,6 +7,7 @@ import numpy as np
 
 from ..model.arrays import Array, frozen_array
 from .problem import ReducedProblem
+from .robust import RobustCovariance
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class Estimate:
         degrees_of_freedom: independent equations minus parameters.
         fit: how well the torques of the data are explained.
         weights: per joint, the weights that were used [1/(N·m) or 1/N].
+        robust: covariance that holds for autocorrelated noise as well, where it was asked for.
     """
 
     names: tuple[str, ...]
@@ -66,6 +68,7 @@ class Estimate:
     degrees_of_freedom: float
     fit: Fit
     weights: Array
+    robust: RobustCovariance | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
@@ -73,6 +76,8 @@ class Estimate:
         object.__setattr__(self, "values", frozen_array(self.values, (c,), "values"))
         object.__setattr__(self, "covariance", frozen_array(self.covariance, (c, c), "covariance"))
         object.__setattr__(self, "weights", frozen_array(self.weights, (None,), "weights"))
+        if self.robust is not None and self.robust.covariance.shape != (c, c):
+            raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
 
     @cached_property
     def sigma(self) -> Array:
@@ -91,6 +96,19 @@ class Estimate:
         from scipy.special import stdtrit
 
         half = float(stdtrit(max(self.degrees_of_freedom, 1.0), 0.975)) * self.sigma
+        return np.column_stack([self.values - half, self.values + half])
+
+    @property
+    def sigma_robust(self) -> Array | None:
+        """Standard deviations that hold for autocorrelated noise, shape (c,), where they were asked for."""
+        return self.robust.sigma if self.robust is not None else None
+
+    @cached_property
+    def robust_interval95(self) -> Array | None:
+        """95 % intervals that hold for autocorrelated noise, c x 2, where they were asked for."""
+        if self.robust is None:
+            return None
+        half = self.robust.quantile95 * self.robust.sigma
         return np.column_stack([self.values - half, self.values + half])
 
     def __getitem__(self, name: str) -> float:

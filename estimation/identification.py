@@ -1,21 +1,24 @@
 """Identification of a robot from recordings without payload: the base parameters."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
+from ..model.arrays import Array
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
+from .blocks import block_edges, block_length, cut, leave_one_out
 from .essential import essential_parameters
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement
 from .least_squares import weighted
-from .observation import Observer
+from .observation import Observation, Observer
 from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
+from .robust import RobustCovariance, jackknife
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,7 @@ def identify(
     processing: Processing | None = None,
     validation: Sequence[Recording] = (),
     progress: Progress = silent,
+    robust: bool = False,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -54,15 +58,20 @@ def identify(
         processing: settings; the robot's own by default.
         validation: recordings on which the result is tried.
         progress: told what is being worked on.
+        robust: add standard deviations that hold for autocorrelated residuals.
 
     Raises:
-        InputError: if the recordings cannot determine the parameters.
+        InputError: if the recordings cannot determine the parameters, or not robust deviations of them.
     """
     processing = processing or robot.processing
     progress("base parameters")
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
+    if robust:
+        progress("leaving out blocks")
+        covariance = robust_covariance(base_observations(robot, base, recordings, processing), estimate)
+        estimate = replace(estimate, robust=covariance)
     check = None
     if validation:
         check = fit(
@@ -116,6 +125,29 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
                 f"{recording.source}: decimation by {processing.decimate} leaves nothing of {len(recording.t)} "
                 "samples: lower --decimate"
             )
+
+
+def base_observations(
+    robot: Robot, base: BaseParameters, recordings: Sequence[Recording], processing: Processing
+) -> list[Observation]:
+    """The equations of ``base_problem``, each recording's held whole."""
+    observer = Observer(robot, base.columns)
+    return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
+
+
+def robust_covariance(recordings: Sequence[Observation], estimate: Estimate) -> RobustCovariance:
+    """Covariance of a weighted least-squares estimate by the delete-a-block jackknife, its weights fixed.
+
+    Raises:
+        InputError: if there are too few blocks, or the data without one do not determine the parameters.
+    """
+    length = block_length([recordings])
+    blocks = [block for recording in recordings for block in cut(recording, block_edges(recording, length))]
+
+    def solve(part: ReducedProblem) -> Array:
+        return weighted(part, estimate.weights).values
+
+    return jackknife(solve, [leave_one_out(blocks)], estimate.values, length)
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:

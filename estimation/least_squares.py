@@ -40,12 +40,13 @@ def solve(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: fl
         InputError: if the data do not determine every parameter.
     """
     c = len(columns)
-    check_rank(factor[:, :c], columns, rows)
+    R = triangular(factor)
+    check_rank(R[:, :c], columns, rows)
     if effective_rows <= c:
         raise InputError(
             f"{effective_rows:.0f} independent equations for {c} parameters: too few samples; record longer"
         )
-    return solve_triangle(triangular(factor), effective_rows)
+    return solve_triangle(R, effective_rows)
 
 
 def solve_triangle(R: Array, effective_rows: float) -> Solution:
@@ -73,9 +74,14 @@ def ordinary(problem: ReducedProblem) -> Estimate:
     return _estimate(problem, np.ones(len(problem.rows)))
 
 
-def weighted(problem: ReducedProblem) -> Estimate:
-    """Weighted least squares: weights from the error of each joint in the ordinary solution."""
-    return _estimate(problem, joint_weights(problem, ordinary(problem).values))
+def weighted(problem: ReducedProblem, weights: Array | None = None) -> Estimate:
+    """Weighted least squares.
+
+    Args:
+        problem: the equations.
+        weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
+    """
+    return _estimate(problem, joint_weights(problem, ordinary(problem).values) if weights is None else weights)
 
 
 def _estimate(problem: ReducedProblem, weights: Array) -> Estimate:

@@ -36,6 +36,19 @@ class Observation:
     t: tuple[Array, ...]
     bandwidth: float
 
+    def between(self, start: float, stop: float) -> "Observation":
+        """The equations with start <= t < stop [s]."""
+        ends = [slice(*np.searchsorted(t, (start, stop))) for t in self.t]
+        W, Y, t = (
+            tuple(array[part] for array, part in zip(arrays, ends, strict=True))
+            for arrays in (self.W, self.Y, self.t)
+        )
+        return Observation(self.columns, W, Y, t, self.bandwidth)
+
+    def errors(self, values: Array) -> tuple[Array, ...]:
+        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,)."""
+        return tuple(Y - W @ values for W, Y in zip(self.W, self.Y, strict=True))
+
 
 @dataclass(frozen=True)
 class Block:

@@ -11,7 +11,7 @@ from ..model.arrays import Array
 from .cone import ConeProgram, ConeSolution, SolverError
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
 from .estimate import Estimate
-from .payload.problem import PAYLOAD
+from .payload.equations import PAYLOAD
 
 POSSIBLE = (PossibleBody("payload"),)
 """What every payload holds."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem, ReducedProblem
 from ..estimation.verdict import fit_reasons
-from ..model import Processing, Robot
+from ..model import INERTIAL, Processing, Robot
+from ..model.arrays import Array
 from ..model.files import write_text
 
 Document = dict[str, Any]
@@ -119,18 +120,38 @@ def _estimate_document(result: PayloadEstimate) -> Document:
         "estimator": "wls",
         "parameters": result.named(estimate.values),
         "sigma": result.named(estimate.sigma),
-        "sigma_robust": None,
-        "interval95": {
-            kind: list(interval)
-            for kind, interval in zip(result.named(estimate.values), estimate.interval95, strict=True)
-        },
+        "sigma_robust": result.named(estimate.sigma_robust) if estimate.sigma_robust is not None else None,
+        "interval95": _intervals(estimate.interval95),
+        "interval95_robust": _intervals(estimate.robust_interval95),
+        "robust": _robust_document(result),
         "com": body.com if body.mass else None,
         "com_sigma": result.sigma_com if body.mass else None,
+        "com_sigma_robust": result.sigma_com_robust if body.mass else None,
         "inertia_com": body.inertia_com if body.mass else None,
         "inertia_com_sigma": result.sigma_inertia_com if body.mass else None,
+        "inertia_com_sigma_robust": result.sigma_inertia_com_robust if body.mass else None,
         "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
         "physically_consistent": body.physically_consistent,
         "relative_residual": estimate.fit.relative,
+    }
+
+
+def _intervals(interval95: Array | None) -> Document | None:
+    if interval95 is None:
+        return None
+    return {kind: list(interval) for kind, interval in zip(INERTIAL, interval95, strict=True)}
+
+
+def _robust_document(result: PayloadEstimate) -> Document:
+    """What the robust standard deviations rest on, or why there are none."""
+    robust = result.estimate.robust
+    if robust is None:
+        return {"blocks": None, "unavailable": result.without_robust or None}
+    return {
+        "blocks": robust.blocks,
+        "block_length_s": robust.block_length,
+        "degrees_of_freedom": robust.degrees_of_freedom,
+        "warning": robust.warning or None,
     }
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
+from ..model.arrays import Array
 from .paper import PaperTables
 
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -24,17 +25,23 @@ _FORMULA = "by (17)-(19): for white torque noise, drive gains taken as exact."
 
 
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
-    """Ten parameters by each method, with standard deviations, and what a controller asks for."""
+    """Ten parameters by each method, with standard deviations, and what a controller asks for.
+
+    Where an estimate has robust standard deviations too, each entry shows the larger of both.
+    """
     headings = [f"method {estimate.method}" for estimate in estimates]
     table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
-        cells = [_value(e.estimate.values[k], e.estimate.sigma[k]) for e in estimates]
+        cells = [
+            _value(e.estimate.values[k], _larger(e.estimate.sigma, e.estimate.sigma_robust)[k]) for e in estimates
+        ]
         table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
     for k, axis in enumerate("xyz"):
-        cells = [_value(e.body.com[k], e.sigma_com[k]) for e in estimates]
+        cells = [_value(e.body.com[k], _larger(e.sigma_com, e.sigma_com_robust)[k]) for e in estimates]
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
     for row, column in zip(*np.triu_indices(3), strict=True):
-        cells = [_value(e.body.inertia_com[row, column], e.sigma_inertia_com[row, column]) for e in estimates]
+        sigmas = [_larger(e.sigma_inertia_com, e.sigma_inertia_com_robust)[row, column] for e in estimates]
+        cells = [_value(e.body.inertia_com[row, column], sigma) for e, sigma in zip(estimates, sigmas, strict=True)]
         name = f"{'XYZ'[row]}{'XYZ'[column]} at com"
         table.add_row(name, "kg m²", *cells, end_section=row == 2)
     table.add_row("can exist", "", *("yes" if e.body.physically_consistent else "no" for e in estimates))
@@ -44,7 +51,7 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
 def payload_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the payload table; the verdict comes last."""
     problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
-    lines = [f"± one standard deviation {_FORMULA}"]
+    lines = sigma_notes(answer.estimates)
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
@@ -60,6 +67,35 @@ def payload_notes(answer: PayloadAnswer) -> list[str]:
     lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
     lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
     return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]
+
+
+def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    """Where the standard deviations of the payload table come from, and what speaks against them."""
+    both = [(e, e.estimate.robust) for e in estimates]
+    ratios = [f"method {e.method} {r.sigma[-1] / e.estimate.sigma[-1]:.2f}" for e, r in both if r is not None]
+    robust = [r for _, r in both if r is not None]
+    if robust:
+        blocks = f"{robust[0].blocks} blocks of {robust[0].block_length:.2g} s or more"
+        lines = [
+            "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation.",
+            f"Mass, sigma_robust/sigma (jackknife over {blocks} to formula): {', '.join(ratios)}.",
+        ]
+    else:
+        lines = [f"± one standard deviation {_FORMULA}"]
+    lines += sorted({r.warning for r in robust if r.warning})
+    reasons = {
+        e.without_robust: [o.method for o in estimates if o.without_robust == e.without_robust] for e in estimates
+    }
+    return lines + [
+        f"± of method {', '.join(map(str, methods))} by the formula alone: {reason}"
+        for reason, methods in reasons.items()
+        if reason
+    ]
+
+
+def _larger(formula: Array, robust: Array | None) -> Array:
+    """Entry by entry; the formula's where there is no other."""
+    return formula if robust is None else np.maximum(formula, robust)
 
 
 def robot_table(result: Identification) -> Table:

@@ -44,6 +44,8 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
     short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
     paths["short"] = write_csv(folder / "short.csv", short)
+    part = slice(500, 925)
+    paths["brief"] = write_csv(folder / "brief.csv", Recording(loaded.t[part], loaded.q[part], loaded.torque[part]))
     q = np.array(bare.q)
     q[:, 5] = 0.1
     paths["still"] = write_csv(folder / "still.csv", Recording(bare.t, q, bare.torque))
@@ -113,13 +115,35 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     for estimate in data["estimates"]:
         assert estimate["estimator"] == "wls"
         assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
+        assert estimate["robust"]["blocks"] >= 10
         for name, value in estimate["parameters"].items():
+            assert 0.0 < estimate["sigma_robust"][name] < 10.0 * estimate["sigma"][name]
             assert abs(value - truth[name]) < 5.0 * estimate["sigma"][name]
             low, high = estimate["interval95"][name]
             assert low < value < high
         assert np.shape(estimate["inertia_com"]) == (3, 3)
         assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
     assert data["verdict"]["level"] in ("use", "mass_and_com_only")
+    told = " ".join(out.split())
+    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in told
+    assert "Mass, sigma_robust/sigma" in told
+
+
+def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """One block of motion under load: the answer comes, by the formula, and a note says why."""
+    target = tmp_path / "payload.json"
+    arguments = ("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--unloaded", logs["bare1"])
+    status, out, _ = run(*arguments, "--loaded", logs["brief"], "--json", str(target))
+    assert status in (0, 1)
+    told = " ".join(out.split())
+    assert "by (17)-(19)" in told
+    assert "± of method 1, 4 by the formula alone: robust standard deviations need two blocks" in told
+    estimates = json.loads(target.read_text())["estimates"]
+    assert [estimate["method"] for estimate in estimates] == [1, 4]
+    for estimate in estimates:
+        assert estimate["sigma_robust"] is None
+        assert "two blocks" in estimate["robust"]["unavailable"]
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, abs=5.0 * estimate["sigma"]["M"])
 
 
 def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
@@ -163,6 +187,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     (at_once,) = json.loads(target.read_text())["estimates"]
     assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
     assert later["sigma"] == pytest.approx(at_once["sigma"], rel=1e-9)
+    assert later["sigma_robust"] is None
 
 
 def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

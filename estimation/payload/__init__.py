@@ -1,16 +1,23 @@
 """The payload by the four methods of the paper, behind one signature."""
 
 from .answer import PayloadAnswer, answer_payload
+from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
+from .equations import PAYLOAD, difference_problem, loaded_problem
 from .from_change import payload_map
 from .global_fit import combined
 from .methods import METHODS, identify_payload, usable_methods
-from .problem import PAYLOAD, PayloadProblem, difference_problem, loaded_problem, payload_problem
+from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
+from .robust import Method, robust_covariance
 
 __all__ = [
     "METHODS",
     "PAYLOAD",
+    "FixedWeights",
+    "Method",
+    "PairedMeasurement",
     "PayloadAnswer",
+    "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
     "answer_payload",
@@ -18,7 +25,9 @@ __all__ = [
     "difference_problem",
     "identify_payload",
     "loaded_problem",
+    "payload_blocks",
     "payload_map",
     "payload_problem",
+    "robust_covariance",
     "usable_methods",
 ]

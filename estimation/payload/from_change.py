@@ -6,12 +6,13 @@ from ...model import InputError, payload_columns
 from ...model.arrays import Array
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
-from .problem import PAYLOAD, PayloadProblem
+from .equations import PAYLOAD
+from .problem import FixedWeights, PayloadProblem
 
 _DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")
 
 
-def from_change(problem: PayloadProblem) -> Estimate:
+def from_change(problem: PayloadProblem, weights: FixedWeights | None = None) -> Estimate:
     """Payload from two identifications of the robot, without and with it.
 
     Base parameters change by Delta chi = G_L chi_L, where G_L (N_b x 10) holds the last link's columns of the
@@ -21,8 +22,8 @@ def from_change(problem: PayloadProblem) -> Estimate:
     if problem.unloaded is None:
         raise InputError("method 2 needs a recording without payload")
     columns = problem.base.columns
-    before = weighted(problem.unloaded)
-    after = weighted(problem.loaded.select(columns))
+    before = weighted(problem.unloaded, weights.robot if weights else None)
+    after = weighted(problem.loaded.select(columns), weights.own if weights else None)
     inertial = tuple(name for name in columns if name.rstrip("0123456789") not in _DRIVE)
     chi_a, C_a = before.select(inertial)
     chi_b, C_b = after.select(inertial)

@@ -3,11 +3,11 @@
 from ...model import InputError
 from ..estimate import Estimate
 from ..least_squares import weighted
-from .problem import PayloadProblem
+from .problem import FixedWeights, PayloadProblem
 
 
-def from_difference(problem: PayloadProblem) -> Estimate:
+def from_difference(problem: PayloadProblem, weights: FixedWeights | None = None) -> Estimate:
     """Payload from Y_T - Y_wL, the torques with and without it on one trajectory."""
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    return weighted(problem.difference)
+    return weighted(problem.difference, weights.own if weights else None)

@@ -7,12 +7,15 @@ from ...model.arrays import Array
 from ..estimate import Estimate, fit
 from ..least_squares import joint_weights, solve, weighted
 from ..problem import ReducedProblem, triangular
-from .problem import PAYLOAD, PayloadProblem
+from .equations import PAYLOAD
+from .problem import FixedWeights, PayloadProblem
 
 _FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
-def from_robot(problem: PayloadProblem, free_friction: bool = False) -> Estimate:
+def from_robot(
+    problem: PayloadProblem, weights: FixedWeights | None = None, free_friction: bool = False
+) -> Estimate:
     """Payload from the loaded recording minus what the robot alone would need.
 
     The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
@@ -20,12 +23,13 @@ def from_robot(problem: PayloadProblem, free_friction: bool = False) -> Estimate
 
     Args:
         problem: with ``unloaded`` or ``known``.
+        weights: taken as given; estimated by default.
         free_friction: estimate friction anew from the loaded recording, for friction that depends on load.
     """
     if problem.known is not None:
         robot = problem.known
     elif problem.unloaded is not None:
-        robot = weighted(problem.unloaded)
+        robot = weighted(problem.unloaded, weights.robot if weights else None)
     else:
         raise InputError(
             "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
@@ -36,11 +40,9 @@ def from_robot(problem: PayloadProblem, free_friction: bool = False) -> Estimate
     chi, C = robot.select(fixed)
 
     loaded = problem.loaded.select((*fixed, *unknown))
-    plain = _minus_robot(loaded, chi)
-    ordinary = solve(plain.stacked(), unknown, plain.equations, sum(plain.effective_rows))
-    weights = joint_weights(plain, ordinary.values)
+    own = weights.own if weights else _own_weights(_minus_robot(loaded, chi))
 
-    factor = triangular(loaded.stacked(weights))
+    factor = triangular(loaded.stacked(own))
     W, W_L = factor[:, : len(fixed)], factor[:, len(fixed) : -1]
     Y = factor[:, -1] - W @ chi
     solution = solve(np.column_stack([W_L, Y]), unknown, loaded.equations, sum(loaded.effective_rows))
@@ -53,8 +55,13 @@ def from_robot(problem: PayloadProblem, free_friction: bool = False) -> Estimate
         covariance=covariance[ten, ten],
         degrees_of_freedom=min(solution.degrees_of_freedom, robot.degrees_of_freedom),
         fit=fit(loaded, np.concatenate([chi, solution.values])),
-        weights=weights,
+        weights=own,
     )
+
+
+def _own_weights(plain: ReducedProblem) -> Array:
+    ordinary = solve(plain.stacked(), plain.columns, plain.equations, sum(plain.effective_rows))
+    return joint_weights(plain, ordinary.values)
 
 
 def _minus_robot(loaded: ReducedProblem, chi: Array) -> ReducedProblem:

@@ -1,16 +1,18 @@
 """The paper's four methods by number."""
 
-from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
-from ..estimate import Estimate
+from ...model import InputError
 from .from_change import from_change
 from .from_difference import from_difference
 from .from_robot import from_robot
 from .global_fit import global_fit
 from .problem import PayloadProblem
 from .result import PayloadEstimate
+from .robust import Method, robust_covariance
 
-METHODS: dict[int, Callable[[PayloadProblem], Estimate]] = {
+METHODS: dict[int, Method] = {
     1: from_robot,
     2: from_change,
     3: from_difference,
@@ -20,7 +22,7 @@ METHODS: dict[int, Callable[[PayloadProblem], Estimate]] = {
 
 
 def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
-    """Estimate the payload by one method.
+    """Estimate the payload by one method; with robust standard deviations if the problem has ``blocks``.
 
     Args:
         problem: the reduced recordings.
@@ -32,8 +34,15 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
         InputError: if the problem lacks what the method needs.
         KeyError: for another method.
     """
-    estimate = from_robot(problem, free_friction) if method == 1 else METHODS[method](problem)
-    return PayloadEstimate(method, estimate, problem.robot.payload_frame)
+    solve: Method = partial(from_robot, free_friction=free_friction) if method == 1 else METHODS[method]
+    estimate = solve(problem, None)
+    reason = problem.without_blocks
+    if problem.blocks is not None:
+        try:
+            estimate = replace(estimate, robust=robust_covariance(problem, solve, estimate))
+        except InputError as error:
+            reason = str(error)
+    return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:

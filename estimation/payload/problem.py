@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,25 +10,32 @@ from ...model import (
     INERTIAL,
     BaseParameters,
     InputError,
-    Measurement,
     Processing,
     Recording,
     Robot,
     base_parameters,
     payload_columns,
 )
+from ...model.arrays import Array
 from ..alignment import AlignedPair, aligned
 from ..estimate import Estimate
 from ..filtering import measurement
 from ..identification import base_problem, check_lengths, check_moving
-from ..observation import Observer
 from ..plausibility import check_recordings
-from ..problem import ReducedProblem, merged
+from ..problem import ReducedProblem
 from ..progress import Progress, silent
-from ..reduction import reduced_measurement
+from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
+from .equations import difference_problem, loaded_problem
 
-PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
-"""Names of the payload's ten parameters chi_L, in the order of (6)."""
+
+class FixedWeights(NamedTuple):
+    """Weights of the joints that a method takes as given instead of estimating them, shape (n,) each.
+
+    ``robot``: of the robot's equations without payload (methods 1 and 2); ``own``: the result's ``weights``.
+    """
+
+    robot: Array | None
+    own: Array
 
 
 @dataclass(frozen=True)
@@ -44,6 +52,8 @@ class PayloadProblem:
         pairs: how the recordings of method 3 were aligned.
         without_difference: why method 3 cannot be used, if it cannot.
         rate: at which the (first) loaded recording was processed [Hz].
+        blocks: the same equations cut in blocks of time, for robust standard deviations.
+        without_blocks: why there are none although they were asked for.
     """
 
     robot: Robot
@@ -55,6 +65,8 @@ class PayloadProblem:
     pairs: tuple[AlignedPair, ...] = ()
     without_difference: str = ""
     rate: float | None = None
+    blocks: PayloadBlocks | None = None
+    without_blocks: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
@@ -73,6 +85,7 @@ def payload_problem(
     known: Estimate | None = None,
     processing: Processing | None = None,
     progress: Progress = silent,
+    robust: bool = False,
 ) -> PayloadProblem:
     """Process recordings with and without payload and reduce them.
 
@@ -83,6 +96,7 @@ def payload_problem(
         known: the robot's identified parameters, instead of or beside ``unloaded``.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
+        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -102,15 +116,28 @@ def payload_problem(
     both = loaded_problem(robot, base, measured, processing)
     difference: ReducedProblem | None = None
     pairs: tuple[AlignedPair, ...] = ()
+    together: list[PairedMeasurement] = []
     reason = "no recordings without payload"
     if unloaded:
         progress("aligning recordings with and without payload")
         try:
-            difference, pairs = _paired(robot, loaded, unloaded, processing)
+            pairs = _paired(loaded, unloaded, processing)
+            together = [_measured(pair, processing) for pair in pairs]
+            difference = difference_problem(robot, [(p.unloaded, p.loaded) for p in together], processing)
             reason = ""
         except InputError as error:
             reason = str(error)
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, measured[0].motion.rate)
+    blocks: PayloadBlocks | None = None
+    unavailable = ""
+    if robust:
+        progress("cutting into blocks")
+        try:
+            alone = [measurement(recording, processing) for recording in unloaded]
+            blocks = payload_blocks(robot, base, measured, alone, together, processing)
+        except InputError as error:
+            unavailable = str(error)
+    rate = measured[0].motion.rate
+    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable)
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:
@@ -130,46 +157,18 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
         )
 
 
-def loaded_problem(
-    robot: Robot, base: BaseParameters, measurements: Sequence[Measurement], processing: Processing
-) -> ReducedProblem:
-    """Equations [W W_L] of (22)."""
-    names = (*base.columns, *PAYLOAD)
-    observer = Observer(robot, (*base.columns, *payload_columns(robot)), names)
-    return merged(reduced_measurement(observer, data, processing) for data in measurements)
-
-
-def difference_problem(
-    robot: Robot, pairs: Sequence[tuple[Measurement, Measurement]], processing: Processing
-) -> ReducedProblem:
-    """Equations W_L of (29) from (unloaded, loaded) measurements on one trajectory and time.
-
-    W_L is taken on the loaded motion.
-    """
-    observer = Observer(robot, payload_columns(robot), PAYLOAD)
-    problems = []
-    for unloaded, loaded in pairs:
-        change = loaded.torque - unloaded.torque
-        if robot.spring is not None:
-            # The observer adds the spring's torque on the loaded motion; the unloaded one had its own.
-            k = robot.spring.joint - 1
-            change[:, k] -= robot.spring.torque(unloaded.motion.q[:, k])
-        problems.append(
-            reduced_measurement(observer, Measurement(loaded.motion, change), processing, unloaded.motion)
-        )
-    return merged(problems)
-
-
 def _paired(
-    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
-) -> tuple[ReducedProblem, tuple[AlignedPair, ...]]:
+    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+) -> tuple[AlignedPair, ...]:
     if len(loaded) != len(unloaded):
         raise InputError(
             f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
             "needs each trajectory once without and once with it, in the same order"
         )
-    pairs = tuple(
+    return tuple(
         aligned(a, b, processing.rate, processing.max_mismatch) for a, b in zip(unloaded, loaded, strict=True)
     )
-    measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    return difference_problem(robot, measured, processing), pairs
+
+
+def _measured(pair: AlignedPair, processing: Processing) -> PairedMeasurement:
+    return PairedMeasurement(measurement(pair.unloaded, processing), measurement(pair.loaded, processing), pair.lag)

@@ -13,7 +13,7 @@ def test_intervals_of_every_method_hold_the_truth_in_93_to_97_percent() -> None:
     assert spec.loader is not None
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)
-    share = benchmark.coverage(range(40), trajectories=4)
+    (share,) = benchmark.coverage(range(40), trajectories=4)
     assert share.shape == (4, 10)
     pooled = share.mean(axis=1)
     assert np.all((pooled >= 0.93) & (pooled <= 0.97)), pooled

@@ -7,6 +7,7 @@ import pytest
 from dynident.estimation import Observation, ReducedProblem, fit, merged, ordinary, reduced, weighted
 from dynident.estimation.essential import essential_parameters
 from dynident.estimation.least_squares import joint_weights
+from dynident.estimation.problem import RANK_TOLERANCE, check_rank
 from dynident.model import InputError
 from dynident.model.arrays import Array
 from hypothesis import given, settings
@@ -163,3 +164,19 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         interval = weighted(reduced(observation(seed, (60, 50)))).interval95
         hits.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
     assert 0.93 <= np.mean(hits) <= 0.97
+
+
+@pytest.mark.parametrize("decades", range(1, 13))
+def test_rank_is_a_matter_of_singular_values(decades: int) -> None:
+    """Whatever shortcut is taken for triangles that are clearly well determined."""
+    draw = np.random.default_rng(decades)
+    U, V = (np.linalg.qr(draw.standard_normal((12, 12)))[0] for _ in range(2))
+    R = np.linalg.qr(U * np.logspace(0.0, -decades, 12) @ V)[1]
+    names = tuple(f"x{k}" for k in range(12))
+    singular = np.linalg.svd(R / np.linalg.norm(R, axis=0), compute_uv=False)
+    if singular[-1] < RANK_TOLERANCE * singular[0]:
+        with pytest.raises(InputError, match="undetermined"):
+            check_rank(R, names, 100)
+    else:
+        check_rank(R, names, 100)
+        check_rank(R[::-1], names, 100)

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.report.documents import write_json
+from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate, RobustCovariance
+from dynident.report.documents import _estimate_document, write_json
 from dynident.report.paper import paper_tables
-from dynident.report.tables import _short, _value
+from dynident.report.tables import _short, _value, payload_table, sigma_notes
 
 
 def test_json_is_plain_and_whole(tmp_path: Path) -> None:
@@ -34,6 +35,47 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
     assert _value(value, sigma) == text
+
+
+def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> PayloadEstimate:
+    values = np.array([0.2, 0.0, 0.0, 0.2, 0.0, 0.1, 0.0, 0.0, 0.3, 3.0])
+    norms = Fit(np.ones(6), np.full(6, 10.0), (50,) * 6)
+    estimate = Estimate(PAYLOAD, values, 1e-4 * np.eye(10), 300.0, norms, np.ones(6), robust)
+    return PayloadEstimate(method, estimate, "flange", reason)
+
+
+def test_robust_standard_deviations_are_told_where_they_are() -> None:
+    few = RobustCovariance(9e-4 * np.eye(10), 8, 7, 1.5)
+    written = _estimate_document(payload(3, few))
+    assert written["sigma_robust"]["M"] == pytest.approx(0.03)
+    assert written["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
+    assert (written["robust"]["blocks"], written["robust"]["degrees_of_freedom"]) == (8, 7)
+    assert np.allclose(written["com_sigma_robust"], 3.0 * np.asarray(written["com_sigma"]))
+    plain = _estimate_document(payload(1, None, "too short"))
+    assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
+    assert plain["robust"]["unavailable"] == "too short"
+
+    notes = sigma_notes([payload(3, few), payload(1, None, "too short"), payload(4, None, "too short")])
+    assert notes[0] == "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation."
+    assert "8 blocks of 1.5 s or more" in notes[1]
+    assert "method 3 3.00." in notes[1]
+    assert "record longer" in notes[2]
+    assert notes[3:] == ["± of method 1, 4 by the formula alone: too short"]
+    (plain_note,) = sigma_notes([payload(1, None)])
+    assert "white torque noise" in plain_note
+
+
+def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
+    """Moments four times, the mass half as uncertain as by the formula; com and inertia go by their own sigmas."""
+    mixed = RobustCovariance(1e-4 * np.diag([1.0] * 6 + [16.0] * 3 + [0.25]), 20, 19, 1.5)
+    result = payload(3, mixed)
+    cells = [list(column.cells) for column in payload_table([result, payload(3, None)]).columns[2:]]
+    assert [column[9] for column in cells] == ["3.000±0.010", "3.000±0.010"]
+    assert [column[8] for column in cells] == ["0.300±0.040", "0.300±0.010"]
+    assert result.sigma_com_robust is not None
+    assert result.sigma_com_robust[2] > result.sigma_com[2]
+    assert cells[0][12] == _value(0.1, result.sigma_com_robust[2])
+    assert cells[1][12] == _value(0.1, result.sigma_com[2])
 
 
 def test_short_values_are_as_the_paper_prints() -> None:
