@@ -91,9 +91,9 @@ def _mass_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:
     ]
     if np.ptp(masses) > MASS_SPREAD * abs(masses.mean()):
         reasons.append(f"the methods' masses spread from {masses.min():.3g} to {masses.max():.3g} kg")
-    vague = [e for e in estimates if e.estimate.sigma[9] > MASS_SIGMA * abs(e.mass)]
+    vague = [e for e in estimates if e.larger_sigma[9] > MASS_SIGMA * abs(e.mass)]
     if vague:
-        worst = max(e.estimate.sigma[9] / abs(e.mass) for e in vague)
+        worst = max(e.larger_sigma[9] / abs(e.mass) for e in vague)
         reasons.append(f"{_by(vague)} leaves the mass uncertain by {100 * worst:.0f} % (1 sigma)")
     return reasons
 
@@ -115,7 +115,7 @@ def _inertia_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:
 
 def _inertia_sigma(estimate: PayloadEstimate) -> float:
     """Largest relative standard deviation of the moments of inertia at the centre of mass."""
-    return float((np.diag(estimate.sigma_inertia_com) / np.diag(estimate.body.inertia_com)).max())
+    return float((np.diag(estimate.larger_sigma_inertia_com) / np.diag(estimate.body.inertia_com)).max())
 
 
 def _by(estimates: Sequence[PayloadEstimate]) -> str:

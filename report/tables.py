@@ -11,7 +11,6 @@ from rich.table import Table
 from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
-from ..model.arrays import Array
 from .paper import PaperTables
 
 _UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -32,15 +31,13 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     headings = [f"method {estimate.method}" for estimate in estimates]
     table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
-        cells = [
-            _value(e.estimate.values[k], _larger(e.estimate.sigma, e.estimate.sigma_robust)[k]) for e in estimates
-        ]
+        cells = [_value(e.estimate.values[k], e.larger_sigma[k]) for e in estimates]
         table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
     for k, axis in enumerate("xyz"):
-        cells = [_value(e.body.com[k], _larger(e.sigma_com, e.sigma_com_robust)[k]) for e in estimates]
+        cells = [_value(e.body.com[k], e.larger_sigma_com[k]) for e in estimates]
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
     for row, column in zip(*np.triu_indices(3), strict=True):
-        sigmas = [_larger(e.sigma_inertia_com, e.sigma_inertia_com_robust)[row, column] for e in estimates]
+        sigmas = [e.larger_sigma_inertia_com[row, column] for e in estimates]
         cells = [_value(e.body.inertia_com[row, column], sigma) for e, sigma in zip(estimates, sigmas, strict=True)]
         name = f"{'XYZ'[row]}{'XYZ'[column]} at com"
         table.add_row(name, "kg m²", *cells, end_section=row == 2)
@@ -91,11 +88,6 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
         for reason, methods in reasons.items()
         if reason
     ]
-
-
-def _larger(formula: Array, robust: Array | None) -> Array:
-    """Entry by entry; the formula's where there is no other."""
-    return formula if robust is None else np.maximum(formula, robust)
 
 
 def robot_table(result: Identification) -> Table:

@@ -59,6 +59,21 @@ class PayloadEstimate:
         robust = self.estimate.robust
         return self._propagated(_inertia_com, robust.covariance).reshape(3, 3) if robust else None
 
+    @cached_property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each parameter, shape (10,)."""
+        return _larger(self.estimate.sigma, self.estimate.sigma_robust)
+
+    @cached_property
+    def larger_sigma_com(self) -> Array:
+        """The same for the centre of mass [m], shape (3,)."""
+        return _larger(self.sigma_com, self.sigma_com_robust)
+
+    @cached_property
+    def larger_sigma_inertia_com(self) -> Array:
+        """The same for the inertia at the centre of mass [kg m^2], 3 x 3."""
+        return _larger(self.sigma_inertia_com, self.sigma_inertia_com_robust)
+
     def named(self, values: Array) -> dict[str, float]:
         """Ten numbers by name, "XX" to "M"."""
         return {kind: float(value) for kind, value in zip(INERTIAL, values, strict=True)}
@@ -82,3 +97,7 @@ def _inertia_com(x: Array) -> Array:
     a, b, c = h
     cross = np.array([[0 * a, -c, b], [c, 0 * a, -a], [-b, a, 0 * a]])
     return np.asarray(inertia + cross @ cross / m)
+
+
+def _larger(formula: Array, robust: Array | None) -> Array:
+    return formula if robust is None else np.maximum(formula, robust)
