@@ -13,6 +13,7 @@ import numpy as np
 
 from ..model import INERTIAL, BaseParameters, InertialParameters, InputError, Robot
 from ..model.arrays import Array, frozen_array
+from ..model.names import parameter_kind
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .estimate import Estimate
 from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, rise_p_value, whitening
@@ -103,14 +104,14 @@ def _sizes(robot: Robot, base: BaseParameters, estimate: Estimate) -> Array:
     length = max(lengths) / 2.0 or 1.0
     powers = {**dict.fromkeys(INERTIAL[:6], 2), **dict.fromkeys(INERTIAL[6:9], 1)}
     masses = {
-        name: abs(value) / length ** powers[name.rstrip("0123456789")]
+        name: abs(value) / length ** powers[parameter_kind(name)]
         for name, value in zip(estimate.names, estimate.values, strict=True)
-        if name.rstrip("0123456789") in powers
+        if parameter_kind(name) in powers
     }
     mass = float(np.median(list(masses.values()))) or 1.0
     inertial = {kind: mass * length ** powers.get(kind, 0) for kind in INERTIAL} | {"IA": mass * length**2}
     own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
-    return np.array([inertial.get(name.rstrip("0123456789"), own.get(name, 1.0)) for name in base.standard])
+    return np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
 
 
 def _drive_rules(robot: Robot, standard: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
@@ -119,7 +120,7 @@ def _drive_rules(robot: Robot, standard: Sequence[str]) -> tuple[Array, tuple[st
     Of coupled rotors IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k.
     """
     units = np.eye(len(standard))
-    signs = [k for k, name in enumerate(standard) if name.rstrip("0123456789") in _NOT_NEGATIVE]
+    signs = [k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE]
     rows, texts = [units[k] for k in signs], [f"{standard[k]} >= 0" for k in signs]
     if robot.coupling:
         j, k = (standard.index(f"IA{joint}") for joint in robot.coupling.joints)

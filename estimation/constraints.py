@@ -1,5 +1,6 @@
 """What is known about a body beforehand, as small values that can be combined."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -30,13 +31,13 @@ class SoftTerm(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Constraint:
+class Constraint(ABC):
     """Something known about x, Khalil's ten of one body about the origin and in the axes of its frame."""
 
     @property
+    @abstractmethod
     def description(self) -> str:
         """What is demanded, in one line."""
-        raise NotImplementedError
 
     def violation(self, x: ArrayLike) -> float:
         """How far x, shape (10,), is from holding it: <= 0 where it holds, in the constraint's own unit."""

@@ -14,6 +14,7 @@ from .base.rank import base_parameters
 from .errors import InputError
 from .files import write_text
 from .kernel.c_scalar import c_body
+from .names import parameter_kind
 from .regressor import payload_columns, standard_columns
 from .robot import Robot
 
@@ -186,9 +187,7 @@ def _example(export: _Export, symbol: str, robot: Robot) -> str:
 
 def _example_parameters(export: _Export, robot: Robot) -> list[float]:
     """The robot's own parameters; where its file has none, a unit mass and inertia."""
-    unit = {
-        name: float(name.rstrip("0123456789") in ("XX", "YY", "ZZ", "M", "IA")) for name in standard_columns(robot)
-    }
+    unit = {name: float(parameter_kind(name) in ("XX", "YY", "ZZ", "M", "IA")) for name in standard_columns(robot)}
     known = unit | dict(robot.parameters)
     values = export.base.value(known) if export.base else [known[name] for name in export.parameters]
     return [float(value) for value in values]

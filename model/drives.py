@@ -9,6 +9,7 @@ import numpy as np
 
 from .arrays import Array
 from .errors import InputError
+from .names import parameter_kind
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def drive_terms(drives: Drives, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca
     for row in range(qd.numel()):
         factors = {"IA": qdd[row], "FS": ca.sign(qd[row]), "FV": qd[row], "OFF": ca.SX(1)}
         for name in drives.names(row + 1):
-            terms[name] = {row: factors[name.rstrip("0123456789")]}
+            terms[name] = {row: factors[parameter_kind(name)]}
     if drives.coupling:
         j, k = (joint - 1 for joint in drives.coupling.joints)
         terms[f"IA{k + 1}"][j] = qdd[k]

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from .drives import Coupling, Drives, Spring
 from .processing import Processing
@@ -151,7 +151,7 @@ class Robot:
 
 
 def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
-    changes: dict[str, float] = {}
+    changes: dict[str, Any] = {}
     for name in ("alpha", "theta"):
         angle = getattr(joint, name)
         quarter = round(angle / (math.pi / 2)) * (math.pi / 2)
@@ -165,7 +165,7 @@ def _snap(joint: Joint, number: int, notes: list[str]) -> Joint:
         old = getattr(joint, name)
         if abs(old - value) > 1e-12:
             notes.append(f"{name}{number}: {old:.9g} taken as {value:.9g}")
-    return replace(joint, **changes) if changes else joint  # type: ignore[arg-type]
+    return replace(joint, **changes) if changes else joint
 
 
 def _snap_gravity(gravity: tuple[float, float, float], notes: list[str]) -> tuple[float, float, float]:

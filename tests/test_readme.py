@@ -45,7 +45,7 @@ def test_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     _write_currents(tmp_path)
     commands = [line for block in blocks("console") for line in block.splitlines() if line.startswith("dynident")]
-    assert len(commands) == 4
+    assert len(commands) == 5
     for command in commands:
         assert main(shlex.split(command)[1:]) == 0, command
 

@@ -51,7 +51,7 @@ def answer_payload(
         processing: settings for those; the robot's own by default.
 
     Raises:
-        InputError: if a method that was asked for, or none at all, can be used.
+        InputError: if a method that was asked for cannot be used, or none can.
     """
     estimates: list[PayloadEstimate] = []
     left_out: dict[int, str] = {}

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...model import InputError, payload_columns
 from ...model.arrays import Array
+from ...model.names import parameter_kind
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
 from .equations import PAYLOAD
@@ -24,7 +25,7 @@ def from_change(problem: PayloadProblem, weights: FixedWeights | None = None) ->
     columns = problem.base.columns
     before = weighted(problem.unloaded, weights.robot if weights else None)
     after = weighted(problem.loaded.select(columns), weights.own if weights else None)
-    inertial = tuple(name for name in columns if name.rstrip("0123456789") not in _DRIVE)
+    inertial = tuple(name for name in columns if parameter_kind(name) not in _DRIVE)
     chi_a, C_a = before.select(inertial)
     chi_b, C_b = after.select(inertial)
     G = payload_map(problem)[[columns.index(name) for name in inertial]]

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...model import InputError
 from ...model.arrays import Array
+from ...model.names import parameter_kind
 from ..estimate import Estimate, fit
 from ..least_squares import joint_weights, solve, weighted
 from ..problem import ReducedProblem, triangular
@@ -34,7 +35,7 @@ def from_robot(
         raise InputError(
             "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
         )
-    free = tuple(name for name in robot.names if free_friction and name.rstrip("0123456789") in _FRICTION)
+    free = tuple(name for name in robot.names if free_friction and parameter_kind(name) in _FRICTION)
     fixed = tuple(name for name in robot.names if name not in free)
     unknown = (*PAYLOAD, *free)
     chi, C = robot.select(fixed)
