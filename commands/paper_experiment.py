@@ -1,4 +1,4 @@
-"""The paper's experiment on a simulated RX90: ``dynident demo``. Like ``cli.py``, it hands values between rooms."""
+"""The paper's experiment on a simulated RX90, from trajectories to the tables."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from .estimation import (
+from ..estimation import (
     Identification,
     Observer,
     PayloadAnswer,
@@ -18,13 +18,13 @@ from .estimation import (
     measurement,
     payload_problem,
 )
-from .estimation.payload import payload_map
-from .model import Recording, Robot, load_robot
-from .report.documents import payload_document, write_json
-from .report.paper import PaperTables, paper_tables
-from .report.plots import save_torques
-from .report.tables import console, paper_payload_table, paper_robot_table, payload_notes
-from .trajectories import RX90_NOISE, Simulator, random_via_points
+from ..estimation.payload import payload_map
+from ..model import Recording, Robot, load_robot
+from ..report.documents import payload_document, write_json
+from ..report.paper import PaperTables, paper_tables
+from ..report.plots import save_torques
+from ..report.tables import console, paper_payload_table, paper_robot_table, payload_notes
+from ..trajectories import RX90_NOISE, Simulator, random_via_points
 
 RATE = 250.0
 """Hz, as the paper's controller records."""

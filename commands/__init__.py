@@ -1,0 +1,10 @@
+"""The commands, one a file: ``add_parser`` declares the arguments, ``run`` hands values from room to room.
+
+Every heavy import waits inside ``run``, so that ``dynident --help`` answers at once.
+"""
+
+from . import codegen, demo, identify, payload
+
+COMMANDS = (payload, identify, codegen, demo)
+"""In the order of ``dynident --help``."""
+__all__ = ["COMMANDS"]

@@ -1,0 +1,94 @@
+"""What several commands share: arguments of one kind, processing settings, reading recordings."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..estimation.stored import StoredRobot
+    from ..model import Processing, Recording, Robot
+
+ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+"""Exit statuses of every command."""
+
+
+def robot_argument(parser: argparse.ArgumentParser) -> None:
+    """``--robot``, the same for every command."""
+    parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
+
+
+def processing_arguments(parser: argparse.ArgumentParser) -> None:
+    """Settings of filtering and of the model's structure, and ``--json``."""
+    group = parser.add_argument_group("processing", "defaults stand in the robot's file")
+    group.add_argument("--drive-gains", type=gains_list, metavar="K1,K2,..", help="torque per current [N·m/A]")
+    group.add_argument("--rate", type=float, metavar="HZ", help="resample to this even rate")
+    group.add_argument("--cutoff", type=float, metavar="HZ", help="low-pass on positions and speeds")
+    group.add_argument("--decimate", type=positive, metavar="N", help="parallel decimation of Y and W")
+    group.add_argument("--offsets", action=argparse.BooleanOptionalAction, help="a constant torque per joint")
+    group.add_argument("--coulomb", choices=("sum", "paper"), help="Coulomb friction of coupled drives")
+    group.add_argument("--json", metavar="F", help="write the result as JSON")
+
+
+def whole(text: str) -> int:
+    """A whole number of at least 0."""
+    if not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return int(text)
+
+
+def positive(text: str) -> int:
+    """A whole number of at least 1."""
+    if whole(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def gains_list(text: str) -> tuple[float, ...]:
+    """Numbers separated by commas."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
+
+
+def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
+    """The robot with the model structure and processing that the command line asks for."""
+    from ..model import InputError, load_robot
+
+    robot = load_robot(arguments.robot)
+    if stored:
+        robot = stored.applied_to(robot)
+        stored.check_gains(arguments.drive_gains)
+    given = {"rate": arguments.rate, "cutoff": arguments.cutoff, "decimate": arguments.decimate}
+    given["max_mismatch"] = getattr(arguments, "max_mismatch", None)
+    try:
+        if arguments.offsets is not None:
+            robot = robot.with_offsets(arguments.offsets)
+        if arguments.coulomb is not None:
+            robot = robot.with_coulomb(arguments.coulomb)
+        if stored and robot.fingerprint != stored.fingerprint:
+            raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
+        changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+        return robot, replace(robot.processing, **changes)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def read_recordings(
+    paths: Sequence[str], robot: Robot, gains: tuple[float, ...] | None, told: set[str]
+) -> list[Recording]:
+    """Read recordings; what a file says about unused columns is told once."""
+    from ..estimation import read_recording
+
+    recordings = [read_recording(path, robot, gains) for path in paths]
+    for recording in recordings:
+        for note in recording.notes:
+            about = note.split(": ", 1)[1]
+            if about not in told:
+                told.add(about)
+                print(f"dynident: note: {note}", file=sys.stderr)
+    return recordings

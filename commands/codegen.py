@@ -1,0 +1,26 @@
+"""``dynident codegen``: a function of the robot as C."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .arguments import ANSWERED, robot_argument
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("codegen", help="write a function of the robot as self-contained C")
+    robot_argument(parser)
+    parser.add_argument("--function", required=True, metavar="NAME", help="such as base_regressor")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the files, made if missing")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from ..model import generate_code, load_robot
+
+    for path in generate_code(load_robot(arguments.robot), arguments.function, arguments.out):
+        print(path)
+    return ANSWERED

@@ -1,0 +1,73 @@
+"""``dynident payload``: a payload from recordings with and without it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
+    robot_argument(parser)
+    parser.add_argument(
+        "--unloaded", action="append", default=[], metavar="CSV", help="recording without payload; repeatable"
+    )
+    parser.add_argument(
+        "--loaded",
+        action="append",
+        required=True,
+        metavar="CSV",
+        help="recording with payload; repeatable; method 3 pairs them in order",
+    )
+    parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
+    parser.add_argument("--method", choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
+    parser.add_argument("--free-friction", action="store_true", help="method 1: estimate friction anew under load")
+    parser.add_argument(
+        "--max-mismatch", type=float, metavar="RAD", help="method 3: largest difference of position"
+    )
+    parser.add_argument(
+        "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
+    )
+    processing_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from rich.console import Console
+
+    from ..estimation import answer_payload, payload_problem
+    from ..estimation.stored import read_stored_robot
+    from ..model import InputError
+    from ..report.documents import payload_document, write_json
+    from ..report.tables import console, payload_notes, payload_table
+
+    if not arguments.unloaded and not arguments.robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if arguments.free_friction and arguments.method not in ("1", "all"):
+        raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
+    robot, processing = settings(arguments, stored)
+    gains, told = arguments.drive_gains, set(robot.snapped)
+    unloaded = read_recordings(arguments.unloaded, robot, gains, told)
+    loaded = read_recordings(arguments.loaded, robot, gains, told)
+    held_out = read_recordings(arguments.validate, robot, gains, told)
+    known = stored.estimate if stored else None
+    with Console(stderr=True).status("reading") as status:
+        # A stored robot brings the formula's covariance only: no block of its recordings can be left out.
+        robust = stored is None
+        problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust)
+        status.update("estimating")
+        methods = None if arguments.method == "all" else (int(arguments.method),)
+        answer = answer_payload(problem, methods, arguments.free_friction, held_out, processing)
+    table = payload_table(answer.estimates)
+    terminal = console(table)
+    terminal.print(table)
+    for line in payload_notes(answer):
+        terminal.print(line, markup=False, highlight=False)
+    if arguments.json:
+        write_json(arguments.json, payload_document(answer, processing, gains))
+    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
