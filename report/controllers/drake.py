@@ -10,14 +10,12 @@ from ...model import InertialParameters
 from .form import ControllerFormat, exact, six
 from .load import ControllerLoad
 
-_IMPORTS = "from pydrake.multibody.tree import SpatialInertia, UnitInertia\n\n"
-
 
 def _write(load: ControllerLoad) -> str:
-    if load.point_mass:
-        return f"{_IMPORTS}payload = SpatialInertia.PointMass({exact(load.mass)}, [{exact(load.com)}])"
     about_origin = InertialParameters.from_com(load.mass, load.com, load.inertia).inertia
-    return f"""{_IMPORTS}payload = SpatialInertia(
+    return f"""from pydrake.multibody.tree import SpatialInertia, UnitInertia
+
+payload = SpatialInertia(
     mass={exact(load.mass)},
     p_PScm_E=[{exact(load.com)}],
     G_SP_E=UnitInertia({exact(six(about_origin / load.mass))}),
@@ -30,7 +28,7 @@ FORMAT = ControllerFormat(
     reference="unit inertia (per kg) about the flange's origin, not the centre of mass, axes of the flange",
     order="mass, com x, y, z, UnitInertia(Ixx, Iyy, Izz, Ixy, Ixz, Iyz), entries of the matrix",
     units="kg, m, m^2",
-    point_mass="SpatialInertia.PointMass",
+    point_mass="the unit inertia is that of a point mass at the centre of mass",
     source="drake.mit.edu, SpatialInertia",
     write=_write,
     comment=("# ", ""),

@@ -2,9 +2,10 @@
 
 import json
 import re
+import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import mujoco
@@ -170,10 +171,6 @@ class _SpatialInertia:
         shift = c @ c * np.eye(3) - np.outer(c, c)
         self.body = Body(mass, c, mass * (G_SP_E - shift))
 
-    @staticmethod
-    def PointMass(mass: float, position: list[float]) -> SimpleNamespace:  # noqa: N802
-        return SimpleNamespace(body=Body(mass, np.array(position), np.zeros((3, 3))))
-
 
 def drake(text: str) -> Body:
     tree = ModuleType("pydrake.multibody.tree")
@@ -185,7 +182,7 @@ def drake(text: str) -> Body:
     }
     with pytest.MonkeyPatch.context() as patch:
         for name, module in modules.items():
-            patch.setitem(__import__("sys").modules, name, module)
+            patch.setitem(sys.modules, name, module)
         body = _run(text)["payload"].body
     assert isinstance(body, Body)
     return body
