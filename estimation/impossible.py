@@ -19,7 +19,7 @@ from .scaling import rise_p_value
 
 _UNLIKELY = 0.01
 """A smaller p-value says that the data contradict everything possible with these zeros."""
-_ZERO = 1e-3
+_ZERO = 1e-2
 """An eliminated base parameter is held at zero within this fraction of its own standard deviation."""
 _OFF_AXIS = {
     "XX": ("XY_L", "XZ_L", "YZ_L", "MY_L", "MZ_L"),
@@ -72,7 +72,7 @@ def impossible_robot(
 ) -> tuple[str, ...]:
     """What speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
-    The nearest robot that can exist, its eliminated base parameters zero within 1e-3 of their standard deviations,
+    The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
     must lie within the accuracy of the data.
 
     Args:
