@@ -1,0 +1,211 @@
+"""Standard parameters of a robot that can exist: those nearest to a prior that the data allow.
+
+Data speak only of base parameters; of all robots that explain them about as well, the one whose links are nearest
+to a prior in entropic distance is one definite answer. The weight of the distance is chosen so that chi2 rises by a
+stated budget above that of the nearest robot that can exist: the prior never costs more than that.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..model import BaseParameters, InputError, Robot
+from ..model.arrays import Array, frozen_array
+from .cone import ConeProgram, SolverError, solve_cone
+from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
+from .constraints import MassBounds
+from .entropic import EntropicPoint, EntropicProgram
+from .estimate import Estimate
+from .origins import Origin, origins
+from .robot_prior import RobotPrior
+from .scaling import TOLERANCE, rise_p_value
+
+BUDGET = 1.0
+"""By which chi2 may rise above the constrained minimum."""
+_MET = 1e-8
+"""Of the budget: how exactly it is met."""
+_ROUNDS = 60
+
+
+@dataclass(frozen=True)
+class ConstrainedRobot:
+    """Standard parameters of a robot that can exist, data first, then a prior.
+
+    Attributes:
+        nearest: the base gauge: base parameters of the nearest robot that can exist, and the free estimate.
+        prior: what the links were thought to be.
+        budget: by which chi2 was allowed to rise above ``nearest.chi2_rise``.
+        weight: of the entropic distance; infinite where the prior itself is within the budget.
+        parameters: all standard parameters by name. Those that are not identified are the prior's choice.
+        origins: who decides each of them.
+        values: base parameters, in the order of ``nearest.free.names``.
+        chi2_rise: squared distance from the free base parameters by their covariance.
+        distances: entropic distance of each link from its prior.
+        active: rules of drives and mass that hold the estimate back, largest multiplier first.
+        min_eigenvalues: smallest eigenvalue of each link's pseudo-inertia; all are positive.
+        status: "Solved", or "prior" where the prior itself is within the budget.
+    """
+
+    nearest: ConstrainedBase
+    prior: RobotPrior
+    budget: float
+    weight: float
+    parameters: dict[str, float]
+    origins: dict[str, Origin]
+    values: Array
+    chi2_rise: float
+    distances: tuple[float, ...]
+    active: tuple[Holding, ...]
+    min_eigenvalues: tuple[float, ...]
+    status: str
+
+    def __post_init__(self) -> None:
+        """Lock the values."""
+        object.__setattr__(self, "values", frozen_array(self.values, (None,), "base parameters"))
+
+    @property
+    def free(self) -> Estimate:
+        """The unconstrained estimate."""
+        return self.nearest.free
+
+    @cached_property
+    def p_value(self) -> float:
+        """As for ``ConstrainedEstimate``, of the whole rise, budget included."""
+        return rise_p_value(self.chi2_rise, len(self.free.names), self.free.degrees_of_freedom)
+
+
+def solve_constrained_prior(
+    robot: Robot,
+    base: BaseParameters,
+    estimate: Estimate,
+    prior: RobotPrior,
+    budget: float = BUDGET,
+    total_mass: MassBounds | None = None,
+) -> ConstrainedRobot:
+    """The robot nearest to a prior among those that explain the data within a budget.
+
+    Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
+    alone.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        estimate: of all of them, in their order.
+        prior: one body for each link.
+        budget: by which chi2 may rise above the constrained minimum.
+        total_mass: bounds of the mass of all links together, where known.
+
+    Raises:
+        InputError: if the estimate or the prior are not of this robot, or the budget is not positive.
+        SolverError: for anything but a clean solve.
+    """
+    if len(prior.bodies) != robot.n:
+        raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
+    if not 0.0 < budget < np.inf:
+        raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
+    problem = RobotProgram.of(robot, base, estimate, total_mass)
+    nearest = solve_robot_program(problem, base, estimate)
+    z0 = _prior_point(problem, prior)
+    program = EntropicProgram(problem.program, _prior_pseudo_inertias(problem, z0))
+    limit = nearest.chi2_rise + budget
+    found = _prior_itself(problem, z0, limit)
+    weight, status = np.inf, "prior"
+    if found is None:
+        weight, found = _within_budget(program, _start(problem, z0, nearest, base), nearest.chi2_rise, budget)
+        status = "Solved"
+    z = problem.repaired(found.z)
+    x = z * problem.scale
+    values = base.grouping @ x
+    return ConstrainedRobot(
+        nearest=nearest,
+        prior=prior,
+        budget=budget,
+        weight=weight,
+        parameters={name: float(value) for name, value in zip(base.standard, x, strict=True)},
+        origins=origins(robot, base),
+        values=values,
+        chi2_rise=float(np.sum((problem.R @ (values - estimate.values)) ** 2)),
+        distances=tuple(float(distance) for distance in program.distances(z)),
+        active=_active(problem, found),
+        min_eigenvalues=problem.min_eigenvalues(z),
+        status=status,
+    )
+
+
+def _prior_point(problem: RobotProgram, prior: RobotPrior) -> Array:
+    """The prior's links in scaled parameters; drives are zero."""
+    z = np.zeros(len(problem.scale))
+    for link, body in zip(problem.links, prior.bodies, strict=True):
+        z[link] = body.vector / problem.scale[link]
+    return z
+
+
+def _prior_pseudo_inertias(problem: RobotProgram, z0: Array) -> Array:
+    from .constraints import PSEUDO_INERTIA
+
+    return np.asarray(np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1))
+
+
+def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> EntropicPoint | None:
+    """The prior's links with the drives that suit them best, if that is within the limit."""
+    F, d, A, b, bodies = problem.program
+    drives = [k for k in range(len(z0)) if k not in {place for link in problem.links for place in link}]
+    shift = A @ z0 + b
+    rows = np.abs(A[:, drives]).max(axis=1, initial=0.0) > 0.0
+    if (shift[~rows] < -TOLERANCE).any():
+        return None  # the prior breaks a bound of the mass
+    z = z0.copy()
+    if drives:
+        part = ConeProgram(F[:, drives], d - F @ z0, A[np.ix_(rows, drives)], shift[rows], bodies[:0, :, drives])
+        z[drives] = solve_cone(part).z
+        signed = list(problem.rules.signed)
+        z[signed] = np.maximum(z[signed], 0.0)
+    chi2 = float(np.sum((F @ z - d) ** 2))
+    return EntropicPoint(z, np.zeros(len(A)), chi2, 0.0) if chi2 <= limit else None
+
+
+def _start(problem: RobotProgram, z0: Array, nearest: ConstrainedBase, base: BaseParameters) -> Array:
+    """A point strictly inside: the prior's links, the witness's drives pushed inwards."""
+    z = np.array([nearest.witness[name] for name in base.standard]) / problem.scale
+    for link in problem.links:
+        z[link] = z0[link]
+    signed = list(problem.rules.signed)
+    z[signed] += 0.1
+    if problem.rules.rotors:
+        j, k = problem.rules.rotors
+        z[j] = max(z[j], z[k] + 0.1)
+    return z
+
+
+def _within_budget(
+    program: EntropicProgram, z: Array, least: float, budget: float
+) -> tuple[float, EntropicPoint]:
+    """Weight and point at which chi2 = least + budget, by Newton's method on logarithms inside a bracket.
+
+    chi2 rises with the weight, from ``least`` at none to that of the prior.
+    """
+    multipliers = 1.0 / (program.program.A @ z + program.program.b)
+    weight, low, high = budget, 0.0, np.inf
+    for _ in range(_ROUNDS):
+        point = program.minimum(weight, z, multipliers)
+        rise = point.chi2 - least
+        if abs(rise - budget) <= _MET * budget:
+            return weight, point
+        low, high = (weight, high) if rise < budget else (low, weight)
+        step = -np.log(rise / budget) * rise / point.slope if rise > 0.0 and point.slope > 0.0 else np.inf
+        weight *= float(np.exp(np.clip(step, -3.0, 3.0)))
+        if not low < weight < high:
+            weight = np.sqrt(low * high) if low > 0.0 and np.isfinite(high) else (10.0 * low or 0.1 * high)
+        z, multipliers = point.z, np.maximum(point.multipliers, 1e-3)
+    raise SolverError("no weight of the prior meets the budget", program.program)
+
+
+def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Holding, ...]:
+    slack = problem.rules.A @ point.z + problem.rules.b
+    found = [
+        Holding(text, float(price))
+        for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
+        if price > max(room, TOLERANCE)
+    ]
+    return tuple(sorted(found, key=lambda holding: -holding.multiplier))
