@@ -5,13 +5,17 @@ from .bounding import InEllipsoid, InHull
 from .cone import SolverError
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
+from .constrained_prior import ConstrainedRobot, solve_constrained_prior
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
+from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
+from .origins import Origin, hidden_directions, origins
 from .payload import (
     PAYLOAD,
     PairedMeasurement,
@@ -22,6 +26,7 @@ from .payload import (
     answer_payload,
     combined,
     difference_problem,
+    essential_combined,
     identify_payload,
     loaded_problem,
     payload_blocks,
@@ -31,6 +36,7 @@ from .payload import (
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 
@@ -41,8 +47,11 @@ __all__ = [
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
+    "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "Elimination",
+    "EliminationPath",
     "Estimate",
     "Fit",
     "Holding",
@@ -53,6 +62,7 @@ __all__ = [
     "MassBounds",
     "Observation",
     "Observer",
+    "Origin",
     "PairedMeasurement",
     "PayloadAnswer",
     "PayloadBlocks",
@@ -60,24 +70,36 @@ __all__ = [
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
+    "RobotPrior",
     "RobustCovariance",
+    "SigmaBound",
+    "SigmaRatio",
     "SolverError",
+    "StopRule",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
     "combined",
+    "cylinder_prior",
     "decimated",
     "difference_problem",
+    "eliminate",
+    "elimination_warnings",
+    "essential_combined",
     "fit",
+    "hidden_directions",
     "identify",
     "identify_payload",
+    "impossible_payload",
+    "impossible_robot",
     "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "origins",
     "payload_blocks",
     "payload_problem",
     "read_recording",
@@ -85,8 +107,10 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prior",
     "solve_constrained",
     "solve_constrained_base",
+    "solve_constrained_prior",
     "usable_methods",
     "weighted",
 ]

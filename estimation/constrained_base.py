@@ -16,6 +16,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
 from .estimate import Estimate
+from .origins import hidden_directions
 from .robot_rules import RobotRules, link_places, sizes
 from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, rise_p_value, whitening
 
@@ -47,6 +48,7 @@ class ConstrainedBase:
         witness: standard parameters of one robot that can exist and has these base parameters. One of many: not
             identified.
         min_eigenvalues: smallest eigenvalue of each link's pseudo-inertia in ``witness``; none is negative.
+        unidentifiable: changes of standard parameters that change no torque ("M1", "IA1 - ZZ1").
         status: of the solver.
     """
 
@@ -56,6 +58,7 @@ class ConstrainedBase:
     active: tuple[Holding, ...]
     witness: dict[str, float]
     min_eigenvalues: tuple[float, ...]
+    unidentifiable: tuple[str, ...]
     status: str
 
     def __post_init__(self) -> None:
@@ -87,9 +90,7 @@ class RobotProgram(NamedTuple):
     links: list[list[int]]
 
     @staticmethod
-    def of(
-        robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None
-    ) -> "RobotProgram":
+    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
         """Scale an estimate of all base parameters; raises InputError if it is not one."""
         if estimate.names != base.columns:
             raise InputError(
@@ -162,9 +163,8 @@ def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: E
     chi2 = float(np.sum((problem.R @ (values - estimate.values)) ** 2))
     witness = {name: float(value) for name, value in zip(base.standard, x, strict=True)}
     active = _active(solution, problem.program, z, problem.rules.texts)
-    return ConstrainedBase(
-        estimate, values, chi2, active, witness, problem.min_eigenvalues(z), solution.status
-    )
+    lowest, hidden = problem.min_eigenvalues(z), hidden_directions(base)
+    return ConstrainedBase(estimate, values, chi2, active, witness, lowest, hidden, solution.status)
 
 
 def _lowest(ten: Array) -> float:

@@ -15,7 +15,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
-from .entropic import EntropicPoint, EntropicProgram
+from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
 from .estimate import Estimate
 from .origins import Origin, origins
 from .robot_prior import RobotPrior
@@ -107,7 +107,7 @@ def solve_constrained_prior(
     problem = RobotProgram.of(robot, base, estimate, total_mass)
     nearest = solve_robot_program(problem, base, estimate)
     z0 = _prior_point(problem, prior)
-    program = EntropicProgram(problem.program, _prior_pseudo_inertias(problem, z0))
+    program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
     limit = nearest.chi2_rise + budget
     found = _prior_itself(problem, z0, limit)
     weight, status = np.inf, "prior"
@@ -141,12 +141,6 @@ def _prior_point(problem: RobotProgram, prior: RobotPrior) -> Array:
     return z
 
 
-def _prior_pseudo_inertias(problem: RobotProgram, z0: Array) -> Array:
-    from .constraints import PSEUDO_INERTIA
-
-    return np.asarray(np.tensordot(problem.program.bodies @ z0, PSEUDO_INERTIA, 1))
-
-
 def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> EntropicPoint | None:
     """The prior's links with the drives that suit them best, if that is within the limit."""
     F, d, A, b, bodies = problem.program
@@ -178,9 +172,7 @@ def _start(problem: RobotProgram, z0: Array, nearest: ConstrainedBase, base: Bas
     return z
 
 
-def _within_budget(
-    program: EntropicProgram, z: Array, least: float, budget: float
-) -> tuple[float, EntropicPoint]:
+def _within_budget(program: EntropicProgram, z: Array, least: float, budget: float) -> tuple[float, EntropicPoint]:
     """Weight and point at which chi2 = least + budget, by Newton's method on logarithms inside a bracket.
 
     chi2 rises with the weight, from ``least`` at none to that of the prior.

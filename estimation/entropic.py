@@ -42,12 +42,8 @@ class EntropicProgram(NamedTuple):
 
     def distances(self, z: Array) -> Array:
         """D of each body, shape (p,)."""
-        ratio = np.linalg.solve(self.prior, self.pseudo_inertias(z))
+        ratio = np.linalg.solve(self.prior, pseudo_inertias(self.program, z))
         return np.asarray(np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0)
-
-    def pseudo_inertias(self, z: Array) -> Array:
-        """P of each body, p x 4 x 4."""
-        return np.asarray(np.tensordot(self.program.bodies @ z, PSEUDO_INERTIA, 1))
 
     def minimum(self, weight: float, z: Array, multipliers: Array) -> EntropicPoint:
         """Solve for one weight.
@@ -95,7 +91,7 @@ class EntropicProgram(NamedTuple):
 
     def _whitened(self, z: Array) -> tuple[Array, Array]:
         """M, 16 p x n, and g (16 p,) of the second-order model at z."""
-        C = np.linalg.cholesky(self.pseudo_inertias(z))
+        C = np.linalg.cholesky(pseudo_inertias(self.program, z))
         inverse = np.linalg.inv(C)
         basis = np.einsum("pij,kjl,pml->pkim", inverse, PSEUDO_INERTIA, inverse, optimize=True)
         M = np.einsum("pkim,pkn->pimn", basis, self.program.bodies, optimize=True)
@@ -111,8 +107,8 @@ class EntropicProgram(NamedTuple):
 
     def _to_boundary(self, z: Array, dz: Array) -> float:
         """How far along dz some body stays positive definite."""
-        inverse = np.linalg.inv(np.linalg.cholesky(self.pseudo_inertias(z)))
-        change = inverse @ self.pseudo_inertias(dz) @ np.swapaxes(inverse, 1, 2)
+        inverse = np.linalg.inv(np.linalg.cholesky(pseudo_inertias(self.program, z)))
+        change = inverse @ pseudo_inertias(self.program, dz) @ np.swapaxes(inverse, 1, 2)
         lowest = float(np.linalg.eigvalsh(change).min())
         return -1.0 / lowest if lowest < 0.0 else np.inf
 
@@ -127,6 +123,11 @@ class EntropicProgram(NamedTuple):
         F, d, A, b = self.program[:4]
         barrier = float(np.log(A @ z + b).sum()) if len(b) else 0.0
         return float(np.sum((F @ z - d) ** 2)) + weight * float(self.distances(z).sum()) - target * barrier
+
+
+def pseudo_inertias(program: ConeProgram, z: Array) -> Array:
+    """P of each body of a program, p x 4 x 4."""
+    return np.asarray(np.tensordot(program.bodies @ z, PSEUDO_INERTIA, 1))
 
 
 def _reach(values: Array, change: Array) -> float:

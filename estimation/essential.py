@@ -1,8 +1,8 @@
 """Essential parameters: those that the torques show, by backward elimination (section III).
 
 At each step the parameter with the largest relative standard deviation (21) is cancelled and the others are
-estimated anew, weights unchanged. No step solves least squares again: with R of the QR decomposition of the weighted
-[W Y], T = R^-1 holds the covariance as T T', and cancelling a parameter projects the rows of T along its own.
+estimated anew, weights unchanged. No step solves least squares again: with R of the QR decomposition of [W Y],
+weighted, T = R^-1 holds the covariance as T T', and cancelling a parameter projects T's rows along its own.
 """
 
 from abc import ABC, abstractmethod
@@ -27,7 +27,7 @@ class EliminationPath:
 
     Attributes:
         order: the parameters, first eliminated first, c.
-        sigma_ratio: standard deviation of the error with k parameters eliminated over that with none, shape (c + 1,).
+        sigma_ratio: error's standard deviation with k parameters eliminated over that with none, shape (c + 1,).
         largest_relative_sigma: of the parameters that remain then, a fraction, shape (c + 1,); 0 where none does.
     """
 
@@ -229,8 +229,8 @@ class _Factor:
     def without(self, k: int) -> "_Factor":
         """The same with parameter k held at zero as well.
 
-        Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t') and the sum of squares grows
-        by x_k^2 / (t t'); T loses its part along t.
+        Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
+        by x_k^2 / (t t'), and T loses its part along t.
         """
         length = float(np.linalg.norm(self.T[k]))
         u, pull = self.T[k] / length, float(self.x[k]) / length

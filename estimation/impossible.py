@@ -1,4 +1,4 @@
-"""Whether a body or a robot can exist whose eliminated parameters are zero and whose essential ones are as estimated.
+"""Whether a body or robot can exist whose eliminated parameters are zero, the essential ones as estimated.
 
 Elimination takes a small parameter as zero. That is harmless for torques, but a zero may be one that no body has:
 XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that link 6 cannot exist.
@@ -14,7 +14,9 @@ from .constrained import solve_constrained
 from .constrained_base import solve_constrained_base
 from .essential import Elimination
 from .estimate import Estimate
+from .payload.answer import PayloadAnswer
 from .payload.equations import PAYLOAD
+from .payload.global_fit import combined
 from .scaling import rise_p_value
 
 _UNLIKELY = 0.01
@@ -48,6 +50,15 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
         return (f"M_L is eliminated, {', '.join(left)} remain: a body without mass has none of them",)
     on_axis = [_on_axis(kind, left) for kind in ("XX", "YY", "ZZ") if f"{kind}_L" in gone]
     return tuple(on_axis) or _payload_too_far(elimination.estimate, gone, left)
+
+
+def elimination_warnings(answer: PayloadAnswer) -> tuple[str, ...]:
+    """What speaks against the essential parameters of robot and payload together, where method 4 was used."""
+    if answer.elimination is None:
+        return ()
+    problem, elimination = answer.problem, answer.elimination
+    full = combined(problem)
+    return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
 
 def _on_axis(kind: str, left: Sequence[str]) -> str:
@@ -112,5 +123,9 @@ def _too_far(what: str, gone: Sequence[str], chi2: float, p_value: float) -> tup
     zeros = ", ".join(gone) if len(gone) <= 6 else f"the {len(gone)} eliminated parameters"
     return (
         f"no {what} that can exist has {zeros} zero and the others as estimated: the nearest is "
-        f"{np.sqrt(chi2):.1f} standard deviations away (p {p_value:.1g})",
+        f"{np.sqrt(chi2):.1f} standard deviations away ({_p(p_value)})",
     )
+
+
+def _p(p_value: float) -> str:
+    return f"p {p_value:.1g}" if p_value >= 1e-12 else "p below 1e-12"

@@ -41,9 +41,7 @@ def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
     G = base.grouping * units
     rows = np.linalg.svd(G / np.linalg.norm(G, axis=1, keepdims=True), full_matrices=False)[2]
     shares = np.sum(rows * rows, axis=0)
-    return {
-        name: _origin(base, k, float(min(max(shares[k], 0.0), 1.0))) for k, name in enumerate(base.standard)
-    }
+    return {name: _origin(base, k, float(min(max(shares[k], 0.0), 1.0))) for k, name in enumerate(base.standard)}
 
 
 def _origin(base: BaseParameters, k: int, share: float) -> Origin:

@@ -4,7 +4,7 @@ from .answer import PayloadAnswer, answer_payload
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import PAYLOAD, difference_problem, loaded_problem
 from .from_change import payload_map
-from .global_fit import combined
+from .global_fit import combined, combined_problem, essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
@@ -22,7 +22,9 @@ __all__ = [
     "PayloadProblem",
     "answer_payload",
     "combined",
+    "combined_problem",
     "difference_problem",
+    "essential_combined",
     "identify_payload",
     "loaded_problem",
     "payload_blocks",

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...model import InputError, Processing, Recording
+from ..essential import Elimination, StopRule
 from ..estimate import Fit, fit
 from ..identification import base_problem
 from ..least_squares import weighted
 from ..verdict import Verdict, verdict
+from .global_fit import essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import PayloadProblem
 from .result import PayloadEstimate
@@ -24,6 +26,7 @@ class PayloadAnswer:
         robot_fit: fit of the robot's own parameters without payload.
         validation: fit of the same parameters on recordings that were held out.
         verdict: whether the numbers may be used.
+        elimination: essential parameters of robot and payload together, where method 4 was used.
     """
 
     problem: PayloadProblem
@@ -32,6 +35,7 @@ class PayloadAnswer:
     robot_fit: Fit | None
     validation: Fit | None
     verdict: Verdict
+    elimination: Elimination | None = None
 
 
 def answer_payload(
@@ -40,6 +44,7 @@ def answer_payload(
     free_friction: bool = False,
     held_out: Sequence[Recording] = (),
     processing: Processing | None = None,
+    essential: StopRule | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -49,6 +54,7 @@ def answer_payload(
         free_friction: method 1: estimate friction anew under load.
         held_out: recordings without payload to validate the robot's parameters on.
         processing: settings for those; the robot's own by default.
+        essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can.
@@ -76,4 +82,7 @@ def answer_payload(
         check = base_problem(problem.robot, problem.base, held_out, settings, check=False)
         validation = fit(check, alone.values)
     robot_fit = alone.fit if alone else None
-    return PayloadAnswer(problem, tuple(estimates), left_out, robot_fit, validation, verdict(estimates, robot_fit))
+    judged = verdict(estimates, robot_fit)
+    together = any(estimate.method == 4 for estimate in estimates)
+    elimination = essential_combined(problem, essential) if together else None
+    return PayloadAnswer(problem, tuple(estimates), left_out, robot_fit, validation, judged, elimination)
