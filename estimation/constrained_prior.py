@@ -26,6 +26,10 @@ BUDGET = 1.0
 _MET = 1e-8
 """Of the budget: how exactly it is met."""
 _ROUNDS = 60
+_FALL = 4.0
+"""By which the weight falls in a step."""
+_LIGHTEST = 1e-12
+"""Of the budget: smallest weight that is tried."""
 
 
 @dataclass(frozen=True)
@@ -110,11 +114,12 @@ def solve_constrained_prior(
     program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
     limit = nearest.chi2_rise + budget
     found = _prior_itself(problem, z0, limit)
-    weight, status = np.inf, "prior"
+    weight, status, active = np.inf, "prior", ()
     if found is None:
-        weight, found = _within_budget(program, _start(problem, z0, nearest, base), nearest.chi2_rise, budget)
-        status = "Solved"
-    z = problem.repaired(found.z)
+        inside = _start(problem, z0, nearest, base)
+        weight, point = _within_budget(program, inside, nearest.chi2_rise, budget)
+        found, status, active = point.z, "Solved", _active(problem, point)
+    z = problem.repaired(found)
     x = z * problem.scale
     values = base.grouping @ x
     return ConstrainedRobot(
@@ -127,7 +132,7 @@ def solve_constrained_prior(
         values=values,
         chi2_rise=float(np.sum((problem.R @ (values - estimate.values)) ** 2)),
         distances=tuple(float(distance) for distance in program.distances(z)),
-        active=_active(problem, found),
+        active=active,
         min_eigenvalues=problem.min_eigenvalues(z),
         status=status,
     )
@@ -141,7 +146,7 @@ def _prior_point(problem: RobotProgram, prior: RobotPrior) -> Array:
     return z
 
 
-def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> EntropicPoint | None:
+def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
     """The prior's links with the drives that suit them best, if that is within the limit."""
     F, d, A, b, bodies = problem.program
     drives = [k for k in range(len(z0)) if k not in {place for link in problem.links for place in link}]
@@ -155,15 +160,14 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> EntropicPoi
         z[drives] = solve_cone(part).z
         signed = list(problem.rules.signed)
         z[signed] = np.maximum(z[signed], 0.0)
-    chi2 = float(np.sum((F @ z - d) ** 2))
-    return EntropicPoint(z, np.zeros(len(A)), chi2, 0.0) if chi2 <= limit else None
+    return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
 def _start(problem: RobotProgram, z0: Array, nearest: ConstrainedBase, base: BaseParameters) -> Array:
     """A point strictly inside: the prior's links, the witness's drives pushed inwards."""
     z = np.array([nearest.witness[name] for name in base.standard]) / problem.scale
-    for link in problem.links:
-        z[link] = z0[link]
+    places = [place for link in problem.links for place in link]
+    z[places] = z0[places] * _room(problem, z0)
     signed = list(problem.rules.signed)
     z[signed] += 0.1
     if problem.rules.rotors:
@@ -172,25 +176,51 @@ def _start(problem: RobotProgram, z0: Array, nearest: ConstrainedBase, base: Bas
     return z
 
 
-def _within_budget(program: EntropicProgram, z: Array, least: float, budget: float) -> tuple[float, EntropicPoint]:
-    """Weight and point at which chi2 = least + budget, by Newton's method on logarithms inside a bracket.
+def _room(problem: RobotProgram, z0: Array) -> float:
+    """By how much the prior's links are to be scaled so that their mass lies within its bounds.
 
-    chi2 rises with the weight, from ``least`` at none to that of the prior.
+    Raises:
+        InputError: if the bounds leave no room.
     """
-    multipliers = 1.0 / (program.program.A @ z + program.program.b)
-    weight, low, high = budget, 0.0, np.inf
+    masses = problem.rules.mass_rows
+    if not masses or min((problem.rules.A @ z0 + problem.rules.b)[masses]) > 0.0:
+        return 1.0
+    A, b = problem.rules.A[masses] @ z0, problem.rules.b[masses]
+    ends = -b / A  # factors at which a bound is met
+    factor = float(ends.mean()) if len(masses) == 2 else float(ends[0] * (1.1 if A[0] > 0.0 else 0.9))
+    if min(A * factor + b) <= 0.0:
+        raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
+    return factor
+
+
+def _within_budget(program: EntropicProgram, z: Array, least: float, budget: float) -> tuple[float, EntropicPoint]:
+    """Weight and point at which chi2 = least + budget; chi2 rises with the weight, from ``least`` at none.
+
+    The weight falls until chi2 is within the budget, slowly enough for Newton's method; then Newton's method on
+    logarithms inside a bracket.
+    """
+    weight, low, high = max(program.chi2(z) - least, budget), 0.0, np.inf
+    point = program.minimum(weight, program.start(weight, z), precise=False)
+    while program.chi2(point.z) - least > budget and weight > _LIGHTEST * budget:
+        weight /= _FALL
+        point = program.minimum(weight, point, precise=False)
     for _ in range(_ROUNDS):
-        point = program.minimum(weight, z, multipliers)
-        rise = point.chi2 - least
+        point = program.minimum(weight, point)
+        rise = program.chi2(point.z) - least
         if abs(rise - budget) <= _MET * budget:
             return weight, point
         low, high = (weight, high) if rise < budget else (low, weight)
-        step = -np.log(rise / budget) * rise / point.slope if rise > 0.0 and point.slope > 0.0 else np.inf
-        weight *= float(np.exp(np.clip(step, -3.0, 3.0)))
-        if not low < weight < high:
-            weight = np.sqrt(low * high) if low > 0.0 and np.isfinite(high) else (10.0 * low or 0.1 * high)
-        z, multipliers = point.z, np.maximum(point.multipliers, 1e-3)
+        weight = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
     raise SolverError("no weight of the prior meets the budget", program.program)
+
+
+def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
+    """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
+    step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -np.inf
+    found = weight * float(np.exp(np.clip(step, -np.log(_FALL), np.log(_FALL))))
+    if low < found < high:
+        return found
+    return float(np.sqrt(low * high)) if low > 0.0 else high / _FALL
 
 
 def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Holding, ...]:
