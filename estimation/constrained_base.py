@@ -22,6 +22,8 @@ from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, rise_p_value, whitening
 
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
+_LARGEST = 1e3
+"""R with larger entries is scaled down: the norm of exact data is zero, at the tip of its cone."""
 _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
 
@@ -156,7 +158,7 @@ def solve_constrained_base(
 
 def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> ConstrainedBase:
     """The same from a problem that is scaled already."""
-    solution = solve_cone(problem.program)
+    solution = solve_cone(problem.program, _LARGEST)
     z = problem.repaired(solution.z)
     x = z * problem.scale
     values = base.grouping @ x

@@ -15,7 +15,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
-from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
+from .entropic import EntropicSolution, distances, nearest_within, pseudo_inertias
 from .estimate import Estimate
 from .origins import Origin, origins
 from .robot_prior import RobotPrior
@@ -23,13 +23,8 @@ from .scaling import TOLERANCE, rise_p_value
 
 BUDGET = 1.0
 """By which chi2 may rise above the constrained minimum."""
-_MET = 1e-8
-"""Of the budget: how exactly it is met."""
-_ROUNDS = 60
-_FALL = 4.0
-"""By which the weight falls in a step."""
-_LIGHTEST = 1e-12
-"""Of the budget: smallest weight that is tried."""
+_ROUNDING = 1e-3
+"""Of chi2: how far a clean solve may miss it before it is corrected."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +106,17 @@ def solve_constrained_prior(
     problem = RobotProgram.of(robot, base, estimate, total_mass)
     nearest = solve_robot_program(problem, base, estimate)
     z0 = _prior_point(problem, prior)
-    program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
+    P0 = pseudo_inertias(problem.program, z0)
     limit = nearest.chi2_rise + budget
-    found = _prior_itself(problem, z0, limit)
-    weight, status, active = np.inf, "prior", ()
+    found, weight, status = _prior_itself(problem, z0, limit), np.inf, "prior"
+    active: tuple[Holding, ...] = ()
     if found is None:
-        inside = _start(problem, z0, nearest, base)
-        weight, point = _within_budget(program, inside, nearest.chi2_rise, budget)
-        found, status, active = point.z, "Solved", _active(problem, point)
+        solution = nearest_within(problem.program, P0, limit)
+        found, weight, status = solution.z, solution.weight, "Solved"
+        active = _active(problem, solution)
     z = problem.repaired(found)
+    if status == "Solved":
+        z = _on_budget(problem.program, z, _scaled_witness(problem, nearest, base), limit, budget)
     x = z * problem.scale
     values = base.grouping @ x
     return ConstrainedRobot(
@@ -131,7 +128,7 @@ def solve_constrained_prior(
         origins=origins(robot, base),
         values=values,
         chi2_rise=float(np.sum((problem.R @ (values - estimate.values)) ** 2)),
-        distances=tuple(float(distance) for distance in program.distances(z)),
+        distances=tuple(float(distance) for distance in distances(problem.program, P0, z)),
         active=active,
         min_eigenvalues=problem.min_eigenvalues(z),
         status=status,
@@ -157,77 +154,40 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     z = z0.copy()
     if drives:
         part = ConeProgram(F[:, drives], d - F @ z0, A[np.ix_(rows, drives)], shift[rows], bodies[:0, :, drives])
-        z[drives] = solve_cone(part).z
+        z[drives] = solve_cone(part, 1e3).z
         signed = list(problem.rules.signed)
         z[signed] = np.maximum(z[signed], 0.0)
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
-def _start(problem: RobotProgram, z0: Array, nearest: ConstrainedBase, base: BaseParameters) -> Array:
-    """A point strictly inside: the prior's links, the witness's drives pushed inwards."""
-    z = np.array([nearest.witness[name] for name in base.standard]) / problem.scale
-    places = [place for link in problem.links for place in link]
-    z[places] = z0[places] * _room(problem, z0)
-    signed = list(problem.rules.signed)
-    z[signed] += 0.1
-    if problem.rules.rotors:
-        j, k = problem.rules.rotors
-        z[j] = max(z[j], z[k] + 0.1)
-    return z
+def _scaled_witness(problem: RobotProgram, nearest: ConstrainedBase, base: BaseParameters) -> Array:
+    return np.array([nearest.witness[name] for name in base.standard]) / problem.scale
 
 
-def _room(problem: RobotProgram, z0: Array) -> float:
-    """By how much the prior's links are to be scaled so that their mass lies within its bounds.
+def _on_budget(program: ConeProgram, z: Array, witness: Array, limit: float, budget: float) -> Array:
+    """z moved towards the nearest robot that can exist by as little as brings chi2 to its limit exactly.
+
+    Everything between two robots that can exist can exist.
 
     Raises:
-        InputError: if the bounds leave no room.
+        SolverError: if chi2 misses its limit by more than rounding.
     """
-    masses = problem.rules.mass_rows
-    if not masses or min((problem.rules.A @ z0 + problem.rules.b)[masses]) > 0.0:
-        return 1.0
-    A, b = problem.rules.A[masses] @ z0, problem.rules.b[masses]
-    ends = -b / A  # factors at which a bound is met
-    factor = float(ends.mean()) if len(masses) == 2 else float(ends[0] * (1.1 if A[0] > 0.0 else 0.9))
-    if min(A * factor + b) <= 0.0:
-        raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
-    return factor
+    error, change = program.R @ z - program.d, program.R @ (witness - z)
+    over = float(error @ error) - limit
+    if abs(over) > _ROUNDING * max(limit, budget):
+        raise SolverError("chi2 misses the budget by more than rounding", program)
+    if over <= 0.0:
+        return z
+    a, b = float(change @ change), float(error @ change)
+    share = over / (-b + np.sqrt(max(b * b - a * over, 0.0)))
+    return np.asarray(z + share * (witness - z))
 
 
-def _within_budget(program: EntropicProgram, z: Array, least: float, budget: float) -> tuple[float, EntropicPoint]:
-    """Weight and point at which chi2 = least + budget; chi2 rises with the weight, from ``least`` at none.
-
-    The weight falls until chi2 is within the budget, slowly enough for Newton's method; then Newton's method on
-    logarithms inside a bracket.
-    """
-    weight, low, high = max(program.chi2(z) - least, budget), 0.0, np.inf
-    point = program.minimum(weight, program.start(weight, z), precise=False)
-    while program.chi2(point.z) - least > budget and weight > _LIGHTEST * budget:
-        weight /= _FALL
-        point = program.minimum(weight, point, precise=False)
-    for _ in range(_ROUNDS):
-        point = program.minimum(weight, point)
-        rise = program.chi2(point.z) - least
-        if abs(rise - budget) <= _MET * budget:
-            return weight, point
-        low, high = (weight, high) if rise < budget else (low, weight)
-        weight = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
-    raise SolverError("no weight of the prior meets the budget", program.program)
-
-
-def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
-    """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
-    step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -np.inf
-    found = weight * float(np.exp(np.clip(step, -np.log(_FALL), np.log(_FALL))))
-    if low < found < high:
-        return found
-    return float(np.sqrt(low * high)) if low > 0.0 else high / _FALL
-
-
-def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Holding, ...]:
-    slack = problem.rules.A @ point.z + problem.rules.b
+def _active(problem: RobotProgram, solution: EntropicSolution) -> tuple[Holding, ...]:
+    slack = problem.rules.A @ solution.z + problem.rules.b
     found = [
         Holding(text, float(price))
-        for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
+        for text, price, room in zip(problem.rules.texts, solution.multipliers, slack, strict=True)
         if price > max(room, TOLERANCE)
     ]
     return tuple(sorted(found, key=lambda holding: -holding.multiplier))

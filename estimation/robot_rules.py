@@ -29,11 +29,6 @@ class RobotRules(NamedTuple):
     signed: tuple[int, ...]
     rotors: tuple[int, int] | None
 
-    @property
-    def mass_rows(self) -> list[int]:
-        """Rows that bound the total mass."""
-        return [k for k, text in enumerate(self.texts) if text.startswith("total mass")]
-
     @staticmethod
     def of(robot: Robot, standard: Sequence[str], scale: Array, total_mass: MassBounds | None) -> "RobotRules":
         """Friction and rotor inertias are not negative.
@@ -78,12 +73,16 @@ def typical_length(robot: Robot) -> float:
 def sizes(robot: Robot, base: BaseParameters, estimate: Estimate) -> Array:
     """Scale of each standard parameter: one mass and one length for all links, from the robot's own numbers."""
     length = typical_length(robot)
-    masses = [
-        abs(value) / length ** POWERS[parameter_kind(name)]
-        for name, value in zip(estimate.names, estimate.values, strict=True)
-        if parameter_kind(name) in INERTIAL
-    ]
-    mass = float(np.median(masses)) or 1.0
+    masses = np.array(
+        [
+            abs(value) / length ** POWERS[parameter_kind(name)]
+            for name, value in zip(estimate.names, estimate.values, strict=True)
+            if parameter_kind(name) in INERTIAL
+        ]
+    )
+    # Data without noise show many a parameter as zero: they say nothing of the robot's size.
+    masses = masses[masses > 1e-6 * masses.max(initial=0.0)]
+    mass = float(np.median(masses)) if len(masses) else 1.0
     inertial = {kind: mass * length**power for kind, power in POWERS.items()}
     own = dict(zip(estimate.names, np.maximum(np.abs(estimate.values), estimate.sigma), strict=True))
     return np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])

@@ -233,7 +233,7 @@ def test_total_mass_bounds(rx90: Robot, rx90_base: BaseParameters, random_parame
     assert 1.0 <= sum(wide.witness[f"M{j}"] for j in range(1, 7)) <= 1e4
     tight = solve_constrained_base(rx90, rx90_base, estimate, MassBounds(0.0, 2.0))
     assert tight.chi2_rise > free.chi2_rise + 1.0
-    assert tight.active[0].description == "total mass <= 2 kg"
+    assert "total mass <= 2 kg" in [holding.description for holding in tight.active]
     assert sum(tight.witness[f"M{j}"] for j in range(1, 7)) == pytest.approx(2.0, rel=1e-5)
     near = solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90), 1.0, MassBounds(0.0, 40.0))
     assert sum(near.parameters[f"M{j}"] for j in range(1, 7)) <= 40.0 + 1e-4

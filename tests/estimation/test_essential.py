@@ -36,7 +36,10 @@ NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 
 def refitted(problem: ReducedProblem, weights: Array) -> tuple[list[str], list[float], list[float]]:
     """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
-    kept, order, errors, largest = list(problem.columns), [], [], []
+    kept = list(problem.columns)
+    order: list[str] = []
+    errors: list[float] = []
+    largest: list[float] = []
     effective = sum(problem.effective_rows)
     while True:
         rows = np.vstack([w * f for w, f in zip(weights, problem.select(kept).factors, strict=True)])
@@ -114,7 +117,7 @@ def test_rules_that_mean_nothing(rule: Callable[[], StopRule]) -> None:
         rule()
 
 
-def test_data_without_noise(rx90: Robot, wander: Callable[..., object]) -> None:
+def test_data_without_noise(rx90: Robot) -> None:
     """No division by zero, and nothing that the torques show is eliminated."""
     from dynident.estimation import Observer, reduced_measurement
     from dynident.model import Processing, base_parameters
