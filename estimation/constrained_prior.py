@@ -15,7 +15,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
-from .entropic import EntropicSolution, distances, nearest_within, pseudo_inertias
+from .entropic import EntropicSolution, distances, nearest_within, pseudo_inertias, whitened_bodies
 from .estimate import Estimate
 from .origins import Origin, origins
 from .robot_prior import RobotPrior
@@ -23,8 +23,9 @@ from .scaling import TOLERANCE, rise_p_value
 
 BUDGET = 1.0
 """By which chi2 may rise above the constrained minimum."""
-_ROUNDING = 1e-3
-"""Of chi2: how far a clean solve may miss it before it is corrected."""
+_MET = 1e-8
+"""Of the budget: how exactly it is met."""
+_ROUNDS = 5
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def solve_constrained_prior(
         active = _active(problem, solution)
     z = problem.repaired(found)
     if status == "Solved":
-        z = _on_budget(problem.program, z, _scaled_witness(problem, nearest, base), limit, budget)
+        z = problem.repaired(_on_budget(problem, z, limit, budget))
     x = z * problem.scale
     values = base.grouping @ x
     return ConstrainedRobot(
@@ -160,27 +161,34 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
-def _scaled_witness(problem: RobotProgram, nearest: ConstrainedBase, base: BaseParameters) -> Array:
-    return np.array([nearest.witness[name] for name in base.standard]) / problem.scale
-
-
-def _on_budget(program: ConeProgram, z: Array, witness: Array, limit: float, budget: float) -> Array:
-    """z moved towards the nearest robot that can exist by as little as brings chi2 to its limit exactly.
-
-    Everything between two robots that can exist can exist.
+def _on_budget(problem: RobotProgram, z: Array, limit: float, budget: float) -> Array:
+    """z with the solver's rounding in chi2 taken out, by the change nearest in the metric of the distance.
 
     Raises:
-        SolverError: if chi2 misses its limit by more than rounding.
+        SolverError: if that is more than rounding.
     """
-    error, change = program.R @ z - program.d, program.R @ (witness - z)
-    over = float(error @ error) - limit
-    if abs(over) > _ROUNDING * max(limit, budget):
-        raise SolverError("chi2 misses the budget by more than rounding", program)
-    if over <= 0.0:
-        return z
-    a, b = float(change @ change), float(error @ change)
-    share = over / (-b + np.sqrt(max(b * b - a * over, 0.0)))
-    return np.asarray(z + share * (witness - z))
+    F, d = problem.program[:2]
+    start = float(np.sum((F @ z - d) ** 2))
+    for _ in range(_ROUNDS):
+        error = F @ z - d
+        chi2 = float(error @ error)
+        if abs(chi2 - limit) <= _MET * budget:
+            return z
+        S = _metric(problem, z)
+        across = np.linalg.solve(S, F.T)
+        z = z - (1.0 - np.sqrt(limit / chi2)) * across @ np.linalg.solve(F @ across, error)
+    raise SolverError(f"chi2 {start:.6g} misses its bound {limit:.6g} by more than rounding", problem.program)
+
+
+def _metric(problem: RobotProgram, z: Array) -> Array:
+    """Second derivative of the links' entropic distance; of what must not be negative its logarithm's."""
+    S = np.eye(len(z))
+    signed = list(problem.rules.signed)
+    S[signed, signed] = 1.0 / np.maximum(z[signed], 1e-9) ** 2
+    M = whitened_bodies(problem.program, pseudo_inertias(problem.program, z)).reshape(-1, len(z))
+    places = [place for link in problem.links for place in link]
+    S[np.ix_(places, places)] = (M.T @ M)[np.ix_(places, places)]
+    return S
 
 
 def _active(problem: RobotProgram, solution: EntropicSolution) -> tuple[Holding, ...]:

@@ -16,6 +16,8 @@ from .constraints import PSEUDO_INERTIA
 
 _TOLERANCE = 1e-9
 """Clarabel's, of gap and feasibility."""
+_LARGEST = 1e3
+"""F with larger entries, from data almost without noise, is scaled down to this."""
 _LOWER = [(i, j) for i in range(4) for j in range(i + 1)]
 """Entries of Z, the first ten of a body's own variables; t are the last four."""
 _OWN = len(_LOWER) + 4
@@ -57,10 +59,11 @@ def nearest_within(program: ConeProgram, prior: Array, chi2: float) -> EntropicS
     from scipy.sparse import csc_matrix
 
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    Q = _whitened(program, prior)
+    Q = whitened_bodies(program, prior)
     size = n + _OWN * p
-    parts = [_padded(-program.A, size), _padded(np.vstack([np.zeros(n), -program.R]), size)]
-    right: list[Array] = [program.b, np.array([np.sqrt(chi2)]), -program.d]
+    scale = max(1.0, float(np.abs(program.R).max()) / _LARGEST)
+    parts = [_padded(-program.A, size), _padded(np.vstack([np.zeros(n), -program.R / scale]), size)]
+    right: list[Array] = [program.b, np.array([np.sqrt(chi2) / scale]), -program.d / scale]
     cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
     cones.append(clarabel.SecondOrderConeT(k + 1))
     for body in range(p):
@@ -78,13 +81,13 @@ def nearest_within(program: ConeProgram, prior: Array, chi2: float) -> EntropicS
     if str(solution.status) != "Solved":
         raise SolverError(str(solution.status), program)
     dual = np.asarray(solution.z)
-    # d D / d rho is minus the cone's multiplier; d chi2 = 2 rho d rho.
-    weight = 2.0 * float(np.sqrt(chi2)) / float(dual[r])
+    # d D / d rho is minus the cone's multiplier over scale; d chi2 = 2 rho d rho.
+    weight = 2.0 * float(np.sqrt(chi2)) * scale / float(dual[r])
     return EntropicSolution(np.asarray(solution.x)[:n], weight, weight * dual[:r])
 
 
-def _whitened(program: ConeProgram, prior: Array) -> Array:
-    """Q of each body for each unit of z: p x 4 x 4 x n."""
+def whitened_bodies(program: ConeProgram, prior: Array) -> Array:
+    """Q = C^-1 P C^-T with C C' = ``prior`` of each body, for each unit of z: p x 4 x 4 x n."""
     inverse = np.linalg.inv(np.linalg.cholesky(prior))
     units = np.einsum("pij,kjl,pml->pkim", inverse, PSEUDO_INERTIA, inverse, optimize=True)
     return np.asarray(np.einsum("pkim,pkn->pimn", units, program.bodies, optimize=True))
