@@ -15,7 +15,7 @@ from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
-from .entropic import EntropicSolution, distances, nearest_within, pseudo_inertias, whitened_bodies
+from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
 from .estimate import Estimate
 from .origins import Origin, origins
 from .robot_prior import RobotPrior
@@ -25,7 +25,11 @@ BUDGET = 1.0
 """By which chi2 may rise above the constrained minimum."""
 _MET = 1e-8
 """Of the budget: how exactly it is met."""
-_ROUNDS = 5
+_ROUNDS = 60
+_FAR = 3.0
+"""By which the weight's logarithm changes at most in a round."""
+_NEAR = 0.3
+"""Up to this change a solution is a good start for the next; else the start is."""
 
 
 @dataclass(frozen=True)
@@ -107,17 +111,14 @@ def solve_constrained_prior(
     problem = RobotProgram.of(robot, base, estimate, total_mass)
     nearest = solve_robot_program(problem, base, estimate)
     z0 = _prior_point(problem, prior)
-    P0 = pseudo_inertias(problem.program, z0)
-    limit = nearest.chi2_rise + budget
-    found, weight, status = _prior_itself(problem, z0, limit), np.inf, "prior"
+    program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
+    found, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
     active: tuple[Holding, ...] = ()
     if found is None:
-        solution = nearest_within(problem.program, P0, limit)
-        found, weight, status = solution.z, solution.weight, "Solved"
-        active = _active(problem, solution)
+        start = program.start(_inside(problem, z0))
+        weight, point = _within_budget(program, start, nearest.chi2_rise, budget)
+        found, status, active = point.z, "Solved", _active(problem, point)
     z = problem.repaired(found)
-    if status == "Solved":
-        z = problem.repaired(_on_budget(problem, z, limit, budget))
     x = z * problem.scale
     values = base.grouping @ x
     return ConstrainedRobot(
@@ -129,7 +130,7 @@ def solve_constrained_prior(
         origins=origins(robot, base),
         values=values,
         chi2_rise=float(np.sum((problem.R @ (values - estimate.values)) ** 2)),
-        distances=tuple(float(distance) for distance in distances(problem.program, P0, z)),
+        distances=tuple(float(distance) for distance in program.distances(z)),
         active=active,
         min_eigenvalues=problem.min_eigenvalues(z),
         status=status,
@@ -161,41 +162,63 @@ def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | Non
     return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
 
 
-def _on_budget(problem: RobotProgram, z: Array, limit: float, budget: float) -> Array:
-    """z with the solver's rounding in chi2 taken out, by the change nearest in the metric of the distance.
+def _inside(problem: RobotProgram, z0: Array) -> Array:
+    """A point strictly inside: the prior's links, scaled to the bounds of their mass, drives above zero.
 
     Raises:
-        SolverError: if that is more than rounding.
+        InputError: if the bounds of the mass leave no room.
     """
-    F, d = problem.program[:2]
-    start = float(np.sum((F @ z - d) ** 2))
-    for _ in range(_ROUNDS):
-        error = F @ z - d
-        chi2 = float(error @ error)
-        if abs(chi2 - limit) <= _MET * budget:
-            return z
-        S = _metric(problem, z)
-        across = np.linalg.solve(S, F.T)
-        z = z - (1.0 - np.sqrt(limit / chi2)) * across @ np.linalg.solve(F @ across, error)
-    raise SolverError(f"chi2 {start:.6g} misses its bound {limit:.6g} by more than rounding", problem.program)
-
-
-def _metric(problem: RobotProgram, z: Array) -> Array:
-    """Second derivative of the links' entropic distance; of what must not be negative its logarithm's."""
-    S = np.eye(len(z))
-    signed = list(problem.rules.signed)
-    S[signed, signed] = 1.0 / np.maximum(z[signed], 1e-9) ** 2
-    M = whitened_bodies(problem.program, pseudo_inertias(problem.program, z)).reshape(-1, len(z))
+    z = z0.copy()
     places = [place for link in problem.links for place in link]
-    S[np.ix_(places, places)] = (M.T @ M)[np.ix_(places, places)]
-    return S
+    masses = problem.rules.mass_rows
+    A, b = problem.rules.A[masses] @ z0, problem.rules.b[masses]
+    if masses and min(A + b) <= 0.0:
+        ends = -b / A  # factors at which a bound is met
+        factor = float(ends.mean()) if len(masses) == 2 else float(ends[0]) * (1.1 if A[0] > 0.0 else 0.9)
+        if min(A * factor + b) <= 0.0:
+            raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
+        z[places] *= factor
+    z[list(problem.rules.signed)] = 1.0
+    if problem.rules.rotors:
+        z[problem.rules.rotors[0]] = 2.0
+    return z
 
 
-def _active(problem: RobotProgram, solution: EntropicSolution) -> tuple[Holding, ...]:
-    slack = problem.rules.A @ solution.z + problem.rules.b
+def _within_budget(
+    program: EntropicProgram, start: EntropicPoint, least: float, budget: float
+) -> tuple[float, EntropicPoint]:
+    """Weight and point at which chi2 = least + budget; chi2 rises with the weight, from ``least`` at none.
+
+    Newton's method on logarithms inside a bracket.
+    """
+    weight, low, high = 0.1 * budget, 0.0, np.inf
+    point = start
+    for _ in range(_ROUNDS):
+        point = program.minimum(weight, point)
+        rise = program.chi2(point.z) - least
+        if abs(rise - budget) <= _MET * budget:
+            return weight, point
+        low, high = (weight, high) if rise < budget else (low, weight)
+        found = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
+        point = point if abs(np.log(found / weight)) < _NEAR else start
+        weight = found
+    raise SolverError("no weight of the prior meets the budget", program.program)
+
+
+def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
+    """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
+    step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -_FAR
+    found = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
+    if low < found < high:
+        return found
+    return float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
+
+
+def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Holding, ...]:
+    slack = problem.rules.A @ point.z + problem.rules.b
     found = [
         Holding(text, float(price))
-        for text, price, room in zip(problem.rules.texts, solution.multipliers, slack, strict=True)
+        for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
         if price > max(room, TOLERANCE)
     ]
     return tuple(sorted(found, key=lambda holding: -holding.multiplier))

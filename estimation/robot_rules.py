@@ -29,6 +29,11 @@ class RobotRules(NamedTuple):
     signed: tuple[int, ...]
     rotors: tuple[int, int] | None
 
+    @property
+    def mass_rows(self) -> list[int]:
+        """Rows that bound the total mass."""
+        return [k for k, text in enumerate(self.texts) if text.startswith("total mass")]
+
     @staticmethod
     def of(robot: Robot, standard: Sequence[str], scale: Array, total_mass: MassBounds | None) -> "RobotRules":
         """Friction and rotor inertias are not negative.

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
 
+_MOST_SHOWN = 1e12
+"""Larger numbers are left out."""
+
 
 def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Figure:
     """Error ratio and largest relative sigma against the parameters eliminated, in their order.
@@ -37,8 +40,8 @@ def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, 
     above, below = figure.subplots(2, 1, sharex=True)
     _curve(above, path.sigma_ratio[:shown], gone)
     above.set_ylabel("error sigma, ratio\nto all parameters")
-    _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
     below.set_yscale("log")
+    _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
     below.set_ylabel("largest relative\nsigma [%]")
     rule = elimination.rule
     if isinstance(rule, SigmaRatio):
@@ -68,7 +71,11 @@ def _limit(axis: Axes, value: float, label: str) -> None:
 def _curve(axis: Axes, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], gone: int) -> None:
     """Line with filled markers up to ``gone`` and open ones after it."""
     steps = np.arange(len(values))
-    finite = np.where(np.isfinite(values), values, np.nan)
+    # Data without noise reach any number: what no axis can show is left out.
+    finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
+    seen = finite[np.isfinite(finite)]
+    if len(seen) and np.ptp(seen) == 0.0:
+        axis.set_ylim(0.5 * seen[0], 2.0 * seen[0])
     axis.plot(steps, finite, color="0.5", linewidth=1.0)
     taken = steps <= gone
     axis.plot(steps[taken], finite[taken], "o", color="black", markersize=4, label="taken")
