@@ -16,6 +16,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
+from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
     from ..estimation import ConstrainedBase, ConstrainedRobot, Identification
@@ -45,6 +46,7 @@ def add_parser(commands: Any) -> None:
     group.add_argument("--total-mass", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]")
     parser.add_argument("--plots", metavar="DIR", help="write figures as PNG and SVG; made if missing")
     processing_arguments(parser)
+    result_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -52,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import ConstrainedRobot, identify, impossible_robot
+    from ..estimation import ConstrainedRobot, identification_system, identify, impossible_robot
     from ..estimation.verdict import fit_reasons
     from ..report.robot_tables import constrained_notes, elimination_notes, standard_table
     from ..report.tables import console, robot_notes, robot_table
@@ -83,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_json(arguments.json, document)
     if arguments.plots:
         _plot(Path(arguments.plots), result)
+    write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
     return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
 
 

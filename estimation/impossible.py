@@ -14,8 +14,8 @@ from .constrained import solve_constrained
 from .constrained_base import solve_constrained_base
 from .essential import Elimination
 from .estimate import Estimate
+from .names import PAYLOAD
 from .payload.answer import PayloadAnswer
-from .payload.equations import PAYLOAD
 from .payload.global_fit import combined
 from .scaling import rise_p_value
 

@@ -6,8 +6,8 @@ from ...model import InputError
 from ..essential import Elimination, StopRule, eliminate
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
+from ..names import PAYLOAD
 from ..problem import ReducedProblem, merged
-from .equations import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
 
 
