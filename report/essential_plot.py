@@ -60,11 +60,11 @@ def _limit(axis: Axes, value: float, label: str) -> None:
     axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
     axis.annotate(
         label,
-        (1.0, value),
+        (0.0, value),
         xycoords=("axes fraction", "data"),
-        xytext=(-4, 3),
+        xytext=(4, 3),
         textcoords="offset points",
-        ha="right",
+        ha="left",
     )
 
 
