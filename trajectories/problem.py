@@ -1,0 +1,155 @@
+"""The design problem: everything that gives a criterion, its limits and their slopes for a vector x."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import InputError, Robot
+from ..model.arrays import Array
+from ..model.base.rank import base_parameters_of
+from .bounds import JointBounds
+from .criterion import Criterion
+from .goal import Goal
+from .lagrangian import Multipliers
+from .limits import Limit, Slopes, State
+from .observation import RegressorKernel
+from .samples import Family, Samples
+
+
+@dataclass(frozen=True)
+class DesignProblem:
+    """What ``solve_design`` solves; made by ``build_design``.
+
+    Attributes:
+        robot, bounds: the robot and the limits of its joints.
+        family: the motions among which to choose.
+        goal: what is to be learnt.
+        names: parameters that will be estimated, c.
+        criterion: the goal's criterion in their order.
+        kernel: the regressor; ``places``: its columns that are ``names``.
+        noise: of the torques per joint [N·m or N], shape (n,).
+        limits: what the motion has to keep.
+        earlier: R of earlier recordings, in the criterion's weights, k x c; k = 0 without.
+    """
+
+    robot: Robot
+    bounds: JointBounds
+    family: Family
+    goal: Goal
+    names: tuple[str, ...]
+    criterion: Criterion
+    kernel: RegressorKernel
+    places: NDArray[np.intp]
+    noise: Array
+    limits: tuple[Limit, ...]
+    earlier: Array
+
+    def state(self, x: Array, width: float, finer: int = 1) -> State:
+        """Samples and regressor; ``width`` 0 for the exact sign."""
+        samples = self.family.sample(x, finer)
+        return State(samples, self.kernel.entries(samples, width))
+
+    @property
+    def earlier_weighted(self) -> bool:
+        """Whether there is earlier information in the weights of "d" and "a"."""
+        return len(self.earlier) > 0 and self.criterion.weighted
+
+    def row_weights(self, samples: Samples, weighted: bool) -> Array:
+        """Weight of each row's square, (n, N): the number of independent recordings it stands for."""
+        total = samples.weight.sum()
+        recorded = self.goal.rate * (self.goal.data_length or total)
+        joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
+        return np.asarray(joints[:, None] * (samples.weight * (recorded / total)))
+
+    def evaluate(
+        self, x: Array, order: float, width: float, limits: Multipliers | None = None
+    ) -> tuple[float, Array]:
+        """Criterion, with the terms of the limits if given, and the exact gradient in x.
+
+        While optimising, information counts per second of motion, so that a longer motion is not better for its
+        length alone.
+
+        Args:
+            x: the motion, shape (family.size,).
+            order: of a condition number's surrogate.
+            width: of the smoothed sign [rad/s or m/s], positive.
+            limits: terms of an augmented Lagrangian.
+        """
+        state = self.state(x, width)
+        samples = state.samples
+        recorded, total = self.goal.rate * (self.goal.data_length or 1.0), samples.weight.sum()
+        joints = 1.0 / self.noise**2 if self.criterion.weighted else np.ones(self.robot.n)
+        weights = joints[:, None] * (samples.weight * (recorded / total))
+        own = np.ix_(self.places, self.places)
+        full = self.kernel.gram(state.entries, weights)
+        value, part = self.criterion(full[own] + self.earlier.T @ self.earlier, order)
+        if not np.isfinite(value):
+            return np.inf, np.zeros(len(x))
+        M = np.zeros_like(full)
+        M[own] = part
+        seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
+        by_time = (joints @ by_weight) * (recorded / total)
+        slopes = Slopes(Samples.zeros(samples), seed)
+        slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / total
+        if limits is not None:
+            value += limits.add(state, slopes)
+        for into, slope in zip(slopes.samples[1:], self.kernel.state_slope(samples, width, seed), strict=True):
+            into += slope
+        return value, self.family.pullback(x, slopes.samples)
+
+    def constraint_values(self, x: Array, width: float) -> Array:
+        """g(x) <= 0 of all limits that bound anything, one below the other."""
+        state, parts = self.state(x, width), []
+        for limit in self.limits:
+            y = limit.values(state)
+            parts += [(sign * y - bound)[np.isfinite(bound + 0 * y)] for sign, bound in _sides(limit, y)]
+        return np.concatenate(parts)
+
+    def constraint_jacobian(self, x: Array, width: float) -> Array:
+        """Derivatives of ``constraint_values``, rows by rows: exact, dense and slow; for checks."""
+        state, rows = self.state(x, width), []
+        for limit in self.limits:
+            y = limit.values(state)
+            for sign, bound in _sides(limit, y):
+                for place in np.argwhere(np.isfinite(bound)):
+                    unit = np.zeros(y.shape)
+                    unit[tuple(place)] = sign
+                    slopes = Slopes(Samples.zeros(state.samples), np.zeros_like(state.entries))
+                    limit.pullback(state, unit, slopes)
+                    states = self.kernel.state_slope(state.samples, width, slopes.seed)
+                    for into, slope in zip(slopes.samples[1:], states, strict=True):
+                        into += slope
+                    rows.append(self.family.pullback(x, slopes.samples))
+        return np.array(rows)
+
+    def require_full_rank(self, x: Array) -> None:
+        """Refuse parameters that no motion of the family tells apart, seen on a random one.
+
+        Raises:
+            InputError: with the directions named.
+        """
+        W = self.kernel.matrix(self.family.sample(x), 0.0)[:, self.places]
+        W = np.vstack([W, self.earlier])
+        if len(W) < W.shape[1]:
+            raise InputError(f"{len(W)} equations cannot tell {W.shape[1]} parameters: use more samples")
+        found = base_parameters_of(self.names, W)
+        if len(found.chosen) == len(self.names):
+            return
+        texts = [f"{name} has no effect" for name in found.unidentifiable]
+        for k in sorted(set(range(len(self.names))) - set(found.chosen)):
+            with_it = [found.columns[i] for i in np.flatnonzero(np.abs(found.grouping[:, k]) > 1e-6)]
+            if with_it:
+                texts.append(f"{self.names[k]} acts only together with {', '.join(with_it)}")
+        more = f"; and {len(texts) - 6} more" if len(texts) > 6 else ""
+        raise InputError(
+            f"these parameters cannot all be told apart (rank {len(found.chosen)} of {len(self.names)}): "
+            f"{'; '.join(texts[:6])}{more}; leave some out, or give the motion more freedom"
+        )
+
+
+def _sides(limit: Limit, y: Array) -> list[tuple[float, Array]]:
+    return [
+        (1.0, np.broadcast_to(limit.high, y.shape)),
+        (-1.0, np.broadcast_to(-limit.low, y.shape)),
+    ]
