@@ -1,5 +1,6 @@
 """Motions that excite the parameters, and recordings simulated on them. Imports only the model room."""
 
+from .bound import Floor, floor_of
 from .bounds import JointBounds
 from .build import FourierShape, Loads, ViaPointShape, build_design
 from .collision import Capsule, HalfSpace, Scene
@@ -18,6 +19,7 @@ __all__ = [
     "Design",
     "DesignProblem",
     "Earlier",
+    "Floor",
     "Fourier",
     "FourierShape",
     "Goal",
@@ -33,6 +35,7 @@ __all__ = [
     "ViaPointShape",
     "ViaPoints",
     "build_design",
+    "floor_of",
     "parameter_vector",
     "random_via_points",
     "score_motion",

@@ -27,7 +27,7 @@ class ViaPointShape:
     Attributes:
         count: number of points.
         passing: whether it passes the inner points, or rests in each.
-        samples: samples per segment while optimising.
+        samples: parts of a segment between samples while optimising.
         durations: shortest and longest time from point to point [s].
     """
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from .settle import eased_within, settled
 WIDTH, FINE_WIDTH = 0.05, 0.01
 """rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
+_ASTRAY = 0.1  # in the limits' units: what violates more by then seldom comes back
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 
 
@@ -85,8 +87,20 @@ class _Search:
     best: tuple[Array, Score] | None = None
 
     def minimise(self, x: Array, order: float, width: float, limits: Multipliers, iterations: int) -> Array:
-        x, count = minimised(lambda y: self.problem.evaluate(y, order, width, limits), x, self.problem, iterations)
+        x, count = minimised(
+            partial(self.problem.evaluate, order=order, width=width, limits=limits), x, self.problem, iterations
+        )
         self.evaluations += count
+        return x
+
+    def brought_in(self, x: Array) -> Array:
+        """A motion near x that keeps the limits at its samples, if there is one that a descent finds."""
+        for _ in range(3):
+            limits = Multipliers(self.problem.limits, self.problem.state(x, WIDTH), 1.0, 2.0 * _MARGIN)
+            if limits.violation(self.problem.state(x, WIDTH)) <= 0.0:
+                break
+            x, count = minimised(partial(self.problem.trespass, width=WIDTH, limits=limits), x, self.problem, 60)
+            self.evaluations += count
         return x
 
     def consider(self, x: Array, text: str) -> Score:
@@ -139,18 +153,19 @@ def solve_design(
 
 def _run(search: _Search, draw: np.random.Generator, starts: int) -> None:
     problem, orders = search.problem, ORDERS[search.problem.criterion.kind]
-    found: list[tuple[float, int, Array, Multipliers]] = []
+    found: list[tuple[bool, float, int, Array, Multipliers]] = []
     for k in range(starts):
-        x = problem.family.random(draw)
+        x = search.brought_in(problem.family.random(draw, problem.clear))
         search.consider(x, f"start {k + 1}")
         limits = Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN)
         for order in orders[:2]:
             x = search.minimise(x, order, WIDTH, limits, 80)
             limits.update(problem.state(x, WIDTH))
         merit, _ = problem.evaluate(x, orders[-1], WIDTH, limits)
+        astray = limits.violation(problem.state(x, WIDTH)) > _ASTRAY
         search.consider(x, f"start {k + 1} improved")
-        found.append((merit, k, x, limits))
-    _, _, x, limits = min(found, key=lambda one: one[:2])
+        found.append((astray, merit, k, x, limits))
+    *_, x, limits = min(found, key=lambda one: one[:3])
     for stage, width in enumerate((WIDTH, WIDTH, WIDTH, FINE_WIDTH)):
         x = search.minimise(x, orders[-1], width, limits, 150)
         limits.update(problem.state(x, width))

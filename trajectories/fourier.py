@@ -13,8 +13,9 @@ from scipy.linalg import null_space
 from ..model import InputError, Motion, Robot
 from ..model.arrays import Array, frozen_array
 from .bounds import JointBounds
-from .samples import Samples
+from .samples import Clear, Samples, everywhere
 
+_TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
 _SPAN = 0.5  # of position range and speed that a random motion may use at first
 
 
@@ -103,7 +104,7 @@ class FreeFourier:
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
         self._bases: dict[int, tuple[Array, Array, Array]] = {}
 
-    def random(self, draw: np.random.Generator) -> Array:
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients, as large as position and speed limits allow by half."""
         c = np.zeros((self.robot.n, self._own))
         c[:, : self._coefficients] = draw.standard_normal((self.robot.n, self._coefficients))
@@ -113,8 +114,16 @@ class FreeFourier:
         strong = np.abs(moved.qdd).max(axis=0) / self.bounds.acceleration
         c /= (np.maximum(np.maximum(reach, fast), strong) / _SPAN)[:, None]
         if self._start is None:
-            c[:, -1] = 0.3 * draw.uniform(-1.0, 1.0, self.robot.n)
-        return np.asarray(c.ravel())
+            for _ in range(_TRIES):
+                c[:, -1] = _SPAN * draw.uniform(-1.0, 1.0, self.robot.n)
+                if clear((self.bounds.middle + self.bounds.half * c[:, -1])[None]):
+                    break
+        x = np.asarray(c.ravel())
+        for _ in range(_SHRINKS):
+            if clear(self.sample(x).q):
+                break
+            x.reshape(self.robot.n, -1)[:, : self._coefficients] *= 0.8
+        return x
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States at even times of one period."""

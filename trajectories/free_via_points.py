@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from ..model import Robot
+from ..model import InputError, Robot
 from ..model.arrays import Array
 from .bounds import JointBounds
-from .samples import Samples
+from .samples import Clear, Samples, everywhere
 from .via_points import ViaPoints, quintic_basis, shortest_durations
 
 _SLOWER = 1.3  # start: so many times the shortest durations
+_TRIES = 200  # to find a point that can be reached
 _SPAN = 0.75  # of the position range that random points use
 
 
@@ -37,12 +38,12 @@ class FreeViaPoints:
             bounds: its limits.
             count: number of points, the first and the last included.
             passing: whether speeds and accelerations at the inner points are free, or zero.
-            samples: samples per segment while optimising.
+            samples: parts of a segment between samples while optimising.
             durations: shortest and longest duration of a segment [s].
             start: where the motion begins and ends not necessarily [rad or m], shape (n,); None for free.
         """
         if count < 2:
-            raise ValueError("a motion needs two via points")
+            raise InputError(f"{count} via points are no motion: give at least 2")
         self.robot, self.bounds, self.count, self.samples, self.passing = robot, bounds, count, samples, passing
         self._fixed = 0 if start is None else 1
         self._start = None if start is None else np.asarray(start, dtype=float)
@@ -54,36 +55,50 @@ class FreeViaPoints:
         self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(durations)
         self._bases: dict[int, tuple[Array, Array, Array]] = {}
 
-    def random(self, draw: np.random.Generator) -> Array:
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random points, at rest in each, somewhat slower than the limits allow."""
         middle, half = self.bounds.middle, self.bounds.half
-        points = middle + _SPAN * half * draw.uniform(-1.0, 1.0, (self.count, self.robot.n))
-        if self._start is not None:
-            points[0] = self._start
+        points = self._random_points(draw, clear)
         times = shortest_durations(self.bounds.on(self.robot), points) * _SLOWER
         x = np.zeros(self.size)
         x[: self._ends[0]] = ((points - middle) / half)[self._fixed :].ravel()
         x[self._ends[2] :] = np.log(times)
         return np.asarray(np.clip(x, self.low, self.high))
 
+    def _random_points(self, draw: np.random.Generator, clear: Clear) -> Array:
+        """Each point can be reached from the one before on a straight line, unless _TRIES points cannot."""
+        middle, reach = self.bounds.middle, _SPAN * self.bounds.half
+        on_line = np.linspace(0.0, 1.0, 21)[:, None]
+        points = np.empty((self.count, self.robot.n))
+        for k in range(self.count):
+            if k == 0 and self._start is not None:
+                points[0] = self._start
+                continue
+            for _ in range(_TRIES):
+                points[k] = middle + reach * draw.uniform(-1.0, 1.0, self.robot.n)
+                before = points[max(k - 1, 0)]
+                if clear(before + on_line * (points[k] - before)):
+                    break
+        return points
+
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at the middles of equal parts of each segment."""
+        """States at even times of each segment, its ends included: accelerations have corners there."""
         ends, T = self._segments(x)
         B, Bd, Bdd = self._basis(finer)
-        m = self.samples * finer
         step = T[:, None, None]
         q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
         n = self.robot.n
-        return Samples(np.repeat(T / m, m), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
+        weight = T[:, None] * self._share(finer)
+        return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
         ends, T = self._segments(x)
         B, Bd, Bdd = self._basis(1)
-        shape, step = (len(T), self.samples, self.robot.n), T[:, None, None]
+        shape, step = (len(T), self.samples + 1, self.robot.n), T[:, None, None]
         q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
         by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
-        by_T = slope.weight.reshape(len(T), -1).mean(axis=1)
+        by_T = slope.weight.reshape(len(T), -1) @ self._share(1)
         by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
         # ends holds T v and T^2 a
         powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])
@@ -93,7 +108,8 @@ class FreeViaPoints:
     def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
         """Derivatives of q, qd and qdd, each (N, n, size)."""
         ends, T = self._segments(x)
-        shape = (len(T) * self.samples, self.robot.n, self.size)
+        m = self.samples + 1
+        shape = (len(T) * m, self.robot.n, self.size)
         derivative = [np.zeros(shape) for _ in range(3)]
         linear = int(self._ends[2])
         zero = np.zeros(self.size)
@@ -108,7 +124,7 @@ class FreeViaPoints:
         powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])[:, None]
         for order, (into, B) in enumerate(zip(derivative, self._basis(1), strict=True)):
             for k, t in enumerate(T):
-                part = slice(k * self.samples, (k + 1) * self.samples)
+                part = slice(k * m, (k + 1) * m)
                 # d/d log T
                 into[part, :, linear + k] = (B @ (powers * ends[k]) - order * (B @ ends[k])) / t**order
         return derivative[0], derivative[1], derivative[2]
@@ -130,9 +146,15 @@ class FreeViaPoints:
 
     def _basis(self, finer: int) -> tuple[Array, Array, Array]:
         if finer not in self._bases:
-            m = self.samples * finer
-            self._bases[finer] = quintic_basis((np.arange(m) + 0.5) / m)
+            self._bases[finer] = quintic_basis(np.linspace(0.0, 1.0, self.samples * finer + 1))
         return self._bases[finer]
+
+    def _share(self, finer: int) -> Array:
+        """Share of a segment's time that each of its samples stands for (trapezoidal rule)."""
+        m = self.samples * finer
+        share = np.full(m + 1, 1.0 / m)
+        share[[0, -1]] *= 0.5
+        return share
 
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Points, speeds and accelerations there (count, n), durations (count - 1,)."""

@@ -7,6 +7,10 @@ import numpy as np
 from ..model.arrays import Array
 from .limits import Limit, Slopes, State
 
+_SMALL = 0.01  # in the limits' units: smaller violations are left to the multipliers
+_SHRINK = 0.3  # what an update should leave of a violation
+_STIFFER, _STIFFEST = 4.0, 1e4
+
 
 class Multipliers:
     """One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
@@ -22,6 +26,7 @@ class Multipliers:
         self.limits, self.stiffness = tuple(limits), stiffness
         self.drawn = [np.full(limit.low.shape, margin) for limit in self.limits]
         self._values = [np.zeros(limit.values(state).shape) for limit in self.limits]
+        self._last = 0.0
 
     def add(self, state: State, into: Slopes) -> float:
         """The terms' value; their slopes are added to ``into``."""
@@ -33,12 +38,12 @@ class Multipliers:
         return total
 
     def update(self, state: State) -> None:
-        """First-order update at a minimum."""
+        """First-order update at a minimum; violations that do not shrink are weighted more from then on."""
         self._values = self._next(state)
-
-    def restiffen(self, factor: float) -> None:
-        """Weight violations more; multipliers stay."""
-        self.stiffness *= factor
+        violation = self.violation(state)
+        if violation > max(_SMALL, _SHRINK * self._last):
+            self.stiffness = min(_STIFFER * self.stiffness, _STIFFEST)
+        self._last = violation
 
     def violation(self, state: State) -> float:
         """Largest violation of the drawn-in intervals, in the limits' units."""

@@ -9,10 +9,11 @@ from ..model import InputError, Robot
 from ..model.arrays import Array
 from ..model.base.rank import base_parameters_of
 from .bounds import JointBounds
+from .collision import Clearance
 from .criterion import Criterion
 from .goal import Goal
 from .lagrangian import Multipliers
-from .limits import Limit, Slopes, State
+from .limits import Limit, Slopes, State, excess
 from .observation import RegressorKernel
 from .samples import Family, Samples
 
@@ -50,10 +51,12 @@ class DesignProblem:
         samples = self.family.sample(x, finer)
         return State(samples, self.kernel.entries(samples, width))
 
-    @property
-    def earlier_weighted(self) -> bool:
-        """Whether there is earlier information in the weights of "d" and "a"."""
-        return len(self.earlier) > 0 and self.criterion.weighted
+    def clear(self, poses: Array) -> bool:
+        """Whether poses (N, n) keep clear of obstacles and of each other's bodies."""
+        still = np.zeros_like(poses)
+        state = State(Samples(np.ones(len(poses)), poses, still, still), np.zeros((0, len(poses))))
+        scenes = (limit for limit in self.limits if isinstance(limit, Clearance))
+        return all(bool((excess(limit, limit.values(state)) <= 0.0).all()) for limit in scenes)
 
     def row_weights(self, samples: Samples, weighted: bool) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for."""
@@ -94,9 +97,21 @@ class DesignProblem:
         slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / total
         if limits is not None:
             value += limits.add(state, slopes)
-        for into, slope in zip(slopes.samples[1:], self.kernel.state_slope(samples, width, seed), strict=True):
+        return value, self._pulled_back(x, width, state, slopes)
+
+    def trespass(self, x: Array, width: float, limits: Multipliers) -> tuple[float, Array]:
+        """The limits' terms alone, with their gradient: zero where all are met."""
+        state = self.state(x, width)
+        slopes = Slopes(Samples.zeros(state.samples), np.zeros_like(state.entries))
+        value = limits.add(state, slopes)
+        return value, self._pulled_back(x, width, state, slopes)
+
+    def _pulled_back(self, x: Array, width: float, state: State, slopes: Slopes) -> Array:
+        """Gradient in x: one adjoint of the regressor, then the family's."""
+        states = self.kernel.state_slope(state.samples, width, slopes.seed)
+        for into, slope in zip(slopes.samples[1:], states, strict=True):
             into += slope
-        return value, self.family.pullback(x, slopes.samples)
+        return self.family.pullback(x, slopes.samples)
 
     def constraint_values(self, x: Array, width: float) -> Array:
         """g(x) <= 0 of all limits that bound anything, one below the other."""
@@ -117,10 +132,7 @@ class DesignProblem:
                     unit[tuple(place)] = sign
                     slopes = Slopes(Samples.zeros(state.samples), np.zeros_like(state.entries))
                     limit.pullback(state, unit, slopes)
-                    states = self.kernel.state_slope(state.samples, width, slopes.seed)
-                    for into, slope in zip(slopes.samples[1:], states, strict=True):
-                        into += slope
-                    rows.append(self.family.pullback(x, slopes.samples))
+                    rows.append(self._pulled_back(x, width, state, slopes))
         return np.array(rows)
 
     def require_full_rank(self, x: Array) -> None:

@@ -1,11 +1,20 @@
 """States of the robot on a motion, and what a design may change about them."""
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ..model import Motion
 from ..model.arrays import Array
+
+Clear = Callable[[Array], bool]
+"""Whether the robot may take all of some poses, (N, n) [rad or m]."""
+
+
+def everywhere(poses: Array) -> bool:
+    """Nothing stands in the way."""
+    return True
 
 
 class Samples(NamedTuple):
@@ -50,8 +59,8 @@ class Family(Protocol):
     high: Array
     free_duration: bool
 
-    def random(self, draw: np.random.Generator) -> Array:
-        """A random x to start from, within the position and speed limits."""
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+        """A random x to start from, within position and speed limits, through ``clear`` poses if it can."""
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """States on the grid of the optimisation, or on one ``finer`` times as dense."""

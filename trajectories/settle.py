@@ -6,7 +6,7 @@ from ..model.arrays import Array
 from .lagrangian import Multipliers
 from .limits import excess
 from .problem import DesignProblem
-from .score import FINER, Score, score_samples
+from .score import FINER, TOLERANCE, Score, score_samples
 
 _SAFETY = 5e-4  # of a limit: stays free on the fine grid
 
@@ -18,7 +18,7 @@ def settled(problem: DesignProblem, x: Array, limits: Multipliers) -> bool:
     for limit, drawn in zip(limits.limits, limits.drawn, strict=True):
         over = excess(limit, limit.values(fine)).max(axis=0)
         here = excess(limit, limit.values(coarse)).max(axis=0)
-        if (over > 0.0).any():
+        if (over > TOLERANCE).any():
             kept = False
             # Between samples a motion goes further by over - here; what is left is the solver's own error.
             wanted = np.maximum(over - here, 0.0) + np.maximum(over, 0.0) + _SAFETY
