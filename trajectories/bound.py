@@ -14,12 +14,13 @@ from ..model import Robot
 from ..model.arrays import Array
 from .bounds import JointBounds
 from .criterion import ORDERS
-from .design import FINE_WIDTH, WIDTH, Design
+from .design import Design
 from .lagrangian import Multipliers
 from .limits import State, StateLimit
 from .minimise import minimised
 from .samples import Clear, Plan, Samples, everywhere
 from .score import exact_value
+from .settle import FINE_WIDTH, WIDTH
 
 _STIFFNESS, _MARGIN = 10.0, 1e-3
 _TRIES = 100  # to find a pose that is clear
@@ -97,7 +98,7 @@ class Floor:
     """The least value of a criterion that was found over weighted states within the limits.
 
     Attributes:
-        value: of the criterion, as in ``Score.value``, for the design's duration.
+        value: of the criterion, as in ``Score.value``.
         gap: value of the design less the floor's: for condition numbers the log of their ratio; for "a" the log of
             the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
         states: number of states.
@@ -119,9 +120,9 @@ def floor_of(design: Design, *, states: int = 0, seed: int = 0, effort: int = 3)
         seed: of the random states.
         effort: rounds of 200 iterations at the surrogate's last order.
     """
-    problem, duration = design.problem, design.score.duration
+    problem = design.problem
     count = states or 3 * len(problem.names)
-    family = FreeStates(problem.robot, problem.bounds, count, duration)
+    family = FreeStates(problem.robot, problem.bounds, count, 1.0)
     kept = tuple(x for x in problem.limits if not isinstance(x, StateLimit) and x.name != "duration")
     free = replace(problem, family=family, limits=kept)
     x = family.random(np.random.default_rng(seed), problem.clear)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..model import InertialParameters, InputError, Robot, base_parameters, payload_columns
+from ..model import InertialParameters, InputError, Robot, base_parameters, payload_columns, standard_columns
 from ..model.arrays import Array
 from ..model.base.parameters import BaseParameters
 from .bounds import JointBounds
@@ -104,16 +104,13 @@ def build_design(
     family = _family(robot, bounds, shape, duration, _start(robot, bounds, start))
     names, noise = goal.names(robot), goal.joint_noise(robot)
     criterion = goal.measure(names)
-    columns = names
     limits: list[Limit] = [
         StateLimit("position", bounds.low, bounds.high),
         StateLimit("speed", -bounds.speed, bounds.speed),
         StateLimit("acceleration", -bounds.acceleration, bounds.acceleration),
     ]
     base = base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    if base is not None:
-        columns = (*names, *(name for name in base.columns if name not in names))
-        columns = (*columns, SPRING) if robot.spring is not None else columns
+    columns = _columns(robot, names, base)
     kernel = regressor_kernel(robot, columns)
     if base is not None:
         for load, chi in _coefficients(robot, base, columns, loads).items():
@@ -124,8 +121,9 @@ def build_design(
         limits.append(Clearance(robot, scene))
     count = len(names)
     known = goal.earlier.rows(names) if goal.earlier is not None else np.zeros((0, count))
+    places = np.array([columns.index(name) for name in names])
     problem = DesignProblem(
-        robot, bounds, family, goal, names, criterion, kernel, np.arange(count), noise, tuple(limits), known
+        robot, bounds, family, goal, names, criterion, kernel, places, noise, tuple(limits), known
     )
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
@@ -151,6 +149,13 @@ def _family(
         durations=shape.durations,
         start=start,
     )
+
+
+def _columns(robot: Robot, names: Sequence[str], base: BaseParameters | None) -> tuple[str, ...]:
+    """What the regressor must have, in the robot's order, so that different goals share compiled code."""
+    wanted = {*names, *(base.columns if base is not None else ())}
+    columns = tuple(name for name in standard_columns(robot) if name in wanted)
+    return (*columns, SPRING) if base is not None and robot.spring is not None else columns
 
 
 def _start(robot: Robot, bounds: JointBounds, start: ArrayLike | None) -> Array | None:

@@ -16,10 +16,8 @@ from .minimise import minimised
 from .problem import DesignProblem
 from .samples import Plan
 from .score import FINER, Learnt, Score, score_samples
-from .settle import eased_within, settled
+from .settle import FINE_WIDTH, WIDTH, eased_within, settled
 
-WIDTH, FINE_WIDTH = 0.05, 0.01
-"""rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
 _ASTRAY = 0.1  # in the limits' units: what violates more by then seldom comes back
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it

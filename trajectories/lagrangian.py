@@ -18,13 +18,13 @@ class Multipliers:
     Attributes:
         limits: the limits.
         stiffness: weight of squared violations.
-        drawn: per limit, by how much its interval is drawn in on either side, in the limit's units.
+        drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
     """
 
     def __init__(self, limits: Sequence[Limit], state: State, stiffness: float, margin: float) -> None:
         """All multipliers zero."""
         self.limits, self.stiffness = tuple(limits), stiffness
-        self.drawn = [np.full(limit.low.shape, margin) for limit in self.limits]
+        self.drawn = [np.full(limit.values(state).shape, margin) for limit in self.limits]
         self._values = [np.zeros(limit.values(state).shape) for limit in self.limits]
         self._last = 0.0
 

@@ -58,12 +58,17 @@ class DesignProblem:
         scenes = (limit for limit in self.limits if isinstance(limit, Clearance))
         return all(bool((excess(limit, limit.values(state)) <= 0.0).all()) for limit in scenes)
 
-    def row_weights(self, samples: Samples, weighted: bool) -> Array:
-        """Weight of each row's square, (n, N): the number of independent recordings it stands for."""
-        total = samples.weight.sum()
-        recorded = self.goal.rate * (self.goal.data_length or total)
+    def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
+        """Weight of each row's square, (n, N): the number of independent recordings it stands for.
+
+        Args:
+            samples: of the motion.
+            weighted: whether the joints' torque noise counts.
+            duration: how long is recorded [s]; the goal's data length, or else 1 s, if None.
+        """
+        recorded = self.goal.rate * (duration or self.goal.data_length or 1.0)
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
-        return np.asarray(joints[:, None] * (samples.weight * (recorded / total)))
+        return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
 
     def evaluate(
         self, x: Array, order: float, width: float, limits: Multipliers | None = None
@@ -81,9 +86,7 @@ class DesignProblem:
         """
         state = self.state(x, width)
         samples = state.samples
-        recorded, total = self.goal.rate * (self.goal.data_length or 1.0), samples.weight.sum()
-        joints = 1.0 / self.noise**2 if self.criterion.weighted else np.ones(self.robot.n)
-        weights = joints[:, None] * (samples.weight * (recorded / total))
+        weights = self.row_weights(samples, self.criterion.weighted)
         own = np.ix_(self.places, self.places)
         full = self.kernel.gram(state.entries, weights)
         value, part = self.criterion(full[own] + self.earlier.T @ self.earlier, order)
@@ -92,9 +95,9 @@ class DesignProblem:
         M = np.zeros_like(full)
         M[own] = part
         seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
-        by_time = (joints @ by_weight) * (recorded / total)
+        by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight
         slopes = Slopes(Samples.zeros(samples), seed)
-        slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / total
+        slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / samples.weight.sum()
         if limits is not None:
             value += limits.add(state, slopes)
         return value, self._pulled_back(x, width, state, slopes)

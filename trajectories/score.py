@@ -41,7 +41,7 @@ class Score:
     """A motion judged, whatever the criterion it was designed for.
 
     Attributes:
-        value: of the goal's criterion: small is good.
+        value: of the goal's criterion, for one second of data or the goal's data length: small is good.
         learnt: by the motion and the earlier recordings together.
         limits: how near each limit comes.
         duration: of the motion [s].
@@ -94,7 +94,8 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
 
 def exact_value(problem: DesignProblem, state: State) -> float:
     """The criterion without surrogate: for condition numbers the log of the number itself."""
-    W = _rows(problem, state, problem.criterion.weighted, True)
+    weights = problem.row_weights(state.samples, problem.criterion.weighted)
+    W = _rows(problem, state, weights, True)
     kind = problem.criterion.kind
     if kind in ("cond", "cond-scaled"):
         return float(np.log(condition_numbers(W)[kind == "cond-scaled"]))
@@ -104,22 +105,24 @@ def exact_value(problem: DesignProblem, state: State) -> float:
 def learnt(problem: DesignProblem, state: State) -> Learnt:
     """What the motion teaches, together with the earlier recordings where they are in the weights needed."""
     with_earlier = problem.criterion.weighted
-    plain = condition_numbers(_rows(problem, state, False, not with_earlier))
-    R = np.asarray(np.linalg.qr(_rows(problem, state, True, with_earlier), mode="r"))
+    duration = problem.goal.data_length or float(state.samples.weight.sum())
+    plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
+    conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
+    R = np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r"))
     scale = np.linalg.norm(R, axis=0)
     if R.shape[0] < R.shape[1] or not scale.all() or np.linalg.svd(R / scale, compute_uv=False)[-1] < _SINGULAR:
-        return Learnt(-np.inf, *plain, dict.fromkeys(problem.names, np.inf))
+        return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
     inverse = solve_triangular(R / scale, np.eye(len(scale)))
     sigma = np.linalg.norm(inverse / scale[:, None], axis=1)
     log_det = 2.0 * float(np.log(np.abs(np.diag(R))).sum())
-    return Learnt(log_det, *plain, dict(zip(problem.names, sigma.tolist(), strict=True)))
+    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)))
 
 
-def _rows(problem: DesignProblem, state: State, weighted: bool, earlier: bool) -> Array:
+def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:
     """Rows whose Gram matrix is the information: the motion's, then the earlier recordings'."""
     W = np.zeros((problem.robot.n, len(state.samples.q), len(problem.kernel.columns)))
     for j, (part, own) in enumerate(problem.kernel.parts):
         W[j][:, own] = state.entries[part].T
-    W *= np.sqrt(problem.row_weights(state.samples, weighted))[:, :, None]
+    W *= np.sqrt(weights)[:, :, None]
     rows = W.reshape(-1, W.shape[2])[:, problem.places]
     return np.vstack([rows, problem.earlier]) if earlier else rows

@@ -1,29 +1,45 @@
 """From a motion that keeps the limits at its samples to one that keeps them everywhere."""
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from ..model.arrays import Array
 from .lagrangian import Multipliers
 from .limits import excess
 from .problem import DesignProblem
+from .samples import Samples
 from .score import FINER, TOLERANCE, Score, score_samples
 
+WIDTH, FINE_WIDTH = 0.05, 0.01
+"""rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
 _SAFETY = 5e-4  # of a limit: stays free on the fine grid
 
 
 def settled(problem: DesignProblem, x: Array, limits: Multipliers) -> bool:
-    """Whether the fine grid shows every limit kept; if not, intervals are drawn in where it is not."""
-    fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, 0.0)
+    """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
+    fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, FINE_WIDTH)
+    nearest = _nearest(coarse.samples, fine.samples)
     kept = True
     for limit, drawn in zip(limits.limits, limits.drawn, strict=True):
-        over = excess(limit, limit.values(fine)).max(axis=0)
-        here = excess(limit, limit.values(coarse)).max(axis=0)
-        if (over > TOLERANCE).any():
-            kept = False
-            # Between samples a motion goes further by over - here; what is left is the solver's own error.
-            wanted = np.maximum(over - here, 0.0) + np.maximum(over, 0.0) + _SAFETY
-            drawn[...] = np.where(over > 0.0, np.maximum(drawn + 0.5 * np.maximum(over, 0.0), wanted), drawn)
+        over, here = (excess(limit, limit.values(state)) for state in (fine, coarse))
+        if over.max() <= TOLERANCE:
+            continue
+        kept = False
+        worst = np.full(here.shape, -np.inf)
+        np.maximum.at(worst, nearest if len(here) > 1 else np.zeros(len(over), dtype=int), over)
+        # Between samples a motion goes further by worst - here; what is left is the solver's own error.
+        wanted = np.where(worst > 0.0, np.maximum(worst - here, 0.0) + _SAFETY, 0.0)
+        again = np.where((worst > 0.0) & (drawn >= wanted), drawn + worst, wanted)
+        drawn[...] = np.maximum(drawn, maximum_filter1d(again, 3, axis=0))
     return kept
+
+
+def _nearest(coarse: Samples, fine: Samples) -> NDArray[np.intp]:
+    """Coarse sample within whose time each fine one lies."""
+    middle = np.cumsum(fine.weight) - 0.5 * fine.weight
+    found = np.searchsorted(np.cumsum(coarse.weight), middle)
+    return np.asarray(np.minimum(found, len(coarse.weight) - 1))
 
 
 def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
