@@ -1,6 +1,6 @@
 """Trajectory design on the RX90: condition numbers, predicted sigma, obstacles, floors, and black-box search.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [figures | gradient | information | obstacles | peers | floors]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [gradient figures information obstacles floors peers]
 
 One core, warm cache, ``time.process_time`` of the optimisation alone; the median of five seeds counts, the worst is
 shown. Accelerations are ten times the speed per second where nothing else is said.
@@ -192,23 +192,26 @@ def _spread(score: Score) -> tuple[float, float]:
 
 
 def peers() -> None:
-    """Random search and CMA-ES with the same fast criterion, at our CPU time and at ten times as much."""
+    """Random search and CMA-ES with the same fast criterion, at our CPU time and at four times as much."""
     table = _table(
-        "cond at equal CPU time, median (worst) of five seeds", "ours", "random", "CMA-ES", "CMA-ES, 10 x"
+        "cond at equal CPU time (CMA-ES also with 4 x), median (worst) of five seeds",
+        "ours",
+        "random",
+        "CMA-ES",
+        "CMA-ES, 4 x",
     )
     for name, shape in (
         ("Fourier 10 s, 5 harmonics", FourierShape(5, 10.0)),
         ("14 via points at rest", ViaPointShape(14, passing=False)),
-        ("14 via points, passing", ViaPointShape(14)),
     ):
         problem = build_design(ROBOT, shape, Goal("cond"))
-        found: dict[str, list[float]] = {"ours": [], "random": [], "CMA-ES": [], "CMA-ES, 10 x": []}
+        found: dict[str, list[float]] = {"ours": [], "random": [], "CMA-ES": [], "CMA-ES, 4 x": []}
         for seed in SEEDS:
             design = solve_design(problem, seed=seed)
             found["ours"].append(design.learnt.condition_number)
             found["random"].append(np.exp(random_search(problem, design.cpu_s, seed)))
             found["CMA-ES"].append(np.exp(cma_es(problem, design.cpu_s, seed)))
-            found["CMA-ES, 10 x"].append(np.exp(cma_es(problem, 10.0 * design.cpu_s, seed)))
+            found["CMA-ES, 4 x"].append(np.exp(cma_es(problem, 4.0 * design.cpu_s, seed)))
         table.add_row(name, *(f"{np.median(x):.1f} ({max(x):.1f})" for x in found.values()))
     console.print(table)
 
@@ -232,7 +235,13 @@ def floors() -> None:
 
 def gradient() -> None:
     """Exact gradient against central differences (Richardson), relative, ten random directions each."""
-    table = _table("Gradient against finite differences, largest relative error", "via points", "Fourier")
+    table = _table(
+        "Gradient against finite differences, largest relative error",
+        "via points",
+        "with limits",
+        "Fourier",
+        "with limits",
+    )
     goals = [
         Goal("d", noise=NOISE),
         Goal("a", columns=tuple(TABLE2), reference=TABLE2, noise=NOISE),
@@ -245,12 +254,13 @@ def gradient() -> None:
             problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
             x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
             limits = Multipliers(problem.limits, problem.state(x, 0.5), 3.0, 0.4)
-            errors.append(max(_error(problem, limits, x, draw) for _ in range(10)))
+            for terms in (None, limits):
+                errors.append(max(_error(problem, terms, x, draw) for _ in range(10)))
         table.add_row(goal.criterion, *(f"{error:.1e}" for error in errors))
     console.print(table)
 
 
-def _error(problem: DesignProblem, limits: Multipliers, x: Array, draw: np.random.Generator) -> float:
+def _error(problem: DesignProblem, limits: Multipliers | None, x: Array, draw: np.random.Generator) -> float:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
 
     def difference(h: float) -> float:

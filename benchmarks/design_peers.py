@@ -17,7 +17,8 @@ _FINER = 4  # grid of the random motions' check
 
 def random_within(problem: DesignProblem, count: int, seed: int) -> list[tuple[Array, Score]]:
     """Random motions, each as fast (via points) or as large (Fourier) as all limits allow, and their scores."""
-    draw, found = np.random.default_rng(seed), []
+    draw = np.random.default_rng(seed)
+    found: list[tuple[Array, Score]] = []
     while len(found) < count:
         x = largest(problem, problem.family.random(draw))
         if x is not None:

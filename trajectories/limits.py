@@ -130,6 +130,7 @@ class LimitCheck(NamedTuple):
         value, limit: there, SI units.
         violation: by how much the limit is missed, SI units; 0 where it is met.
         relative: the same in units of the limit.
+        room: what is left to the limit, in units of the limit; negative where it is missed.
     """
 
     name: str
@@ -138,6 +139,7 @@ class LimitCheck(NamedTuple):
     limit: float
     violation: float
     relative: float
+    room: float
 
     def __str__(self) -> str:
         """One line."""
@@ -158,7 +160,14 @@ def check(limit: Limit, state: State) -> LimitCheck:
     middle, unit, low, high = (float(x[column]) for x in (limit.middle, limit.unit, limit.low, limit.high))
     value = float(values[row, column])
     nearest = high if value - high >= low - value else low
-    missed = max(float(over[row, column]), 0.0)
+    room = -float(over[row, column])
+    missed = max(-room, 0.0)
     return LimitCheck(
-        limit.name, limit.label(int(column)), middle + value * unit, middle + nearest * unit, missed * unit, missed
+        limit.name,
+        limit.label(int(column)),
+        middle + value * unit,
+        middle + nearest * unit,
+        missed * unit,
+        missed,
+        room,
     )

@@ -14,6 +14,8 @@ from .score import FINER, TOLERANCE, Score, score_samples
 WIDTH, FINE_WIDTH = 0.05, 0.01
 """rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
 _SAFETY = 5e-4  # of a limit: stays free on the fine grid
+_ROOM = 1e-4  # of a limit: for what a motion does between the samples of the fine grid
+_BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
 
 
 def settled(problem: DesignProblem, x: Array, limits: Multipliers) -> bool:
@@ -43,16 +45,20 @@ def _nearest(coarse: Samples, fine: Samples) -> NDArray[np.intp]:
 
 
 def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
-    """The motion made slower or smaller by what it oversteps its limits, if that mends it; and its score."""
+    """The motion made slower or smaller until there is room between fine samples too, if that helps; its score."""
     score = score_samples(problem, problem.family.sample(x, FINER))
-    if score.feasible or score.max_violation > 0.2:
+    if score.max_violation > _BEYOND:
         return x, score
     slower, smaller = 1.0, 1.0
     for limit in score.limits:
+        if limit.room >= _ROOM:
+            continue
         if limit.name == "position":
-            smaller = min(smaller, 1.0 / (1.0 + limit.relative + _SAFETY))
-        elif limit.relative > 0.0:
-            slower = max(slower, 1.0 + limit.relative + _SAFETY)
+            smaller = min(smaller, 1.0 / (1.0 + _ROOM - limit.room))
+        elif limit.name != "duration":
+            slower = max(slower, 1.0 + _ROOM - limit.room)
+    if slower == 1.0 and smaller == 1.0:
+        return x, score
     eased = problem.family.eased(x, slower, smaller)
     after = score_samples(problem, problem.family.sample(eased, FINER))
-    return (eased, after) if after.max_violation < score.max_violation else (x, score)
+    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
