@@ -3,17 +3,25 @@
 from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
 from .cone import SolverError
+from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
+from .constrained_prior import ConstrainedRobot, solve_constrained_prior
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
+from .drive_gains import GainErrors
+from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .impossible import elimination_warnings, impossible_payload, impossible_robot
+from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
+from .names import PAYLOAD
 from .observation import Observation, Observer
+from .origins import Origin, hidden_directions, origins
 from .payload import (
-    PAYLOAD,
+    ConstrainedPayload,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
@@ -21,7 +29,9 @@ from .payload import (
     PayloadProblem,
     answer_payload,
     combined,
+    constrain_payload,
     difference_problem,
+    essential_combined,
     identify_payload,
     loaded_problem,
     payload_blocks,
@@ -31,8 +41,10 @@ from .payload import (
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
+from .system import ObservationSystem, identification_system, payload_system
 
 __all__ = [
     "PAYLOAD",
@@ -41,18 +53,26 @@ __all__ = [
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
+    "ConstrainedPayload",
+    "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "Elimination",
+    "EliminationPath",
     "Estimate",
     "Fit",
+    "GainErrors",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Intervals",
     "KnownMass",
     "MassBounds",
     "Observation",
+    "ObservationSystem",
     "Observer",
+    "Origin",
     "PairedMeasurement",
     "PayloadAnswer",
     "PayloadBlocks",
@@ -60,33 +80,53 @@ __all__ = [
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
+    "RobotPrior",
     "RobustCovariance",
+    "SigmaBound",
+    "SigmaRatio",
     "SolverError",
+    "StopRule",
+    "Tested",
+    "Weighing",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
     "combined",
+    "constrain_payload",
+    "cylinder_prior",
     "decimated",
     "difference_problem",
+    "eliminate",
+    "elimination_warnings",
+    "essential_combined",
     "fit",
+    "hidden_directions",
+    "identification_system",
     "identify",
     "identify_payload",
+    "impossible_payload",
+    "impossible_robot",
     "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "origins",
     "payload_blocks",
     "payload_problem",
+    "payload_system",
+    "profile_intervals",
     "read_recording",
     "reduced",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prior",
     "solve_constrained",
     "solve_constrained_base",
+    "solve_constrained_prior",
     "usable_methods",
     "weighted",
 ]

@@ -2,24 +2,48 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem, ReducedProblem
+from ..estimation import (
+    ConstrainedBase,
+    ConstrainedPayload,
+    ConstrainedRobot,
+    Fit,
+    Identification,
+    PayloadAnswer,
+    PayloadEstimate,
+    PayloadProblem,
+    ReducedProblem,
+)
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
 from ..model.files import write_text
+from .robot_documents import constrained_document, elimination_document
 
 Document = dict[str, Any]
 
 
 def identification_document(
-    result: Identification, processing: Processing, drive_gains: Sequence[float] | None
+    result: Identification,
+    processing: Processing,
+    drive_gains: Sequence[float] | None,
+    constrained: ConstrainedBase | ConstrainedRobot | None = None,
+    warnings: Sequence[str] = (),
 ) -> Document:
-    """What ``dynident identify --json`` writes."""
+    """What ``dynident identify --json`` writes.
+
+    Args:
+        result: the free estimate.
+        processing: settings.
+        drive_gains: torque per current [N·m/A], if currents were read.
+        constrained: the robot that can exist, if it was asked for.
+        warnings: what speaks against the essential parameters.
+    """
     estimate = result.estimate
     groupings = result.base.groupings()
     parameters = [
@@ -49,8 +73,13 @@ def identification_document(
         "columns": list(estimate.names),
         "covariance": estimate.covariance,
         "base_parameters": parameters,
+        "elimination": elimination_document(
+            result.elimination, warnings, dict(zip(estimate.names, result.base.names, strict=True))
+        ),
+        "constrained": constrained_document(constrained, result.base) if constrained is not None else None,
         "condition_number": raw,
         "condition_number_scaled": scaled,
+        "gain_sensitivity": estimate.gain_sensitivity,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
         "reasons_against_use": fit_reasons(estimate.fit, "the model"),
@@ -58,9 +87,12 @@ def identification_document(
 
 
 def payload_document(
-    answer: PayloadAnswer, processing: Processing, drive_gains: Sequence[float] | None = None
+    answer: PayloadAnswer,
+    processing: Processing,
+    drive_gains: Sequence[float] | None = None,
+    warnings: Sequence[str] = (),
 ) -> Document:
-    """What ``dynident payload --json`` writes."""
+    """What ``dynident payload --json`` writes; ``warnings``: what speaks against the essential parameters."""
     problem, check = answer.problem, answer.validation
     fitted = residual_document(answer.robot_fit) if answer.robot_fit else {"all": None, "per_joint": None}
     return {
@@ -69,10 +101,23 @@ def payload_document(
         "processing": processing_document(problem.robot, processing, drive_gains),
         "relative_residual": {**fitted, "validation": residual_document(check) if check else None},
         "data": _data_document(problem, processing),
-        "estimates": [_estimate_document(estimate) for estimate in answer.estimates],
+        "estimates": [
+            *(_estimate_document(estimate) for estimate in answer.estimates),
+            *(_constrained_document(payload) for payload in answer.constrained),
+        ],
+        "recommended": {"method": answer.recommended.method, "estimator": "constrained"},
+        "essential": _combined_document(answer, warnings),
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
         "verdict": {"level": answer.verdict.level, "reasons": list(answer.verdict.reasons)},
     }
+
+
+def _combined_document(answer: PayloadAnswer, warnings: Sequence[str]) -> Document | None:
+    """Essential parameters of robot and payload together, as in Table 2, where method 4 was used."""
+    if answer.elimination is None:
+        return None
+    base = answer.problem.base
+    return elimination_document(answer.elimination, warnings, dict(zip(base.columns, base.names, strict=True)))
 
 
 def processing_document(robot: Robot, processing: Processing, drive_gains: Sequence[float] | None) -> Document:
@@ -133,6 +178,46 @@ def _estimate_document(result: PayloadEstimate) -> Document:
         "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
         "physically_consistent": body.physically_consistent,
         "relative_residual": estimate.fit.relative,
+    }
+
+
+def _constrained_document(payload: ConstrainedPayload) -> Document:
+    free, result, intervals = payload.free.estimate, payload.result, payload.intervals
+    p_values = {id(one.constraint): one.p_value for one in payload.tested}
+    return {
+        "method": payload.method,
+        "estimator": "constrained",
+        "parameters": payload.free.named(result.values),
+        "sigma": payload.free.named(free.sigma),
+        "sigma_robust": payload.free.named(free.sigma_robust) if free.sigma_robust is not None else None,
+        "sigma_with_gains": payload.free.named(payload.sigma) if payload.gains else None,
+        "gain_sigma": asdict(payload.gains) if payload.gains else None,
+        "interval95": _intervals(intervals.parameters),
+        "interval95_by": "jackknife" if payload.robust else "formula",
+        "com": payload.body.com,
+        "com_interval95": intervals.com,
+        "inertia_com": payload.body.inertia_com,
+        "inertia_com_interval95": intervals.inertia_com,
+        "principal_moments": payload.principal_moments,
+        "principal_moments_interval95": intervals.principal_moments,
+        "min_pseudo_inertia_eigenvalue": result.min_pseudo_inertia_eigenvalue,
+        "physically_consistent": payload.body.physically_consistent,
+        "constraints": [constraint.description for constraint in result.constraints],
+        "active": [
+            {
+                "constraint": active.constraint.description,
+                "multiplier": active.multiplier,
+                "p_value": p_values[id(active.constraint)],
+            }
+            for active in result.active
+        ],
+        "chi2_rise": result.chi2_rise,
+        "p_value": result.p_value,
+        "conflict": payload.conflict,
+        "weighed": [
+            {**weighing._asdict(), "z": weighing.z, "p_value": weighing.p_value} for weighing in payload.weighings
+        ],
+        "solver_status": result.status,
     }
 
 
