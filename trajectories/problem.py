@@ -18,7 +18,7 @@ from .observation import RegressorKernel
 from .samples import Family, Samples
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DesignProblem:
     """What ``solve_design`` solves; made by ``build_design``.
 
