@@ -1,0 +1,89 @@
+"""How badly a robot's model fits a sample, every joint in units of its own torque."""
+
+import functools
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from scipy.linalg import qr
+
+from ...model import Robot, regressor, standard_columns
+from ...model.arrays import Array
+from .sample import Sample
+
+_RANK = 1e-8
+
+
+@dataclass(frozen=True)
+class Model:
+    """The space of torques that a robot can show on a sample's motion, whatever its parameters.
+
+    Attributes:
+        sample: the sample.
+        scale: norm of each joint's torque [N·m or N], shape (n,).
+        Q: orthonormal basis of the weighted columns, rows x rank.
+    """
+
+    sample: Sample
+    scale: Array
+    Q: Array
+
+    @staticmethod
+    def of(robot: Robot, sample: Sample) -> "Model":
+        """Evaluate the robot's standard regressor."""
+        keep = sample.keep
+        W = _regressor_on(robot, sample)
+        scale = np.linalg.norm(np.where(keep, sample.torque, 0.0), axis=0)
+        scale[scale == 0.0] = 1.0
+        rows = (W / scale[:, None])[keep]
+        norms = np.linalg.norm(rows, axis=0)
+        Q, R, _ = qr(rows[:, norms > 0.0] / norms[norms > 0.0], mode="economic", pivoting=True, check_finite=False)
+        size = np.abs(np.diag(R))
+        return Model(sample, scale, Q[:, : int((size > _RANK * size.max(initial=0.0)).sum())])
+
+    def misfit(self, torque: Array | None = None) -> float:
+        """Root mean square over the joints of error norm over torque norm.
+
+        Args:
+            torque: other torques than the sample's, N x n.
+        """
+        return float(np.sqrt(np.mean(self.per_joint(torque) ** 2)))
+
+    def per_joint(self, torque: Array | None = None) -> Array:
+        """Error norm over torque norm of each joint, shape (n,)."""
+        torque = self.sample.torque if torque is None else torque
+        keep = self.sample.keep
+        scale = np.linalg.norm(np.where(keep, torque, 0.0), axis=0)
+        scale[scale == 0.0] = 1.0
+        error = self._error((torque / self.scale)[keep])
+        spread = np.zeros(keep.shape)
+        spread[keep] = error
+        return np.asarray(np.linalg.norm(spread, axis=0) * self.scale / scale)
+
+    def gain(self, joint: int) -> float:
+        """Factor on one joint's torque with which it fits the others best."""
+        own = np.zeros(self.sample.torque.shape)
+        own[:, joint] = self.sample.torque[:, joint]
+        rest = self.sample.torque - own
+        keep = self.sample.keep
+        a, b = (self._error((part / self.scale)[keep]) for part in (own, rest))
+        return -float(a @ b) / max(float(a @ a), 1e-300)
+
+    def _error(self, y: Array) -> Array:
+        return np.asarray(y - self.Q @ (self.Q.T @ y))
+
+
+def _regressor_on(robot: Robot, sample: Sample) -> Array:
+    """Phi_s at every instant, N x n x columns."""
+    function = _function(robot)
+    rows, columns = function.sparsity_out(0).get_triplet()
+    samples = len(sample.t)
+    values = function.map(samples)(sample.q.T, sample.qd.T, sample.qdd.T)
+    W = np.zeros((samples, robot.n, function.size2_out(0)))
+    W[:, rows, columns] = np.array(values.nonzeros()).reshape(samples, len(rows))
+    return W
+
+
+@functools.lru_cache(maxsize=128)
+def _function(robot: Robot) -> ca.Function:
+    return regressor(robot, standard_columns(robot))
