@@ -5,13 +5,16 @@ from itertools import combinations
 
 import numpy as np
 
+from ...model import Robot
 from .misfit import Model
 from .suspect import Suspect
 
 _LONGEST = 0.5  # s
 _STEP = 0.01  # s
 _CLOCKS = 0.03  # s: a delay that changes by more than this within a recording comes from two clocks
-_GAIN = 0.15  # a gain that is wrong by less is not worth a word
+_LEAST = 0.02  # a factor beyond this, or beyond its inverse, is no unit but a channel without content
+_UNIT = 0.3  # logarithm of a factor that counts as another unit
+_GAIN = 0.15  # logarithm: a gain that is wrong by less is not worth a word
 
 
 def delays(model: Model) -> Iterator[Suspect]:
@@ -23,19 +26,21 @@ def delays(model: Model) -> Iterator[Suspect]:
     yield Suspect(f"torque {late} position by about {abs(best):.2f} s", misfit)
 
 
-def drifting_clocks(model: Model, third: "tuple[Model, Model]") -> Iterator[Suspect]:
+def drifting_clocks(robot: Robot, model: Model) -> Iterator[Suspect]:
     """A delay that grows from the first to the last third of the recording."""
-    (first, a), (last, b) = (_best_delay(part) for part in third)
+    sample = model.sample
+    third = len(sample.t) // 3
+    if third == 0:
+        return
+    parts = (sample.part(0, third), sample.part(2 * third, len(sample.t)))
+    first, last = (_best_delay(Model.of(robot, part))[0] for part in parts)
     if abs(last - first) < _CLOCKS:
         return
-    sample = model.sample
-    start, stop = (float(np.mean(part.sample.t)) for part in third)
-    slope = (last - first) / (stop - start)
-    shift = first + slope * (sample.t - start)
-    torque = np.column_stack([np.interp(sample.t + shift, sample.all_t, channel) for channel in sample.all_torque.T])
+    start, stop = (float(np.mean(part.t)) for part in parts)
+    delay = first + (last - first) / (stop - start) * (sample.t - start)
     yield Suspect(
-        f"torque and position run on two clocks: the lag of torque goes from {first:.2f} s to {last:.2f} s",
-        model.misfit(torque),
+        f"torque and position ran on two clocks (torque lags by {first:.2f} s early on and {last:.2f} s late)",
+        model.misfit(sample.later(delay).torque),
     )
 
 
@@ -59,12 +64,25 @@ def gains(model: Model) -> Iterator[Suspect]:
     """One torque channel in another unit or with a wrong drive gain."""
     for j in range(model.sample.torque.shape[1]):
         ratio = model.gain(j)
-        if not 0.02 < ratio < 50.0 or abs(np.log(ratio)) < _GAIN:
+        if not _LEAST < ratio < 1.0 / _LEAST or abs(np.log(ratio)) < _GAIN:
             continue
         torque = np.array(model.sample.torque)
         torque[:, j] *= ratio
         size = f"{1.0 / ratio:.2g} times too large" if ratio < 1.0 else f"{ratio:.2g} times too small"
-        yield Suspect(f"the torque of joint {j + 1} is about {size}: its drive gain or unit", model.misfit(torque))
+        yield Suspect(f"the torque of joint {j + 1} is about {size} (drive gain or unit)", model.misfit(torque))
+
+
+def units(model: Model) -> Iterator[Suspect]:
+    """Channels that share no unit, as percent of each drive's own maximum."""
+    factors = model.gains()
+    usable = (factors > _LEAST) & (factors < 1.0 / _LEAST)
+    if usable.all() and (np.abs(np.log(factors)) > _UNIT).sum() > 1:
+        told = ", ".join(f"{1.0 / factor:.2g}" for factor in factors)
+        yield Suspect(
+            f"the torques of the joints share no unit (they are {told} times too large, joint by joint), as motor-side "
+            "torques or percent of each drive's maximum do",
+            model.misfit(model.sample.torque * factors),
+        )
 
 
 def _best_delay(model: Model) -> tuple[float, float]:

@@ -16,13 +16,13 @@ def gravity(robot: Robot, sample: Sample) -> Iterator[Suspect]:
     """Gravity missing from the torques, or along another axis."""
     usual = np.array(robot.gravity)
     size = float(np.linalg.norm(usual)) or 9.81
-    yield _mounted(robot, sample, np.zeros(3), "the torques hold no gravity: they look gravity-compensated")
-    yield _mounted(robot, sample, -usual, "gravity points the other way: is the robot mounted upside down?")
+    yield _mounted(robot, sample, np.zeros(3), "the torques hold no gravity (they are gravity-compensated)")
+    yield _mounted(robot, sample, -usual, "gravity points the other way (the robot is mounted upside down)")
     for axis in range(3):
         if abs(usual[axis]) > 0.9 * size:
             continue
         for sign in (1.0, -1.0):
-            words = f"gravity points along {'-' * (sign < 0)}{'xyz'[axis]} of frame 0: is the robot mounted on a wall?"
+            words = f"gravity points along {'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
             yield _mounted(robot, sample, sign * size * np.eye(3)[axis], words)
 
 
@@ -47,7 +47,7 @@ def lengths(robot: Robot, sample: Sample) -> Iterator[Suspect]:
                 other = replace(robot, joints=(*robot.joints[:j], changed, *robot.joints[j + 1 :]))
                 word = "shorter" if factor < 1.0 else "longer"
                 yield Suspect(
-                    f"the length {name}{j + 1} of the description ({length:g} m) should be {word}",
+                    f"the length {name}{j + 1} is {word} than the {length:g} m of the description",
                     Model.of(other, sample).misfit(),
                 )
 
@@ -57,7 +57,7 @@ def other_robots(robot: Robot, sample: Sample) -> Iterator[Suspect]:
     for name in robot_names():
         other = load_robot(name)
         if name != robot.name and other.n == robot.n:
-            yield Suspect(f"the recording looks like one of robot {name!r}", Model.of(other, sample).misfit())
+            yield Suspect(f"it is a recording of robot {name!r}", Model.of(other, sample).misfit())
 
 
 def _mounted(robot: Robot, sample: Sample, g: Array, words: str) -> Suspect:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import qr
 
 from ...model import Robot, regressor, standard_columns
 from ...model.arrays import Array
 from .sample import Sample
 
-_RANK = 1e-8
+_RANK = 1e-5
 
 
 @dataclass(frozen=True)
@@ -20,26 +19,34 @@ class Model:
 
     Attributes:
         sample: the sample.
+        known: torque of a spring, which joins the measured one, N x n.
         scale: norm of each joint's torque [N·m or N], shape (n,).
         Q: orthonormal basis of the weighted columns, rows x rank.
     """
 
     sample: Sample
+    known: Array
     scale: Array
     Q: Array
 
     @staticmethod
     def of(robot: Robot, sample: Sample) -> "Model":
         """Evaluate the robot's standard regressor."""
+        known = np.zeros(sample.torque.shape)
+        if robot.spring is not None:
+            k = robot.spring.joint - 1
+            known[:, k] = robot.spring.torque(sample.q[:, k])
         keep = sample.keep
         W = _regressor_on(robot, sample)
         scale = np.linalg.norm(np.where(keep, sample.torque, 0.0), axis=0)
         scale[scale == 0.0] = 1.0
         rows = (W / scale[:, None])[keep]
         norms = np.linalg.norm(rows, axis=0)
-        Q, R, _ = qr(rows[:, norms > 0.0] / norms[norms > 0.0], mode="economic", pivoting=True, check_finite=False)
-        size = np.abs(np.diag(R))
-        return Model(sample, scale, Q[:, : int((size > _RANK * size.max(initial=0.0)).sum())])
+        rows = rows[:, norms > 0.0] / norms[norms > 0.0]
+        # A Gram matrix is accurate enough to compare misfits, and fast.
+        squares, V = np.linalg.eigh(rows.T @ rows)
+        kept = squares > _RANK**2 * squares.max(initial=0.0)
+        return Model(sample, known, scale, rows @ (V[:, kept] / np.sqrt(squares[kept])))
 
     def misfit(self, torque: Array | None = None) -> float:
         """Root mean square over the joints of error norm over torque norm.
@@ -55,7 +62,7 @@ class Model:
         keep = self.sample.keep
         scale = np.linalg.norm(np.where(keep, torque, 0.0), axis=0)
         scale[scale == 0.0] = 1.0
-        error = self._error((torque / self.scale)[keep])
+        error = self._error(((torque + self.known) / self.scale)[keep])
         spread = np.zeros(keep.shape)
         spread[keep] = error
         return np.asarray(np.linalg.norm(spread, axis=0) * self.scale / scale)
@@ -68,6 +75,20 @@ class Model:
         keep = self.sample.keep
         a, b = (self._error((part / self.scale)[keep]) for part in (own, rest))
         return -float(a @ b) / max(float(a @ a), 1e-300)
+
+    def gains(self) -> Array:
+        """Factors on the joints' torques with which they fit one another best, that of the largest torque 1; (n,)."""
+        n, keep, scale = len(self.scale), self.sample.keep, self.scale
+        columns = []
+        for j in range(n):
+            own = np.zeros(self.sample.torque.shape)
+            own[:, j] = self.sample.torque[:, j]
+            columns.append(self._error((own / scale)[keep]))
+        A, fixed = np.array(columns).T, int(np.argmax(scale))
+        free = [j for j in range(n) if j != fixed]
+        factors = np.ones(n)
+        factors[free] = -np.linalg.lstsq(A[:, free], A[:, fixed], rcond=None)[0]
+        return factors
 
     def _error(self, y: Array) -> Array:
         return np.asarray(y - self.Q @ (self.Q.T @ y))

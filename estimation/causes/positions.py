@@ -34,9 +34,9 @@ def exchanged(robot: Robot, sample: Sample) -> Iterator[Suspect]:
             sample, q=sample.q[:, order], qd=sample.qd[:, order], qdd=sample.qdd[:, order], keep=sample.keep[:, order],
             torque=sample.torque[:, order],
         )  # fmt: skip
-        yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", Model.of(robot, other).misfit())
-        half = replace(other, torque=sample.torque)
-        yield Suspect(f"the positions of joints {i + 1} and {j + 1} are exchanged", Model.of(robot, half).misfit())
+        model = Model.of(robot, other)
+        yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", model.misfit())
+        yield Suspect(f"the positions of joints {i + 1} and {j + 1} are exchanged", model.misfit(sample.torque))
 
 
 def zeros(robot: Robot, sample: Sample) -> Iterator[Suspect]:
@@ -48,3 +48,16 @@ def zeros(robot: Robot, sample: Sample) -> Iterator[Suspect]:
             yield Suspect(
                 f"the zero of q{j + 1} is off by {abs(degrees)} degrees", Model.of(robot, replace(sample, q=q)).misfit()
             )
+
+
+def frozen(robot: Robot, sample: Sample) -> Iterator[Suspect]:
+    """An encoder that sticks while the robot moves on."""
+    for j in range(robot.n):
+        still = sample.stuck[:, j]
+        if not still.any() or still.all():
+            continue
+        rest = replace(sample, keep=sample.keep & ~still[:, None])
+        start, stop = sample.t[still][0], sample.t[still][-1]
+        yield Suspect(
+            f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s", Model.of(robot, rest).misfit()
+        )

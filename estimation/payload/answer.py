@@ -10,10 +10,13 @@ from ..estimate import Fit, fit
 from ..identification import base_problem
 from ..least_squares import weighted
 from ..scaling import POSSIBLE
-from ..verdict import Verdict, verdict
+from ..verdict import Evidence, Verdict, verdict
+from .by_joints import ByJoints, payload_by_joints
+
 from .constrained import ConstrainedPayload, constrain_payload
 from .methods import METHODS, identify_payload, usable_methods
-from .problem import PayloadProblem
+from .over_time import payload_over_time
+from .problem import FixedWeights, PayloadProblem
 from .result import PayloadEstimate
 
 
@@ -28,6 +31,7 @@ class PayloadAnswer:
         left_out: method -> why it gave no estimate.
         robot_fit: fit of the robot's own parameters without payload.
         validation: fit of the same parameters on recordings that were held out.
+        by_joints: the payload as single joints see it.
         verdict: whether the numbers may be used.
     """
 
@@ -37,6 +41,7 @@ class PayloadAnswer:
     left_out: dict[int, str]
     robot_fit: Fit | None
     validation: Fit | None
+    by_joints: ByJoints
     verdict: Verdict
 
     @property
@@ -45,7 +50,12 @@ class PayloadAnswer:
 
         The order is fixed: to choose the shortest interval would choose too short ones.
         """
-        return min(self.constrained, key=lambda payload: (4, 1, 3, 2).index(payload.method))
+        return recommended(self.constrained)
+
+
+def recommended(constrained: Sequence[ConstrainedPayload]) -> ConstrainedPayload:
+    """As ``PayloadAnswer.recommended``."""
+    return min(constrained, key=lambda payload: (4, 1, 3, 2).index(payload.method))
 
 
 def answer_payload(
@@ -97,5 +107,9 @@ def answer_payload(
         validation = fit(check, alone.values)
     robot_fit = alone.fit if alone else None
     estimates = tuple(payload.free for payload in constrained)
-    judged = verdict(estimates, robot_fit, constrained)
-    return PayloadAnswer(problem, estimates, tuple(constrained), left_out, robot_fit, validation, judged)
+    best = recommended(constrained)
+    weights = FixedWeights(weighted(problem.unloaded).weights if problem.unloaded else None, best.free.estimate.weights)
+    by_joints = payload_by_joints(problem, weights)
+    stretches = payload_over_time(problem, weights)
+    evidence = Evidence(problem, tuple(constrained), best, robot_fit, validation, by_joints, stretches)
+    return PayloadAnswer(problem, estimates, tuple(constrained), left_out, robot_fit, validation, by_joints, verdict(evidence))

@@ -1,60 +1,85 @@
-"""The mass as single joints see it: the sharpest free test of drive gains, friction and description.
+"""The payload as single joints see it: the sharpest free test of drive gains, friction and description.
 
-Each joint's equations alone, all ten parameters of the payload unknown. A joint whose equations leave the mass
-undetermined, alone or in combination with other parameters, does not see it: no number is given then.
+By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...model.arrays import Array
-from ..estimate import Estimate
-from ..problem import RANK_TOLERANCE, ReducedProblem
-from .equations import PAYLOAD
-from .problem import PayloadProblem
+from ..least_squares import weighted
+from ..problem import RANK_TOLERANCE
+from ..robust import student95
+from .problem import FixedWeights, PayloadProblem
+from .robust import deletions
 
 _HIDDEN = 1e-6
-"""Share of the mass in an undetermined direction above which it is not visible."""
+"""Share of the mass in undetermined directions above which it is not visible."""
 
 
 @dataclass(frozen=True)
 class JointsMass:
-    """The mass as some joints see it.
+    """The mass by the equations of some joints alone, all ten parameters of the payload unknown.
 
     Attributes:
         joints: their numbers.
-        mass: [kg]; None where they do not see it.
-        sigma: standard deviation [kg], the larger of the formula's and the block jackknife's.
-        quantile95: half width of a 95 % interval in standard deviations.
+        mass: [kg]; None where their torques leave it undetermined, alone or together with other parameters.
+        sigma: standard deviation [kg], the larger of the formula's and the block jackknife's; gains as exact.
+        degrees_of_freedom: of Student's t for the interval.
     """
 
     joints: tuple[int, ...]
     mass: float | None
     sigma: float = float("nan")
-    quantile95: float = float("nan")
-
-    @property
-    def visible(self) -> bool:
-        """Whether the joints' torques hold the mass."""
-        return self.mass is not None
+    degrees_of_freedom: float = float("inf")
 
     @cached_property
     def interval95(self) -> tuple[float, float] | None:
-        """95 % interval [kg]; drive gains taken as exact."""
+        """95 % interval [kg]."""
         if self.mass is None:
             return None
-        half = self.quantile95 * self.sigma
+        half = student95(self.degrees_of_freedom) * self.sigma
         return self.mass - half, self.mass + half
 
     @property
     def name(self) -> str:
-        """ "joint 3" or "joints 4-6"."""
+        """The joints in words: "joint 3" or "joints 4-6"."""
         if len(self.joints) == 1:
             return f"joint {self.joints[0]}"
         return f"joints {self.joints[0]}-{self.joints[-1]}"
+
+
+@dataclass(frozen=True)
+class JointShare:
+    """How much of the payload a joint shows: 1 where its torque is what the other joints' payload demands.
+
+    Attributes:
+        joint: its number.
+        share: factor on the torque that the payload identified by all other joints causes there; None where they
+            leave it undetermined.
+        sigma: standard deviation, the larger of the formula's and the block jackknife's.
+    """
+
+    joint: int
+    share: float | None
+    sigma: float = float("nan")
+
+
+@dataclass(frozen=True)
+class ByJoints:
+    """The payload as single joints see it.
+
+    Attributes:
+        masses: by every joint alone, then by the arm's and by the wrist's joints together.
+        shares: of every joint against the others.
+    """
+
+    masses: tuple[JointsMass, ...]
+    shares: tuple[JointShare, ...]
 
 
 def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
@@ -65,129 +90,138 @@ def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
     return (*alone, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
 
 
-def mass_by_joints(problem: PayloadProblem, weights: Array) -> tuple[JointsMass, ...]:
-    """The mass as every joint alone and as groups of joints see it.
-
-    Torque differences (29) where there are pairs; otherwise each group's own equations without and with payload
-    together (30); with a robot known from earlier, the loaded equations less its torque.
+def payload_by_joints(problem: PayloadProblem, weights: FixedWeights) -> ByJoints:
+    """Mass and share by joints, with standard deviations that hold for autocorrelated noise if there are blocks.
 
     Args:
         problem: the reduced recordings.
-        weights: per joint [1/(N·m) or 1/N]; they matter within a group only.
+        weights: per joint; they matter within a group only.
     """
-    return tuple(_weighed(problem, group, weights) for group in joint_groups(problem.robot.n))
+    groups, n = joint_groups(problem.robot.n), problem.robot.n
+    numbers: list[Callable[[_Equations], _Number | None]] = [_mass_of(group) for group in groups]
+    numbers += [_share_of(joint) for joint in range(1, n + 1)]
+    found = [number(_equations(problem, weights)) for number in numbers]
+    variances, dof = _jackknife(problem, weights, numbers, found)
+    sigmas = [
+        float(np.sqrt(max(one.variance, v))) if one else np.nan for one, v in zip(found, variances, strict=True)
+    ]
+    masses = [
+        JointsMass(group, one.value, sigma, dof) if one else JointsMass(group, None)
+        for group, one, sigma in zip(groups, found, sigmas, strict=False)
+    ]
+    shares = [
+        JointShare(joint, one.value if one else None, sigma)
+        for joint, (one, sigma) in enumerate(zip(found[-n:], sigmas[-n:], strict=True), 1)
+    ]
+    return ByJoints(tuple(masses), tuple(shares))
 
 
-def _weighed(problem: PayloadProblem, joints: tuple[int, ...], weights: Array) -> JointsMass:
-    places = [joint - 1 for joint in joints]
-    whole = _equations(problem, places, weights)
-    if whole is None:
-        return JointsMass(joints, None)
-    weigh = _visible_mass(whole)
-    if weigh is None:
-        return JointsMass(joints, None)
-    mass, variance = weigh
-    variance += _robots_share(problem, places, weights)
-    changes, quantile = _without_blocks(problem, places, weights, mass)
-    return JointsMass(joints, mass, float(np.sqrt(max(variance, changes))), quantile)
+class _Number(NamedTuple):
+    value: float
+    variance: float
 
 
-@dataclass(frozen=True)
-class _Equations:
-    """A factor of weighted equations, its last ten columns before the torque those of ``PAYLOAD``."""
+class _Equations(NamedTuple):
+    """Per joint weighted factors [W_L Y] of the payload alone, and W of a robot that was subtracted, C its covariance."""
 
-    factor: Array
-    rows: float
+    payload: tuple[Array, ...]
+    robot: tuple[Array, ...]
+    C: Array
+    rows: tuple[float, ...]
 
 
-def _equations(problem: PayloadProblem, joints: Sequence[int], weights: Array) -> _Equations | None:
-    """What a group of joints says about the payload; None where nothing is left."""
+def _equations(problem: PayloadProblem, weights: FixedWeights) -> _Equations:
     if problem.difference is not None:
-        parts = [problem.difference]
-    elif problem.unloaded is not None:
-        parts = [problem.unloaded.renamed(problem.loaded.columns), problem.loaded]
-    elif problem.known is not None:
-        parts = [_less_robot(problem.loaded, problem.known)]
-    else:
-        return None
-    factor = np.vstack([weights[j] * part.factors[j] for part in parts for j in joints])
-    rows = sum(part.effective_rows[j] for part in parts for j in joints)
-    return _Equations(factor, rows) if len(factor) else None
-
-
-def _less_robot(loaded: ReducedProblem, known: Estimate) -> ReducedProblem:
+        own, factors = problem.difference, problem.difference.factors
+        payload = tuple(w * factor for w, factor in zip(weights.own, factors, strict=True))
+        return _Equations(payload, tuple(f[:, :0] for f in payload), np.zeros((0, 0)), own.effective_rows)
+    known = problem.known
+    if known is None:
+        assert problem.unloaded is not None
+        known = weighted(problem.unloaded, weights.robot)
     k = len(known.values)
-    factors = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in loaded.factors)
-    return ReducedProblem(PAYLOAD, factors, loaded.rows, loaded.effective_rows)
+    loaded = tuple(w * factor for w, factor in zip(weights.own, problem.loaded.factors, strict=True))
+    rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in loaded)
+    return _Equations(rest, tuple(f[:, :k] for f in loaded), known.covariance, problem.loaded.effective_rows)
 
 
-def _visible_mass(equations: _Equations) -> tuple[float, float] | None:
-    """Mass and the formula's variance; None where the equations leave it undetermined."""
-    direction = _mass_row(equations.factor[:, :-1])
-    if direction is None:
-        return None
-    values, rank = direction
-    Y = equations.factor[:, -1]
-    error = Y - _projected(equations.factor[:, :-1], Y)
-    spare = max(equations.rows - rank, 1.0)
-    return float(values @ Y), float(error @ error) / spare * float(values @ values)
+def _mass_of(joints: Sequence[int]) -> Callable[[_Equations], _Number | None]:
+    places = [joint - 1 for joint in joints]
+
+    def mass(equations: _Equations) -> _Number | None:
+        factor = np.vstack([equations.payload[j] for j in places])
+        solved = _solved(factor[:, :-1])
+        if solved is None or solved[1][-1] > _HIDDEN:
+            return None
+        inverse, _ = solved
+        return _number(equations, places, factor, inverse[-1])
+
+    return mass
 
 
-def _mass_row(A: Array) -> tuple[Array, int] | None:
-    """a with M = a'Y for the mass, the last column of A, and the rank; None where A does not determine it."""
+def _share_of(joint: int) -> Callable[[_Equations], _Number | None]:
+    own = joint - 1
+
+    def share(equations: _Equations) -> _Number | None:
+        others = [j for j in range(len(equations.payload)) if j != own]
+        factor = np.vstack([equations.payload[j] for j in others])
+        solved = _solved(factor[:, :-1])
+        if solved is None or solved[1].max() > _HIDDEN:
+            return None
+        inverse, _ = solved
+        x = inverse @ factor[:, -1]
+        A, y = equations.payload[own][:, :-1], equations.payload[own][:, -1]
+        predicted = A @ x
+        # Errors of the others' payload are part of the error of what is predicted.
+        V = np.eye(len(A)) + A @ inverse @ inverse.T @ A.T
+        whitened = np.linalg.solve(V, predicted)
+        size = float(whitened @ predicted)
+        if not size > 0.0:
+            return None
+        return _Number(float(whitened @ y) / size, 1.0 / size)
+
+    return share
+
+
+def _solved(A: Array) -> tuple[Array, Array] | None:
+    """Pseudo-inverse of A, and how much of each parameter lies in directions that A leaves undetermined."""
     norms = np.linalg.norm(A, axis=0)
-    if norms[-1] == 0.0:
+    if not norms.any():
         return None
-    seen = norms > 0.0
-    U, singular, Vt = np.linalg.svd(A[:, seen] / norms[seen], full_matrices=False)
+    scale = np.where(norms > 0.0, norms, 1.0)
+    U, singular, Vt = np.linalg.svd(A / scale, full_matrices=False)
     kept = singular > RANK_TOLERANCE * singular[0]
-    along = Vt[kept, -1]
-    if 1.0 - float(along @ along) > _HIDDEN:
-        return None
-    return np.asarray(U[:, kept] @ (along / singular[kept]) / norms[-1]), int(kept.sum())
+    inverse = Vt[kept].T @ (U[:, kept] / singular[kept]).T / scale[:, None]
+    return inverse, np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
 
 
-def _projected(A: Array, Y: Array) -> Array:
-    norms = np.linalg.norm(A, axis=0)
-    norms[norms == 0.0] = 1.0
-    return np.asarray(A @ (np.linalg.lstsq(A / norms, Y, rcond=RANK_TOLERANCE)[0] / norms))
+def _number(equations: _Equations, places: Sequence[int], factor: Array, row: Array) -> _Number:
+    """row @ Y with the variance of the residual and of the robot's parameters."""
+    Y = factor[:, -1]
+    A = factor[:, :-1]
+    norms = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    x, _, rank, _ = np.linalg.lstsq(A / norms, Y, rcond=RANK_TOLERANCE)
+    error = Y - A @ (x / norms)
+    spare = max(sum(equations.rows[j] for j in places) - rank, 1.0)
+    gain = row @ np.vstack([equations.robot[j] for j in places])
+    return _Number(float(row @ Y), float(error @ error) / spare * float(row @ row) + float(gain @ equations.C @ gain))
 
 
-def _robots_share(problem: PayloadProblem, joints: Sequence[int], weights: Array) -> float:
-    """Variance of the mass that comes from a robot known from earlier."""
-    if problem.difference is not None or problem.unloaded is not None or problem.known is None:
-        return 0.0
-    k = len(problem.known.values)
-    stacked = np.vstack([weights[j] * problem.loaded.factors[j] for j in joints])
-    direction = _mass_row(stacked[:, k:-1])
-    if direction is None:
-        return 0.0
-    gain = direction[0] @ stacked[:, :k]
-    return float(gain @ problem.known.covariance @ gain)
-
-
-def _without_blocks(
-    problem: PayloadProblem, joints: Sequence[int], weights: Array, mass: float
-) -> tuple[float, float]:
-    """Jackknife variance of the mass, and the quantile of its 95 % interval."""
-    variance, fewest = 0.0, 0
-    for group in _deletions(problem):
-        parts = [_equations(part, joints, weights) for part in group]
-        masses = [weigh[0] for part in parts if part is not None and (weigh := _visible_mass(part)) is not None]
-        if len(masses) < 2:
-            continue
-        variance += (1.0 - 1.0 / len(masses)) * float(np.sum((np.array(masses) - mass) ** 2))
-        fewest = len(masses) if not fewest else min(fewest, len(masses))
-    return variance, _quantile(fewest)
-
-
-def _quantile(blocks: int) -> float:
-    from scipy.special import ndtri, stdtrit
-
-    return float(stdtrit(blocks - 1, 0.975)) if blocks > 1 else float(ndtri(0.975))
-
-
-def _deletions(problem: PayloadProblem) -> Iterator[Iterator[PayloadProblem]]:
-    from .robust import deletions
-
-    return iter(deletions(problem)) if problem.blocks is not None else iter(())
+def _jackknife(
+    problem: PayloadProblem,
+    weights: FixedWeights,
+    numbers: Sequence[Callable[[_Equations], _Number | None]],
+    found: Sequence[_Number | None],
+) -> tuple[Array, float]:
+    """Variance of each number by leaving out blocks, and the degrees of freedom; 0 without blocks."""
+    variances, fewest = np.zeros(len(numbers)), np.inf
+    for group in deletions(problem) if problem.blocks is not None else ():
+        rows = []
+        for part in group:
+            equations = _equations(part, weights)
+            values = [number(equations) if one else None for number, one in zip(numbers, found, strict=True)]
+            rows.append([value.value if value else np.nan for value in values])
+        changes = np.array(rows) - [one.value if one else np.nan for one in found]
+        variances += (1.0 - 1.0 / len(rows)) * np.nansum(changes**2, axis=0)
+        fewest = min(fewest, len(rows))
+    return variances, max(fewest - 1.0, 1.0)

@@ -1,0 +1,77 @@
+"""Tries all wrong assumptions on the recordings that fit worst."""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from ...model import Processing, Recording, Robot
+from . import channels, description, positions
+from .misfit import Model
+from .sample import Sample
+from .source import Source
+from .suspect import Suspect
+
+CONVINCING = 0.8
+"""Misfit left over misfit before above which an assumption is not worth a word."""
+NOTABLE = 0.01
+"""The misfit must fall by this as well."""
+AS_GOOD = 1.05
+"""Assumptions whose misfit is within this factor of the best cannot be told apart."""
+_TOLD = 3
+
+
+class Cause(NamedTuple):
+    """A likely cause, with the joints' mean residual as it is and as it would be; ``source`` names the recording."""
+
+    source: str
+    words: str
+    before: float
+    after: float
+
+
+def likely_causes(robot: Robot, source: Source) -> tuple[Cause, ...]:
+    """What would explain the recordings better, one cause each for those without and with payload.
+
+    Args:
+        robot: as described.
+        source: the recordings; of each kind the one that fits worst is looked at.
+    """
+    found: list[Cause] = []
+    for recordings in (source.unloaded, source.loaded):
+        cause = _cause(robot, recordings, source.processing)
+        if cause is not None and cause.words not in [other.words for other in found]:
+            found.append(cause)
+    return tuple(found)
+
+
+def _cause(robot: Robot, recordings: Iterable[Recording], processing: Processing) -> Cause | None:
+    samples = [Sample.of(recording, processing) for recording in recordings]
+    models = [Model.of(robot, sample) for sample in samples if len(sample.t) > 1]
+    if not models:
+        return None
+    worst = max(models, key=lambda model: model.misfit())
+    before = worst.misfit()
+    suspects = [s for s in _suspects(robot, worst) if s.misfit < min(CONVINCING * before, before - NOTABLE)]
+    if not suspects:
+        return None
+    best = min(suspect.misfit for suspect in suspects)
+    alike = [suspect for suspect in suspects if suspect.misfit <= AS_GOOD * best][:_TOLD]
+    return Cause(worst.sample.source, ", or ".join(s.words for s in alike), before, alike[0].misfit)
+
+
+def _suspects(robot: Robot, model: Model) -> Iterator[Suspect]:
+    """The likelier ones first: where two explain the same, the first is told."""
+    sample = model.sample
+    yield from channels.delays(model)
+    yield from channels.signs(model)
+    yield from description.gravity(robot, sample)
+    yield from channels.swaps(model)
+    yield from positions.exchanged(robot, sample)
+    yield from positions.backwards(robot, sample)
+    yield from channels.drifting_clocks(robot, model)
+    yield from description.other_robots(robot, sample)
+    yield from description.coupled(robot, sample)
+    yield from channels.gains(model)
+    yield from channels.units(model)
+    yield from positions.zeros(robot, sample)
+    yield from positions.frozen(robot, sample)
+    yield from description.lengths(robot, sample)

@@ -1,0 +1,65 @@
+"""What the checks look at, and what they return."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from ..estimate import Fit
+from ..payload.by_joints import ByJoints
+from ..payload.constrained import ConstrainedPayload
+from ..payload.over_time import Stretch
+from ..payload.problem import PayloadProblem
+from ..payload.result import PayloadEstimate
+
+Severity = Literal["everything", "inertia"]
+"""What a reason speaks against using: every number, or the inertia only."""
+
+
+class Reason(NamedTuple):
+    """Why numbers should not be used, in words."""
+
+    against: Severity
+    text: str
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that was computed from one set of recordings.
+
+    Attributes:
+        problem: the reduced recordings.
+        constrained: one payload per method, each with the method's free estimate.
+        recommended: the one of them that is to be used.
+        robot_fit: fit of the robot's own parameters without payload.
+        validation: fit of the same parameters on recordings that were held out.
+        by_joints: the payload as single joints see it.
+        stretches: the payload in the order of time.
+    """
+
+    problem: PayloadProblem
+    constrained: tuple[ConstrainedPayload, ...]
+    recommended: ConstrainedPayload
+    robot_fit: Fit | None
+    validation: Fit | None
+    by_joints: ByJoints
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def estimates(self) -> tuple[PayloadEstimate, ...]:
+        """The methods' free estimates."""
+        return tuple(payload.free for payload in self.constrained)
+
+
+def against_all(text: str) -> Reason:
+    """A reason against every number."""
+    return Reason("everything", text)
+
+
+def against_inertia(text: str) -> Reason:
+    """A reason against the inertia only."""
+    return Reason("inertia", text)
+
+
+def by(estimates: "tuple[PayloadEstimate, ...] | list[PayloadEstimate]") -> str:
+    """The methods in words."""
+    numbers = ", ".join(str(estimate.method) for estimate in estimates)
+    return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"
