@@ -26,12 +26,16 @@ _GAIN = 1e-4
 """A smaller gain, as a fraction of the way so far, is none."""
 _STEPS: Array = np.linspace(0.125, 1.0, 8)
 """Parts of the way to a new point that are tried."""
+_NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
 _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 @dataclass(frozen=True)
 class Intervals:
-    """95 % intervals, each [low, high]; infinite where the data allow a payload without mass.
+    """95 % intervals, each [low, high].
+
+    Centre of mass and inertia are infinitely uncertain where the data allow a payload without mass. All are nan
+    where constraints contradict the data: however short, no interval would mean anything.
 
     Attributes:
         parameters: of the ten, 10 x 2.
@@ -52,6 +56,10 @@ class Intervals:
             values = np.asarray(getattr(self, name), dtype=float).reshape(shape).copy()
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+
+
+NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
+"""Where constraints contradict the data."""
 
 
 class _Number(NamedTuple):
@@ -76,9 +84,7 @@ def profile_intervals(result: ConstrainedEstimate) -> Intervals:
     """
     problem = ScaledProblem.of(result.free, result.constraints)
     nearest = problem.select @ result.values / problem.scale
-    k2 = float(np.sum((problem.R @ (nearest - problem.centre)) ** 2))
-    t = student95(result.free.degrees_of_freedom)
-    profile = ProfileSet(problem, float(np.sqrt(k2 + WIDENING * t**2)))
+    profile = ProfileSet(problem, nearest, WIDENING * student95(result.free.degrees_of_freedom) ** 2)
     ten = _ten(profile, result.values)
     if not ten[9, 0] > 0.0:
         unknown = np.array([-np.inf, np.inf])
@@ -89,7 +95,10 @@ def profile_intervals(result: ConstrainedEstimate) -> Intervals:
     inertia = np.zeros((3, 3, 2))
     for (i, j), both in zip(_UPPER, ends, strict=False):
         inertia[i, j] = inertia[j, i] = both
-    return Intervals(ten, com, inertia, ends[[6, 8, 7]])
+    # A body that can exist has none of these negative; the solver's points may by rounding.
+    ten[_NOT_NEGATIVE] = np.maximum(ten[_NOT_NEGATIVE], 0.0)
+    inertia[range(3), range(3)] = np.maximum(inertia[range(3), range(3)], 0.0)
+    return Intervals(ten, com, inertia, np.maximum(ends[[6, 8, 7]], 0.0))
 
 
 def _ten(profile: ProfileSet, values: Array) -> Array:
@@ -149,6 +158,8 @@ def _climb(profile: ProfileSet, number: _Number, sign: float, points: list[Array
     for _ in range(_ROUNDS):
         x = problem.full(z)
         gradient = problem.select @ _gradient(x, number.V(_inertias(x[None])[0])) * problem.scale
+        if not gradient.any():  # all it depends on was eliminated
+            break
         tried = z + _STEPS[:, None] * (profile.farthest(sign * gradient) - z)
         values = sign * number.of(_inertias(problem.full(tried)))
         gain, k = float(values.max()) - best, int(values.argmax())

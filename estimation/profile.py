@@ -1,7 +1,10 @@
 """The set of payloads that constraints allow near an estimate, and its farthest points, as cone programs.
 
-z = centre + spread u with |u| <= 1: the ball keeps the program well scaled however fine the data are. Only the
-direction changes from one question to the next, so the solver is set up once.
+The set is all z that hold the constraints with ||R (z - centre)||^2 <= k^2 + q, k the distance of the nearest of
+them. Seen from that one, z = nearest + sqrt(q) R^-1 u, the distance says |u|^2 + 2 kappa e'u <= 1 with kappa =
+k / sqrt(q) and the unit vector e along R (nearest - centre), or ||(u, kappa e'u)|| <= 1 - kappa e'u. All u are then
+within the unit ball, however fine the data are and however far the constraints: the programs stay well scaled. Only
+the direction changes from one question to the next, so a solver is set up once.
 """
 
 from functools import cached_property
@@ -15,12 +18,16 @@ from .scaling import ScaledProblem
 
 
 class ProfileSet:
-    """All z = centre + spread u, |u| <= 1, of a scaled problem that hold its constraints."""
+    """Payloads that hold a scaled problem's constraints, little farther from its centre than the nearest one."""
 
-    def __init__(self, problem: ScaledProblem, radius: float) -> None:
-        """The set within ``radius`` of the problem's centre, a distance by its R."""
+    def __init__(self, problem: ScaledProblem, nearest: Array, q: float) -> None:
+        """The set of squared distance up to that of ``nearest`` plus ``q``, in the problem's metric R."""
         self.problem = problem
-        self._spread = np.asarray(radius * np.linalg.inv(problem.R), dtype=float)
+        self._nearest = nearest
+        self._inverse = np.asarray(np.linalg.inv(problem.R), dtype=float)
+        self._spread = np.sqrt(q) * self._inverse
+        self._pull = problem.R @ (nearest - problem.centre) / np.sqrt(q)  # kappa e
+        self._radius = float(np.sqrt(q * (1.0 + self._pull @ self._pull)))
 
     def farthest(self, c: Array) -> Array:
         """The z of the set with the largest c'z.
@@ -28,11 +35,11 @@ class ProfileSet:
         Raises:
             SolverError: for anything but a clean solve.
         """
-        direction = c @ self._spread
-        ball = self.problem.centre + self._spread @ direction / np.linalg.norm(direction)
-        if self.problem.holds(ball):  # the distance alone decides
-            return np.asarray(ball)
-        return np.asarray(self.problem.centre + self._spread @ self._solved(self._points, -direction))
+        direction = c @ self._inverse
+        alone = self.problem.centre + self._radius * self._inverse @ direction / np.linalg.norm(direction)
+        if self.problem.holds(alone):  # the distance alone decides
+            return np.asarray(alone)
+        return np.asarray(self._nearest + self._spread @ self._solved(self._points, -direction))
 
     def largest_ratio(self, c: Array, k: int) -> float:
         """Largest c'z / z_k, for a z_k that is positive in the whole set: linear in z / z_k and 1 / z_k.
@@ -40,7 +47,7 @@ class ProfileSet:
         Raises:
             SolverError: for anything but a clean solve.
         """
-        moved = np.column_stack([self._spread, self.problem.centre])
+        moved = np.column_stack([self._spread, self._nearest])
         return float(c @ moved @ self._solved(self._ratios(k), -(c @ moved)))
 
     @cached_property
@@ -55,7 +62,7 @@ class ProfileSet:
             import clarabel
 
             K, cones = self._cones
-            unit = np.append(self._spread[k], self.problem.centre[k])
+            unit = np.append(self._spread[k], self._nearest[k])
             right = np.append(1.0, np.zeros(len(K)))
             self._ratio_solvers[k] = _solver(np.vstack([unit, -K]), right, [clarabel.ZeroConeT(1), *cones])
         return self._ratio_solvers[k]
@@ -74,21 +81,22 @@ class ProfileSet:
 
     @cached_property
     def _cones(self) -> tuple[Array, list[Any]]:
-        """K with K (u, 1) in the cones: bounds, |u| <= 1, pseudo-inertia."""
+        """K with K (u, 1) in the cones: bounds, distance, pseudo-inertia."""
         import clarabel
 
         problem, n = self.problem, len(self.problem.scale)
         body = TRIANGLE @ problem.select.T
         K = np.vstack(
             [
-                np.column_stack([problem.A @ self._spread, problem.A @ problem.centre + problem.b]),
-                np.append(np.zeros(n), 1.0),
+                np.column_stack([problem.A @ self._spread, problem.A @ self._nearest + problem.b]),
+                np.append(-self._pull, 1.0),
                 np.eye(n, n + 1),
-                np.column_stack([body @ self._spread, body @ problem.centre]),
+                np.append(self._pull, 0.0),
+                np.column_stack([body @ self._spread, body @ self._nearest]),
             ]
         )
         bounds = [clarabel.NonnegativeConeT(len(problem.b))] if len(problem.b) else []
-        return K, [*bounds, clarabel.SecondOrderConeT(n + 1), clarabel.PSDTriangleConeT(4)]
+        return K, [*bounds, clarabel.SecondOrderConeT(n + 2), clarabel.PSDTriangleConeT(4)]
 
 
 def _solver(matrix: Array, right: Array, cones: list[Any]) -> Any:

@@ -8,12 +8,12 @@ import numpy as np
 
 from ...model import InertialParameters
 from ...model.arrays import Array
-from ..conflicts import Tested, Weighing, tested, weighings
+from ..conflicts import CONFLICT, Tested, Weighing, tested, weighings
 from ..constrained import ConstrainedEstimate, solve_constrained
 from ..constraints import Constraint
 from ..drive_gains import GainErrors
 from ..estimate import Estimate
-from ..intervals import Intervals, profile_intervals
+from ..intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..scaling import POSSIBLE
 from .gains import gain_covariance
 from .methods import method_of
@@ -29,7 +29,7 @@ class ConstrainedPayload:
         free: the method's own estimate.
         result: the constrained one. Its ``free`` holds the same values with the covariance and the degrees of
             freedom by which distance, p-value and intervals go: those of ``error_model``.
-        intervals: 95 %.
+        intervals: 95 %; nan where a constraint contradicts the data.
         gains: uncertainty of the drive gains that is part of the covariance; None where they are taken as exact.
         tested: active constraints with the probability of what each costs.
         weighings: weighed masses beside the identified one.
@@ -89,8 +89,9 @@ class ConstrainedPayload:
 
     @property
     def conflict(self) -> bool:
-        """Whether a constraint or a weighed mass contradicts the data."""
-        return bool(self.conflicts) or any(weighing.conflict for weighing in self.weighings)
+        """Whether a constraint or a weighed mass, or all of them together, contradict the data."""
+        apart = any(weighing.conflict for weighing in self.weighings)
+        return apart or bool(self.conflicts) or self.p_value < CONFLICT
 
 
 def constrain_payload(
@@ -117,7 +118,10 @@ def constrain_payload(
     if gains is not None:
         extra = gain_covariance(problem, method_of(free.method, free_friction), free.estimate, gains)
     result = solve_constrained(error_model(free.estimate, extra), constraints)
-    return ConstrainedPayload(free, result, profile_intervals(result), gains, tested(result), weighings(result))
+    tests = tested(result)
+    contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
+    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
+    return ConstrainedPayload(free, result, intervals, gains, tests, weighings(result))
 
 
 def error_model(estimate: Estimate, extra: Array | None = None) -> Estimate:
