@@ -71,7 +71,7 @@ class Model:
         """Factor on one joint's torque with which it fits the others best."""
         own = np.zeros(self.sample.torque.shape)
         own[:, joint] = self.sample.torque[:, joint]
-        rest = self.sample.torque - own
+        rest = self.sample.torque + self.known - own
         keep = self.sample.keep
         a, b = (self._error((part / self.scale)[keep]) for part in (own, rest))
         return -float(a @ b) / max(float(a @ a), 1e-300)
@@ -96,15 +96,17 @@ class Model:
 
 def _regressor_on(robot: Robot, sample: Sample) -> Array:
     """Phi_s at every instant, N x n x columns."""
-    function = _function(robot)
-    rows, columns = function.sparsity_out(0).get_triplet()
     samples = len(sample.t)
-    values = function.map(samples)(sample.q.T, sample.qd.T, sample.qdd.T)
-    W = np.zeros((samples, robot.n, function.size2_out(0)))
+    function, rows, columns, width = _mapped(robot, samples)
+    values = function(sample.q.T, sample.qd.T, sample.qdd.T)
+    W = np.zeros((samples, robot.n, width))
     W[:, rows, columns] = np.array(values.nonzeros()).reshape(samples, len(rows))
     return W
 
 
 @functools.lru_cache(maxsize=128)
-def _function(robot: Robot) -> ca.Function:
-    return regressor(robot, standard_columns(robot))
+def _mapped(robot: Robot, samples: int) -> tuple[ca.Function, Array, Array, int]:
+    """The standard regressor on all samples at once, the places of its entries, and the number of columns."""
+    function = regressor(robot, standard_columns(robot))
+    rows, columns = (np.array(places, dtype=int) for places in function.sparsity_out(0).get_triplet())
+    return function.map(samples), rows, columns, function.size2_out(0)

@@ -16,6 +16,8 @@ NOTABLE = 0.01
 """The misfit must fall by this as well."""
 AS_GOOD = 1.05
 """Assumptions whose misfit is within this factor of the best cannot be told apart."""
+SETTLED = 0.3
+"""Misfit left over misfit before below which no further family of assumptions is tried."""
 _TOLD = 3
 
 
@@ -49,29 +51,32 @@ def _cause(robot: Robot, recordings: Iterable[Recording], processing: Processing
     if not models:
         return None
     worst = max(models, key=lambda model: model.misfit())
-    before = worst.misfit()
-    suspects = [s for s in _suspects(robot, worst) if s.misfit < min(CONVINCING * before, before - NOTABLE)]
+    sample, before = worst.sample, worst.misfit()
+    suspects: list[Suspect] = []
+    for family in _families(robot, sample, worst):
+        suspects += [s for s in family if s.misfit < min(CONVINCING * before, before - NOTABLE)]
+        if suspects and min(s.misfit for s in suspects) < SETTLED * before:
+            break
     if not suspects:
         return None
     best = min(suspect.misfit for suspect in suspects)
     alike = [suspect for suspect in suspects if suspect.misfit <= AS_GOOD * best][:_TOLD]
-    return Cause(worst.sample.source, ", or ".join(s.words for s in alike), before, alike[0].misfit)
+    return Cause(sample.source, ", or ".join(s.words for s in alike), before, alike[0].misfit)
 
 
-def _suspects(robot: Robot, model: Model) -> Iterator[Suspect]:
+def _families(robot: Robot, sample: Sample, model: Model) -> Iterator[Iterator[Suspect]]:
     """The likelier ones first: where two explain the same, the first is told."""
-    sample = model.sample
-    yield from channels.delays(model)
-    yield from channels.signs(model)
-    yield from description.gravity(robot, sample)
-    yield from channels.swaps(model)
-    yield from positions.exchanged(robot, sample)
-    yield from positions.backwards(robot, sample)
-    yield from channels.drifting_clocks(robot, model)
-    yield from description.other_robots(robot, sample)
-    yield from description.coupled(robot, sample)
-    yield from channels.gains(model)
-    yield from channels.units(model)
-    yield from positions.zeros(robot, sample)
-    yield from positions.frozen(robot, sample)
-    yield from description.lengths(robot, sample)
+    yield channels.delays(model)
+    yield channels.signs(model)
+    yield channels.swaps(model)
+    yield description.gravity(robot, sample)
+    yield positions.exchanged(robot, sample)
+    yield positions.backwards(robot, sample)
+    yield channels.drifting_clocks(robot, model)
+    yield description.other_robots(robot, sample)
+    yield description.coupled(robot, sample)
+    yield channels.gains(model)
+    yield channels.units(model)
+    yield positions.zeros(robot, sample)
+    yield positions.frozen(robot, sample)
+    yield description.lengths(robot, sample)

@@ -16,7 +16,7 @@ def constraint_reasons(evidence: Evidence) -> list[Reason]:
                 text = f"method {payload.method} identifies {weighing.identified:.4g} kg, weighed were"
                 apart = f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
                 reasons.setdefault(f"weighed {weighing.mass}", against_all(f"{text} {apart}"))
-    for one in evidence.recommended.tested:
+    for one in evidence.recommended.tested if evidence.recommended is not None else ():
         # That the body must exist is no bound that someone set.
         if not isinstance(one.constraint, PossibleBody):
             text = f"the answer is held at a bound that was given: {one.constraint.description}"

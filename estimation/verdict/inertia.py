@@ -18,6 +18,8 @@ CONDITION = 500.0
 def inertia_reasons(evidence: Evidence) -> list[Reason]:
     """Against the inertia, judged on the payload that is to be used."""
     payload = evidence.recommended
+    if payload is None:
+        return []
     relative = inertia_sigma(payload)
     vague = [k for k in range(3) if not relative[k] <= INERTIA_SIGMA]
     if not vague:

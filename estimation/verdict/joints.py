@@ -24,7 +24,7 @@ SIGMAS = 4.5
 def joint_reasons(evidence: Evidence) -> list[Reason]:
     """Against numbers on which the joints do not agree."""
     alone = [one for one in evidence.by_joints.masses if len(one.joints) == 1 and one.mass is not None]
-    return [*_shares(evidence.by_joints.shares), *_masses(alone, evidence.recommended.mass)]
+    return [*_shares(evidence.by_joints.shares), *_masses(alone, evidence.best.mass)]
 
 
 def _masses(alone: list[JointsMass], mass: float) -> list[Reason]:

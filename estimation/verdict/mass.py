@@ -66,7 +66,7 @@ def _spread(evidence: Evidence) -> list[Reason]:
 
 def _vague(evidence: Evidence) -> list[Reason]:
     """Judged on the payload that is to be used."""
-    free, body = evidence.recommended.free, evidence.recommended.body
+    free = evidence.best
     sigma = float(free.larger_sigma[9] / max(abs(free.mass), 1e-300))
     if not sigma <= MASS_SIGMA:
         return [
@@ -75,6 +75,9 @@ def _vague(evidence: Evidence) -> list[Reason]:
                 "joints faster, farther or longer"
             )
         ]
+    if evidence.recommended is None:
+        return []
+    body = evidence.recommended.body
     size = float(np.sqrt(max(np.trace(body.inertia), 0.0) / 2.0 / body.mass))
     com = float(free.larger_sigma_com.max())
     if com > max(COM_FLOOR, COM_SIGMA * size):

@@ -27,8 +27,9 @@ class Evidence:
 
     Attributes:
         problem: the reduced recordings.
-        constrained: one payload per method, each with the method's free estimate.
-        recommended: the one of them that is to be used.
+        estimates: the methods' free estimates.
+        constrained: the possible payload of each method for which one was found.
+        recommended: the one of them that is to be used, if there is one.
         robot_fit: fit of the robot's own parameters without payload.
         validation: fit of the same parameters on recordings that were held out.
         by_joints: the payload as single joints see it.
@@ -36,17 +37,18 @@ class Evidence:
     """
 
     problem: PayloadProblem
+    estimates: tuple[PayloadEstimate, ...]
     constrained: tuple[ConstrainedPayload, ...]
-    recommended: ConstrainedPayload
+    recommended: ConstrainedPayload | None
     robot_fit: Fit | None
     validation: Fit | None
     by_joints: ByJoints
     stretches: tuple[Stretch, ...]
 
     @property
-    def estimates(self) -> tuple[PayloadEstimate, ...]:
-        """The methods' free estimates."""
-        return tuple(payload.free for payload in self.constrained)
+    def best(self) -> PayloadEstimate:
+        """The free estimate of the method that is to be used."""
+        return self.recommended.free if self.recommended is not None else self.estimates[-1]
 
 
 def against_all(text: str) -> Reason:
