@@ -60,6 +60,18 @@ def swaps(model: Model) -> Iterator[Suspect]:
         yield Suspect(f"the torques of joints {i + 1} and {j + 1} are exchanged", model.misfit(torque))
 
 
+def offsets(model: Model) -> Iterator[Suspect]:
+    """One torque channel with an offset, constant or growing with time."""
+    t = model.sample.t
+    time = (t - t.mean()) / max(float(np.ptp(t)), 1e-300)
+    for j in range(model.sample.torque.shape[1]):
+        for shape, words in ((np.ones(len(t)), "holds an offset of"), (time, "drifts by")):
+            column = np.zeros(model.sample.torque.shape)
+            column[:, j] = shape
+            size, misfit = model.with_column(column)
+            yield Suspect(f"the torque of joint {j + 1} {words} {size:.3g} (N·m or N)", misfit)
+
+
 def gains(model: Model) -> Iterator[Suspect]:
     """One torque channel in another unit or with a wrong drive gain."""
     for j in range(model.sample.torque.shape[1]):

@@ -90,6 +90,15 @@ class Model:
         factors[free] = -np.linalg.lstsq(A[:, free], A[:, fixed], rcond=None)[0]
         return factors
 
+    def with_column(self, column: Array) -> tuple[float, float]:
+        """One more column in the joints' equations, N x n: its coefficient, and the misfit that is left."""
+        keep = self.sample.keep
+        more = self._error((column / self.scale)[keep])
+        error = self._error(((self.sample.torque + self.known) / self.scale)[keep])
+        size = float(more @ more)
+        x = float(more @ error) / size if size > 1e-12 * float(np.sum((column / self.scale)[keep] ** 2)) else 0.0
+        return x, float(np.sqrt(np.sum((error - x * more) ** 2) / len(self.scale)))
+
     def _error(self, y: Array) -> Array:
         return np.asarray(y - self.Q @ (self.Q.T @ y))
 

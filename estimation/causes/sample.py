@@ -9,7 +9,7 @@ from ...model.arrays import Array
 from ..filtering import lowpass, measurement
 from ..observation import Mask, kept_rows
 
-_SAMPLES = 240
+_SAMPLES = 200
 _STUCK = 0.5  # s
 _CUTOFF = 0.4  # of the sample's own rate
 
@@ -42,7 +42,7 @@ class Sample:
 
     @staticmethod
     def of(recording: Recording, processing: Processing) -> "Sample":
-        """Take some 240 instants, evenly over the moving part."""
+        """Take some 200 instants, evenly over the moving part."""
         data = measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
         keep = kept_rows(motion, processing)

@@ -12,7 +12,9 @@ from .suspect import Suspect
 
 CONVINCING = 0.8
 """Misfit left over misfit before above which an assumption is not worth a word."""
-NOTABLE = 0.01
+HELPFUL = 0.93
+"""The same where other checks speak against the recordings already."""
+NOTABLE = 0.005
 """The misfit must fall by this as well."""
 AS_GOOD = 1.05
 """Assumptions whose misfit is within this factor of the best cannot be told apart."""
@@ -30,22 +32,25 @@ class Cause(NamedTuple):
     after: float
 
 
-def likely_causes(robot: Robot, source: Source) -> tuple[Cause, ...]:
-    """What would explain the recordings better, one cause each for those without and with payload.
+def likely_causes(robot: Robot, source: Source, contradicted: bool = True) -> tuple[Cause, ...]:
+    """What would explain the recordings better, one cause each for those without and with payload, the
+    most convincing first.
 
     Args:
         robot: as described.
         source: the recordings; of each kind the one that fits worst is looked at.
+        contradicted: whether something is known to be wrong; if not, only a clear gain counts.
     """
-    found: list[Cause] = []
-    for recordings in (source.unloaded, source.loaded):
-        cause = _cause(robot, recordings, source.processing)
-        if cause is not None and cause.words not in [other.words for other in found]:
-            found.append(cause)
-    return tuple(found)
+    enough = HELPFUL if contradicted else CONVINCING
+    kinds = [_cause(robot, recordings, source.processing, enough) for recordings in (source.unloaded, source.loaded)]
+    found = sorted((cause for cause in kinds if cause is not None), key=lambda cause: cause.after / cause.before)
+    words = [cause.words for cause in found]
+    return tuple(cause for k, cause in enumerate(found) if cause.words not in words[:k])
 
 
-def _cause(robot: Robot, recordings: Iterable[Recording], processing: Processing) -> Cause | None:
+def _cause(
+    robot: Robot, recordings: Iterable[Recording], processing: Processing, enough: float
+) -> Cause | None:
     samples = [Sample.of(recording, processing) for recording in recordings]
     models = [Model.of(robot, sample) for sample in samples if len(sample.t) > 1]
     if not models:
@@ -54,7 +59,7 @@ def _cause(robot: Robot, recordings: Iterable[Recording], processing: Processing
     sample, before = worst.sample, worst.misfit()
     suspects: list[Suspect] = []
     for family in _families(robot, sample, worst):
-        suspects += [s for s in family if s.misfit < min(CONVINCING * before, before - NOTABLE)]
+        suspects += [s for s in family if s.misfit < min(enough * before, before - NOTABLE)]
         if suspects and min(s.misfit for s in suspects) < SETTLED * before:
             break
     if not suspects:
@@ -75,6 +80,7 @@ def _families(robot: Robot, sample: Sample, model: Model) -> Iterator[Iterator[S
     yield channels.drifting_clocks(robot, model)
     yield description.other_robots(robot, sample)
     yield description.coupled(robot, sample)
+    yield channels.offsets(model)
     yield channels.gains(model)
     yield channels.units(model)
     yield positions.zeros(robot, sample)

@@ -7,12 +7,9 @@ import numpy as np
 from ...model import InputError
 from ...model.arrays import Array
 from ..least_squares import solve, weighted
-from ..problem import ReducedProblem, merged
+from ..problem import ReducedProblem
 from .equations import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
-
-_STRETCHES = 4
-_FEWEST = 2  # blocks in a stretch
 
 
 @dataclass(frozen=True)
@@ -29,20 +26,16 @@ class Stretch:
 
 
 def payload_over_time(problem: PayloadProblem, weights: FixedWeights) -> tuple[Stretch, ...]:
-    """Method 1 on quarters of the loaded recordings, in the order of time.
+    """Method 1 on the stretches of the loaded recordings, in the order of time.
 
     Stretches that leave parameters undetermined are left out; none without blocks of time.
     """
-    blocks = problem.blocks.loaded if problem.blocks is not None else ()
-    count = min(_STRETCHES, len(blocks) // _FEWEST)
     known = problem.known
     if known is None and problem.unloaded is not None:
         known = weighted(problem.unloaded, weights.robot)
-    if count < 2 or known is None:
+    if problem.blocks is None or known is None:
         return ()
-    edges = np.linspace(0, len(blocks), count + 1).round().astype(int)
-    parts = [merged(blocks[a:b]) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    found = [_stretch(part, known.values, weights.own) for part in parts]
+    found = [_stretch(part, known.values, weights.own) for part in problem.blocks.stretches]
     return tuple(stretch for stretch in found if stretch is not None)
 
 

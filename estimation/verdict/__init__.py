@@ -29,12 +29,11 @@ CHECKS: tuple[Callable[[Evidence], list[Reason]], ...] = (
     mass_reasons,
     joint_reasons,
     steadiness_reasons,
-    constraint_reasons,
     alignment_reasons,
     condition_reasons,
     inertia_reasons,
 )
-"""All checks, in the order in which their reasons are told."""
+"""Checks of the recordings, in the order in which their reasons are told; what was known beforehand comes last."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,9 @@ class Verdict:
 def verdict(evidence: Evidence) -> Verdict:
     """Judge the payload estimates of one set of recordings."""
     found = [reason for check in CHECKS for reason in check(evidence)]
-    found += cause_reasons(evidence, found)
+    found += [*cause_reasons(evidence, found), *constraint_reasons(evidence)]
     if any(reason.against == "everything" for reason in found):
-        return Verdict("do_not_use", tuple(reason.text for reason in found if reason.against == "everything"))
+        told = [reason for reason in found if reason.against == "everything" or reason.cause]
+        return Verdict("do_not_use", tuple(reason.text for reason in told))
     level: Level = "mass_and_com_only" if found else "use"
     return Verdict(level, tuple(reason.text for reason in found))

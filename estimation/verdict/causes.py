@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..causes import Cause, likely_causes
-from .reasons import Evidence, Reason, against_all, against_inertia
+from .reasons import Evidence, Reason
 
 SUSPICIOUS = 0.1
 """Relative residual of some joint above which wrong assumptions are tried, even if all else looks well."""
@@ -22,7 +22,7 @@ def cause_reasons(evidence: Evidence, found: list[Reason]) -> list[Reason]:
     contradicted = any(reason.against == "everything" for reason in found)
     if source is None or not (contradicted or _suspicious(evidence)):
         return []
-    return [_reason(cause) for cause in likely_causes(evidence.problem.robot, source)]
+    return [_reason(cause) for cause in likely_causes(evidence.problem.robot, source, contradicted)]
 
 
 def _suspicious(evidence: Evidence) -> bool:
@@ -36,4 +36,4 @@ def _reason(cause: Cause) -> Reason:
         f"{cause.source} looks as if {cause.words}: with that undone the joints' mean residual falls from "
         f"{100 * cause.before:.1f} to {100 * cause.after:.1f} %"
     )
-    return against_all(text) if cause.after < SERIOUS * cause.before else against_inertia(text)
+    return Reason("everything" if cause.after < SERIOUS * cause.before else "inertia", text, cause=True)

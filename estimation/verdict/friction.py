@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..estimate import Estimate
-from ..least_squares import weighted
 from .reasons import Evidence, Reason, against_all
 
 SIGMAS = 5.0
@@ -12,11 +11,10 @@ SIGMAS = 5.0
 
 def friction_reasons(evidence: Evidence) -> list[Reason]:
     """Joints whose Coulomb and viscous friction are both negative."""
-    problem = evidence.problem
-    robot = problem.known if problem.unloaded is None else weighted(problem.unloaded)
+    robot = evidence.robot
     if robot is None:
         return []
-    joints = [j for j in range(1, problem.robot.n + 1) if _drives(robot, j)]
+    joints = [j for j in range(1, evidence.problem.robot.n + 1) if _drives(robot, j)]
     if not joints:
         return []
     named = ", ".join(map(str, joints))

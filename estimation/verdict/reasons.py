@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from ..estimate import Fit
+from ..estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..payload.over_time import Stretch
@@ -15,10 +15,11 @@ Severity = Literal["everything", "inertia"]
 
 
 class Reason(NamedTuple):
-    """Why numbers should not be used, in words."""
+    """Why numbers should not be used, in words; ``cause``: where that may come from."""
 
     against: Severity
     text: str
+    cause: bool = False
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Evidence:
         estimates: the methods' free estimates.
         constrained: the possible payload of each method for which one was found.
         recommended: the one of them that is to be used, if there is one.
-        robot_fit: fit of the robot's own parameters without payload.
+        robot: the robot's own parameters without payload, where they were identified.
         validation: fit of the same parameters on recordings that were held out.
         by_joints: the payload as single joints see it.
         stretches: the payload in the order of time.
@@ -40,10 +41,15 @@ class Evidence:
     estimates: tuple[PayloadEstimate, ...]
     constrained: tuple[ConstrainedPayload, ...]
     recommended: ConstrainedPayload | None
-    robot_fit: Fit | None
+    robot: Estimate | None
     validation: Fit | None
     by_joints: ByJoints
     stretches: tuple[Stretch, ...]
+
+    @property
+    def robot_fit(self) -> Fit | None:
+        """How well the robot's own parameters explain the torques without payload."""
+        return self.robot.fit if self.robot is not None else None
 
     @property
     def best(self) -> PayloadEstimate:

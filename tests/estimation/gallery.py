@@ -62,7 +62,7 @@ def ending(case: Wrong) -> Ending:
 def good(name: str, kind: str = "cube") -> tuple[Motion, Recording, Recording, InertialParameters]:
     """A motion, good recordings without and with payload, and the payload."""
     body = invented.payload(name, kind, np.random.default_rng(4))
-    motion = invented.motion(name, 3, points=12)
+    motion = invented.motion(name, 3, points=11)
     return motion, invented.recorded(name, motion, None, 5), invented.recorded(name, motion, body, 6), body
 
 
@@ -172,7 +172,7 @@ def only_joint(name: str, joint: int) -> Change:
     others = [j for j in range(6) if j != joint - 1]
     q[:, others], qd[:, others], qdd[:, others] = q[0, others], 0.0, 0.0
     single = Motion(motion.t, q, qd, qdd)
-    return lambda r: invented.recorded(name, single, None, 3)
+    return lambda r: invented.recorded(name, single, None, len(r.source))
 
 
 def stuck(joint: int) -> Change:
@@ -255,7 +255,7 @@ def of_another(name: str, other: str) -> Wrong:
 
 def two_motions(name: str) -> Wrong:
     _, bare, _, body = good(name)
-    loaded = invented.recorded(name, invented.motion(name, 9, points=12), body, 6)
+    loaded = invented.recorded(name, invented.motion(name, 9, points=11), body, 6)
     return Wrong(
         f"{name}: two trajectories for method 3", "not the same trajectory", invented.robot(name), (loaded,), (bare,),
         body.mass, {"methods": (3,)},
@@ -290,7 +290,7 @@ def _one_sided() -> Iterator[Wrong]:
     yield from (nothing_new("rx90"), two_motions("rx90"), given_twice("tx40"), one_file_for_both("rx90"))
     yield loaded_only("rx90", "payload put down halfway", "mass changes", late_half("rx90", None))
     yield loaded_only("rx90", "payload slips by 80 mm", "centre of mass moves", late_half("rx90", slipped(body)))
-    yield loaded_only("tx40", "torque drifts", "mass changes|moves during", drifting(2, 1.0))
+    yield loaded_only("tx40", "torque drifts", "torque of joint 2 drifts by", drifting(2, 1.0))
     yield both("rx90", "cut-off below the motion", "below the motion", same, processing=_slow("rx90"))
     yield loaded_only("ur10e", "torques of another sign", "negative mass|sign", on_torque(lambda x: -x))
 
@@ -306,8 +306,8 @@ def _of_channels() -> Iterator[Wrong]:
     yield both("ur10e", "milliampere", "N·m/A", on_torque(lambda x: 1000.0 * x / 10.0))
     yield both("rx90", "kN·m", "kN·m", on_torque(lambda x: 1e-3 * x))
     percent = np.array([3.1, 2.9, 8.3, 25.0, 50.0, 83.0]) / 10.0
-    yield both("rx90", "percent of each drive", "share no unit|drive gain, unit", on_torque(lambda x: percent * x))
-    yield both("rx90", "motor-side torque", "share no unit|drive gain, unit|motor-side", on_torque(_motor_side))
+    yield both("rx90", "percent of each drive", "share no unit|drive gain", on_torque(lambda x: percent * x))
+    yield both("rx90", "motor-side torque", "share no unit|drive gain", on_torque(_motor_side))
     for joint in (2, 3, 4, 5, 6):
         yield both("rx90", f"gain {joint} twice too large", f"joint {joint} shows [12]", scaled(joint, 2.0))
     for joint in (1, 3, 4):
@@ -320,7 +320,7 @@ def _of_channels() -> Iterator[Wrong]:
     yield both("rx90", "joints 2 and 3 exchanged", "joints 2 and 3 are exchanged", reordered(1, 3, 2, 4, 5, 6))
     yield both("ur10e", "joints 4 and 5 exchanged", "joints 4 and 5 are exchanged", reordered(1, 2, 3, 5, 4, 6))
     yield both("rx90", "torque 0.2 s late", "torque lags position by about 0.20 s", read_at(lambda t: t - 0.2))
-    yield loaded_only("ur10e", "torque 0.2 s late", "lags position by about 0.20 s", read_at(lambda t: t - 0.2))
+    yield loaded_only("ur10e", "torque 0.2 s late", "lags position by about 0.(19|2)", read_at(lambda t: t - 0.2))
     yield both("rx90", "two clocks", "two clocks", read_at(lambda t: 0.985 * t))
     yield both("rx90", "dead torque channel", "dead", on_torque(lambda x: x * [1, 1, 1, 0, 1, 1]))
     yield both("tx40", "torque channel of noise", "joint 3", on_torque(lambda x: with_noise(x, 3)))
