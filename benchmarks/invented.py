@@ -102,7 +102,9 @@ def simulator(name: str) -> Simulator:
 
 def motion(name: str, seed: int, points: int = 14, speed: float = 0.6) -> Motion:
     """A random motion within the limits."""
-    return random_via_points(robot(name), points, seed, speed, span=0.8 if name != "ur10e" else 0.3).motion(RATE[name])
+    return random_via_points(robot(name), points, seed, speed, span=0.8 if name != "ur10e" else 0.3).motion(
+        RATE[name]
+    )
 
 
 def recorded(

@@ -22,7 +22,9 @@ def gravity(robot: Robot, sample: Sample) -> Iterator[Suspect]:
         if abs(usual[axis]) > 0.9 * size:
             continue
         for sign in (1.0, -1.0):
-            words = f"gravity points along {'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
+            words = (
+                f"gravity points along {'-' * (sign < 0)}{'xyz'[axis]} of frame 0 (the robot is mounted on a wall)"
+            )
             yield _mounted(robot, sample, sign * size * np.eye(3)[axis], words)
 
 

@@ -46,7 +46,8 @@ def zeros(robot: Robot, sample: Sample) -> Iterator[Suspect]:
             q = np.array(sample.q)
             q[:, j] += np.radians(degrees)
             yield Suspect(
-                f"the zero of q{j + 1} is off by {abs(degrees)} degrees", Model.of(robot, replace(sample, q=q)).misfit()
+                f"the zero of q{j + 1} is off by {abs(degrees)} degrees",
+                Model.of(robot, replace(sample, q=q)).misfit(),
             )
 
 
@@ -59,5 +60,6 @@ def frozen(robot: Robot, sample: Sample) -> Iterator[Suspect]:
         rest = replace(sample, keep=sample.keep & ~still[:, None])
         start, stop = sample.t[still][0], sample.t[still][-1]
         yield Suspect(
-            f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s", Model.of(robot, rest).misfit()
+            f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s",
+            Model.of(robot, rest).misfit(),
         )

@@ -42,15 +42,15 @@ def likely_causes(robot: Robot, source: Source, contradicted: bool = True) -> tu
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
     """
     enough = HELPFUL if contradicted else CONVINCING
-    kinds = [_cause(robot, recordings, source.processing, enough) for recordings in (source.unloaded, source.loaded)]
+    kinds = [
+        _cause(robot, recordings, source.processing, enough) for recordings in (source.unloaded, source.loaded)
+    ]
     found = sorted((cause for cause in kinds if cause is not None), key=lambda cause: cause.after / cause.before)
     words = [cause.words for cause in found]
     return tuple(cause for k, cause in enumerate(found) if cause.words not in words[:k])
 
 
-def _cause(
-    robot: Robot, recordings: Iterable[Recording], processing: Processing, enough: float
-) -> Cause | None:
+def _cause(robot: Robot, recordings: Iterable[Recording], processing: Processing, enough: float) -> Cause | None:
     samples = [Sample.of(recording, processing) for recording in recordings]
     models = [Model.of(robot, sample) for sample in samples if len(sample.t) > 1]
     if not models:

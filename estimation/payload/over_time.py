@@ -8,7 +8,7 @@ from ...model import InputError
 from ...model.arrays import Array
 from ..least_squares import solve, weighted
 from ..problem import ReducedProblem
-from .equations import PAYLOAD
+from ..names import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
 
 

@@ -142,7 +142,9 @@ def payload_problem(
             unavailable = str(error)
     rate = measured[0].motion.rate
     source = Source(tuple(loaded), tuple(unloaded), processing)
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable, source)
+    return PayloadProblem(
+        robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable, source
+    )
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:

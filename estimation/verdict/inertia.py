@@ -35,11 +35,11 @@ def inertia_reasons(evidence: Evidence) -> list[Reason]:
 def inertia_sigma(payload: ConstrainedPayload) -> Array:
     """Relative standard deviations of the three moments of inertia at the centre of mass, shape (3,).
 
-    The larger of the formula's and the robust deviation of the free estimate, over the moments of the possible
-    payload: the free ones may be negative.
+    The free estimate's deviation, the robust one if there is one, over the moments of the possible payload: the free
+    moments may be negative.
     """
-    moments = np.diag(payload.body.inertia_com)
-    sigma = np.diag(payload.free.larger_sigma_inertia_com)
+    moments, robust = np.diag(payload.body.inertia_com), payload.free.sigma_inertia_com_robust
+    sigma = np.diag(robust if robust is not None else payload.free.sigma_inertia_com)
     return np.asarray(sigma / np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300)))
 
 

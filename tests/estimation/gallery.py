@@ -130,7 +130,9 @@ def without_gravity(name: str) -> Change:
 
     def change(r: Recording) -> Recording:
         load = None if r is bare else body
-        return replace(r, torque=r.torque - (with_g.measure(still, load).torque - without.measure(still, load).torque))
+        return replace(
+            r, torque=r.torque - (with_g.measure(still, load).torque - without.measure(still, load).torque)
+        )
 
     return change
 
@@ -265,7 +267,9 @@ def two_motions(name: str) -> Wrong:
 def given_twice(name: str) -> Wrong:
     _, bare, loaded, body = good(name)
     copy = replace(loaded, source="again.csv")
-    return Wrong(f"{name}: one recording twice", "given twice", invented.robot(name), (loaded, copy), (bare,), body.mass)
+    return Wrong(
+        f"{name}: one recording twice", "given twice", invented.robot(name), (loaded, copy), (bare,), body.mass
+    )
 
 
 def one_file_for_both(name: str) -> Wrong:
@@ -331,7 +335,7 @@ def _of_channels() -> Iterator[Wrong]:
 
 
 def _motor_side(torque: Array) -> Array:
-    return torque / np.array([32.0, 32.0, 45.0, 48.0, 45.0, 32.0]) * 2.0
+    return np.asarray(torque / np.array([32.0, 32.0, 45.0, 48.0, 45.0, 32.0]) * 2.0)
 
 
 def _of_description() -> Iterator[Wrong]:
