@@ -38,6 +38,7 @@ from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
+from .system import ObservationSystem, identification_system, payload_system
 
 __all__ = [
     "PAYLOAD",
@@ -60,6 +61,7 @@ __all__ = [
     "KnownMass",
     "MassBounds",
     "Observation",
+    "ObservationSystem",
     "Observer",
     "PairedMeasurement",
     "PayloadAnswer",
@@ -81,6 +83,7 @@ __all__ = [
     "decimated",
     "difference_problem",
     "fit",
+    "identification_system",
     "identify",
     "identify_payload",
     "jackknife",
@@ -91,6 +94,7 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "payload_system",
     "profile_intervals",
     "read_recording",
     "reduced",

@@ -89,12 +89,17 @@ def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str
     j = int(np.argmax(share))
     if cutoff is not None and share[j] > _MOST_LOST:
         raise InputError(
-            f"{source}: a cut-off of {cutoff:g} Hz takes {100 * share[j]:.1f} % off the motion of joint {j + 1}: the "
-            "cut-off lies below the motion; raise --cutoff"
+            f"{source}: a cut-off of {cutoff:g} Hz takes {100 * share[j]:.1f} % off the motion of joint {j + 1}: "
+            "the cut-off lies below the motion; raise --cutoff"
         )
 
 
 def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
+    """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; no cut-off [Hz] leaves them as they are.
+
+    Raises:
+        InputError: names the source if the cut-off does not suit it.
+    """
     if cutoff is None:
         return signals
     if cutoff * step >= 0.5:

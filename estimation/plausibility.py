@@ -94,8 +94,8 @@ def _check_steps(robot: Robot, recording: Recording) -> None:
             step = recording.q[k + window, j] - recording.q[k, j]
             raise InputError(
                 f"{recording.source}: q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed[k]:.3g} s at "
-                f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck encoder, "
-                "poses without the motion between them, or another unit; record the motion itself"
+                f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck "
+                "encoder, poses without the motion between them, or another unit; record the motion itself"
             )
 
 
@@ -107,13 +107,14 @@ def _check_reach(robot: Robot, recording: Recording) -> None:
     worst = np.abs(recording.torque).max(axis=0)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
         raise InputError(
-            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach "
-            f"to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
+            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to "
+            "move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
         )
     if worst.max() > _STRONGEST * reach**3:
         raise InputError(
             f"{recording.source}: the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much "
-            f"for an arm of {reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
+            f"for an arm of {reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in "
+            "N·m/A"
         )
 
 
@@ -171,8 +172,8 @@ def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> N
         for b in unloaded:
             if np.array_equal(a.torque, b.torque) and np.array_equal(a.q, b.q):
                 raise InputError(
-                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, one "
-                    "with and one without the payload"
+                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
+                    "one with and one without the payload"
                 )
 
 

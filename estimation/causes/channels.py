@@ -91,8 +91,8 @@ def units(model: Model) -> Iterator[Suspect]:
     if usable.all() and (np.abs(np.log(factors)) > _UNIT).sum() > 1:
         told = ", ".join(f"{1.0 / factor:.2g}" for factor in factors)
         yield Suspect(
-            f"the torques of the joints share no unit (they are {told} times too large, joint by joint), as motor-side "
-            "torques or percent of each drive's maximum do",
+            f"the torques of the joints share no unit (they are {told} times too large, joint by joint), as "
+            "motor-side torques or percent of each drive's maximum do",
             model.misfit(model.sample.torque * factors),
         )
 

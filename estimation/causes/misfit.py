@@ -77,7 +77,7 @@ class Model:
         return -float(a @ b) / max(float(a @ a), 1e-300)
 
     def gains(self) -> Array:
-        """Factors on the joints' torques with which they fit one another best, that of the largest torque 1; (n,)."""
+        """Factors on the joints' torques with which they fit one another best; 1 for the largest torque; (n,)."""
         n, keep, scale = len(self.scale), self.sample.keep, self.scale
         columns = []
         for j in range(n):

@@ -31,8 +31,8 @@ def exchanged(robot: Robot, sample: Sample) -> Iterator[Suspect]:
         order = list(range(robot.n))
         order[i], order[j] = j, i
         other = replace(
-            sample, q=sample.q[:, order], qd=sample.qd[:, order], qdd=sample.qdd[:, order], keep=sample.keep[:, order],
-            torque=sample.torque[:, order],
+            sample, q=sample.q[:, order], qd=sample.qd[:, order], qdd=sample.qdd[:, order],
+            keep=sample.keep[:, order], torque=sample.torque[:, order],
         )  # fmt: skip
         model = Model.of(robot, other)
         yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", model.misfit())

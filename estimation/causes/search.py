@@ -24,7 +24,7 @@ _TOLD = 3
 
 
 class Cause(NamedTuple):
-    """A likely cause, with the joints' mean residual as it is and as it would be; ``source`` names the recording."""
+    """A likely cause in a recording, with the joints' mean residual as it is and as it would be."""
 
     source: str
     words: str

@@ -127,7 +127,7 @@ class _Number(NamedTuple):
 
 
 class _Equations(NamedTuple):
-    """Per joint weighted factors [W_L Y] of the payload alone, and W of a robot that was subtracted, C its covariance."""
+    """Per joint weighted factors [W_L Y] of the payload, and W of a robot that was subtracted, C its covariance."""
 
     payload: tuple[Array, ...]
     robot: tuple[Array, ...]

@@ -12,7 +12,7 @@ from ..least_squares import weighted
 from .problem import FixedWeights, PayloadProblem
 from .robust import Method
 
-_STEP = 1e-4
+_STEP = 1e-5
 """Relative change of a torque; every method but the second is linear in it, and that one nearly."""
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from ...model import InputError
 from ...model.arrays import Array
 from ..least_squares import solve, weighted
-from ..problem import ReducedProblem
 from ..names import PAYLOAD
+from ..problem import ReducedProblem
 from .problem import FixedWeights, PayloadProblem
 
 

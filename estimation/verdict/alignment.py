@@ -13,7 +13,7 @@ def alignment_reasons(evidence: Evidence) -> list[Reason]:
         return []
     return [
         against_inertia(
-            f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad (rms) "
-            "after alignment: method 3 takes them for one motion"
+            f"{worst.unloaded.source} and {worst.loaded.source} differ by {1e3 * worst.rms_mismatch:.1f} mrad "
+            "(rms) after alignment: method 3 takes them for one motion"
         )
     ]

@@ -20,8 +20,8 @@ def friction_reasons(evidence: Evidence) -> list[Reason]:
     named = ", ".join(map(str, joints))
     return [
         against_all(
-            f"the friction of joint {named} comes out negative, as if it drove the joint: the sign of its torque or "
-            "of its position is wrong"
+            f"the friction of joint {named} comes out negative, as if it drove the joint: the sign of its torque "
+            "or of its position is wrong"
         )
     ]
 

@@ -12,7 +12,7 @@ INERTIA_SIGMA = 0.30
 OWN_SIZE = 0.3
 """Standard deviation, in units of the payload's own M l^2, above which the motion does not show a parameter."""
 CONDITION = 500.0
-"""Condition number with columns scaled above which small errors of the model spoil the answer; good motions have 10."""
+"""Condition number with columns scaled above which small errors spoil the answer; good motions have 10."""
 
 
 def inertia_reasons(evidence: Evidence) -> list[Reason]:
@@ -35,8 +35,8 @@ def inertia_reasons(evidence: Evidence) -> list[Reason]:
 def inertia_sigma(payload: ConstrainedPayload) -> Array:
     """Relative standard deviations of the three moments of inertia at the centre of mass, shape (3,).
 
-    The free estimate's deviation, the robust one if there is one, over the moments of the possible payload: the free
-    moments may be negative.
+    The free estimate's deviation, the robust one if there is one, over the moments of the possible payload: the
+    free moments may be negative.
     """
     moments, robust = np.diag(payload.body.inertia_com), payload.free.sigma_inertia_com_robust
     sigma = np.diag(robust if robust is not None else payload.free.sigma_inertia_com)

@@ -42,8 +42,8 @@ def _sign(evidence: Evidence) -> list[Reason]:
     texts = ", ".join(f"{e.mass:.3g} ± {e.larger_sigma[9]:.2g}" for e in nothing)
     return [
         against_all(
-            f"{by(nothing)} gives a mass that does not differ from zero ({texts} kg): is the same load on the robot "
-            "in both recordings?"
+            f"{by(nothing)} gives a mass that does not differ from zero ({texts} kg): is the same load on the "
+            "robot in both recordings?"
         )
     ]
 

@@ -12,7 +12,7 @@ JOINT_RESIDUAL = 0.5
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
 VALIDATION_RATIO = 2.0
-"""Relative residual on held-out recordings over that of the fit, above which the robot's model does not carry over."""
+"""Relative residual on held-out recordings over that of the fit above which the model does not carry over."""
 VALIDATION_FLOOR = 0.06
 """Held-out residuals below this are good whatever the ratio."""
 

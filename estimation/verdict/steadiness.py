@@ -30,8 +30,8 @@ def steadiness_reasons(evidence: Evidence) -> list[Reason]:
         masses = ", ".join(f"{value:.3g}" for value in values[:, 3])
         return [
             against_all(
-                f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the payload "
-                "taken up or put down, or does a torque drift?"
+                f"the mass changes during the loaded recording ({masses} kg, in the order of time): was the "
+                "payload taken up or put down, or does a torque drift?"
             )
         ]
     if moved[:3].any():
@@ -39,8 +39,8 @@ def steadiness_reasons(evidence: Evidence) -> list[Reason]:
         places = ", ".join(f"{1e3 * value:.0f}" for value in values[:, axis] / values[:, 3])
         return [
             against_all(
-                f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {places} mm, in the order of "
-                "time): did the payload slip, or does a torque drift?"
+                f"the centre of mass moves during the loaded recording ({'xyz'[axis]} at {places} mm, in the order "
+                "of time): did the payload slip, or does a torque drift?"
             )
         ]
     return []

@@ -259,8 +259,8 @@ def two_motions(name: str) -> Wrong:
     _, bare, _, body = good(name)
     loaded = invented.recorded(name, invented.motion(name, 9, points=11), body, 6)
     return Wrong(
-        f"{name}: two trajectories for method 3", "not the same trajectory", invented.robot(name), (loaded,), (bare,),
-        body.mass, {"methods": (3,)},
+        f"{name}: two trajectories for method 3", "not the same trajectory", invented.robot(name), (loaded,),
+        (bare,), body.mass, {"methods": (3,)},
     )  # fmt: skip
 
 
