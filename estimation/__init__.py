@@ -21,12 +21,16 @@ from .names import PAYLOAD
 from .observation import Observation, Observer
 from .origins import Origin, hidden_directions, origins
 from .payload import (
+    ByJoints,
     ConstrainedPayload,
+    JointShare,
+    JointsMass,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
+    Stretch,
     answer_payload,
     combined,
     constrain_payload,
@@ -35,6 +39,8 @@ from .payload import (
     identify_payload,
     loaded_problem,
     payload_blocks,
+    payload_by_joints,
+    payload_over_time,
     payload_problem,
     usable_methods,
 )
@@ -45,11 +51,13 @@ from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
+from .verdict import Verdict
 
 __all__ = [
     "PAYLOAD",
     "Active",
     "AlignedPair",
+    "ByJoints",
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
@@ -67,6 +75,8 @@ __all__ = [
     "InEllipsoid",
     "InHull",
     "Intervals",
+    "JointShare",
+    "JointsMass",
     "KnownMass",
     "MassBounds",
     "Observation",
@@ -86,7 +96,9 @@ __all__ = [
     "SigmaRatio",
     "SolverError",
     "StopRule",
+    "Stretch",
     "Tested",
+    "Verdict",
     "Weighing",
     "aligned",
     "answer_payload",
@@ -115,6 +127,8 @@ __all__ = [
     "ordinary",
     "origins",
     "payload_blocks",
+    "payload_by_joints",
+    "payload_over_time",
     "payload_problem",
     "payload_system",
     "profile_intervals",
