@@ -37,6 +37,7 @@ from .regressor import (
 )
 from .robot import INERTIAL, Joint, Limits, Robot
 from .robot_file import load_robot, robot_names
+from .visibility import PayloadVisibility, friction_columns, payload_visibility, visibility_of
 
 __all__ = [
     "INERTIAL",
@@ -50,6 +51,7 @@ __all__ = [
     "Limits",
     "Measurement",
     "Motion",
+    "PayloadVisibility",
     "Processing",
     "Recording",
     "Robot",
@@ -64,6 +66,7 @@ __all__ = [
     "essential_regressor",
     "forward_dynamics",
     "forward_kinematics",
+    "friction_columns",
     "generate_code",
     "gravity",
     "inverse_dynamics",
@@ -73,9 +76,11 @@ __all__ = [
     "mass_matrix",
     "payload_columns",
     "payload_regressor",
+    "payload_visibility",
     "regressor",
     "robot_names",
     "smooth_regressor",
     "standard_columns",
     "standard_regressor",
+    "visibility_of",
 ]
