@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..payload.by_joints import JointShare, JointsMass
+from ..payload.by_joints import ByJoints, JointShare, JointsMass
 from .reasons import Evidence, Reason, against_all, against_inertia
 
 NOTABLE = 0.03
@@ -23,8 +23,13 @@ SIGMAS = 4.5
 
 def joint_reasons(evidence: Evidence) -> list[Reason]:
     """Against numbers on which the joints do not agree."""
-    alone = [one for one in evidence.by_joints.masses if len(one.joints) == 1 and one.mass is not None]
-    return [*_shares(evidence.by_joints.shares), *_masses(alone, evidence.best.mass)]
+    return by_joints_reasons(evidence.by_joints, evidence.best.mass)
+
+
+def by_joints_reasons(found: ByJoints, mass: float) -> list[Reason]:
+    """Against a mass [kg] that single joints contradict."""
+    alone = [one for one in found.masses if len(one.joints) == 1 and one.mass is not None]
+    return [*_shares(found.shares), *_masses(alone, mass)]
 
 
 def _masses(alone: list[JointsMass], mass: float) -> list[Reason]:
