@@ -1,12 +1,14 @@
 """The verdict on a weighing: what speaks against its numbers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..constraints import PossibleBody
 from ..estimate import Estimate
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
+from ..robust import student95
 from ..verdict import Level, Reason, Verdict, fit_reasons
 from ..verdict.joints import by_joints_reasons
 from ..verdict.mass import SIGMAS
@@ -45,7 +47,7 @@ def verdict_of(
     found = [against_all(f"mass: {judged['mass'].why}")] if judged["mass"].use == "not measured well enough" else []
     found += _sign(mass, float(model.sigma[k]), from_scale)
     found += [against_all(text) for text in fit_reasons(model.fit, "the payload's model")]
-    found += by_joints_reasons(by_joints, mass)
+    found += by_joints_reasons(_allowing(by_joints), mass)
     found += _conflicts(constrained)
     found += _ways(mass, agreement)
     found += _repeats(repeats)
@@ -58,6 +60,16 @@ def verdict_of(
         level = "do_not_use" if any(one.against == "everything" for one in found) else "mass_and_com_only"
     told = sorted(found, key=lambda one: one.against != "everything")
     return Verdict(level, tuple(dict.fromkeys(one.text for one in told)))
+
+
+def _allowing(by_joints: ByJoints) -> ByJoints:
+    """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
+    freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
+    factor = student95(freedom) / student95(1e9)
+    return ByJoints(
+        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.masses),
+        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.shares),
+    )
 
 
 def _sign(mass: float, sigma: float, from_scale: bool) -> list[Reason]:
