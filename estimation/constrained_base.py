@@ -83,7 +83,7 @@ def solve_constrained_base(robot: Robot, base: BaseParameters, estimate: Estimat
     scale = _sizes(robot, base, estimate)
     G = base.grouping * scale
     R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
-    A, texts = _drive_rules(robot, base.standard)
+    A, texts = drive_rules(robot, base.standard)
     places = [[base.standard.index(f"{kind}{link}") for kind in INERTIAL] for link in range(1, robot.n + 1)]
     bodies = np.eye(len(scale))[np.array(places)]
     program = ConeProgram(R @ G, R @ estimate.values, A, np.zeros(len(A)), bodies)
@@ -114,7 +114,7 @@ def _sizes(robot: Robot, base: BaseParameters, estimate: Estimate) -> Array:
     return np.array([inertial.get(parameter_kind(name), own.get(name, 1.0)) for name in base.standard])
 
 
-def _drive_rules(robot: Robot, standard: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
+def drive_rules(robot: Robot, standard: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
     """Rows of A x >= 0 for friction and rotor inertias, and what each says.
 
     Of coupled rotors IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k.
