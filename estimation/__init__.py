@@ -9,8 +9,10 @@ from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, P
 from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
+from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .least_squares import ordinary, weighted
+from .logs import LogMap, read_log_map, read_recording
 from .observation import Observation, Observer
 from .payload import (
     PAYLOAD,
@@ -29,7 +31,6 @@ from .payload import (
     usable_methods,
 )
 from .problem import ReducedProblem, merged
-from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
@@ -47,10 +48,13 @@ __all__ = [
     "Fit",
     "Holding",
     "Identification",
+    "DriveGains",
     "InEllipsoid",
     "InHull",
     "KnownMass",
     "MassBounds",
+    "LogMap",
+    "GainProblem",
     "Observation",
     "Observer",
     "PairedMeasurement",
@@ -80,6 +84,9 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "gain_problem",
+    "identify_gains",
+    "read_log_map",
     "read_recording",
     "reduced",
     "reduced_measurement",

@@ -6,7 +6,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from ..estimation.drive_gains import DriveGains
+from ..estimation.gains import DriveGains
 from ..model import INERTIAL, Processing
 
 

@@ -3,8 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ..estimation import Observation
+from ..model import Recording
 from ..model.arrays import Array
+
+_STRETCHES = 2000  # of a long signal that are drawn
 
 
 def save_torques(
@@ -38,3 +43,47 @@ def save_torques(
     figure.suptitle(title)
     # Without metadata the same result gives the same bytes.
     figure.savefig(path, dpi=130, metadata={"Software": None} if str(path).endswith(".png") else None)
+
+
+def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
+    """Positions and torques of every joint over time, as PNG, SVG or PDF.
+
+    Args:
+        path: file; its ending chooses the format.
+        recording: what to draw; of long ones the extremes of short stretches.
+        unit: of its torques, "N·m" or "A".
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    n = recording.q.shape[1]
+    figure = Figure(figsize=(11.0, 1.5 * n + 0.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(n, 2, sharex=True, squeeze=False)
+    for j in range(n):
+        for axis, values, label in zip(
+            axes[j], (recording.q, recording.torque), (f"q{j + 1} [rad or m]", f"joint {j + 1} [{unit}]"), strict=True
+        ):
+            axis.plot(*_thinned(recording.t, values[:, j]), linewidth=0.8)
+            axis.set_ylabel(label)
+            axis.grid(visible=True, alpha=0.3)
+    for axis in axes[-1]:
+        axis.set_xlabel("time [s]")
+    figure.suptitle(Path(recording.source).name)
+    # Without metadata, and with names of its parts that do not change, the same log gives the same bytes.
+    png = str(path).endswith(".png")
+    with mpl.rc_context({"svg.hashsalt": "dynident"}):
+        figure.savefig(path, dpi=110, metadata={"Software": None} if png else {"Date": None})
+
+
+def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
+    """Smallest and largest value of each of some thousand stretches, in the order of time."""
+    size = len(t) // _STRETCHES
+    if size < 4:
+        return t, values
+    count = len(t) // size
+    parts = values[: count * size].reshape(count, size)
+    places = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+    chosen = (places + size * np.arange(count)[:, None]).ravel()
+    return t[chosen], values[chosen]

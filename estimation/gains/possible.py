@@ -15,7 +15,7 @@ from ..cone import ConeProgram, SolverError, solve_cone
 from ..constrained_base import drive_rules
 from ..payload.equations import PAYLOAD
 from ..problem import ReducedProblem, triangular
-from .free import FreeGains
+from .current_side import CurrentFit
 from .known_load import KnownLoad
 from .problem import GainProblem
 
@@ -50,7 +50,7 @@ class _Variables(NamedTuple):
 
 
 def possible_gains(
-    problem: GainProblem, equations: ReducedProblem, load: KnownLoad, start: FreeGains | PossibleGains, held: int
+    problem: GainProblem, equations: ReducedProblem, load: KnownLoad, start: CurrentFit | PossibleGains, held: int
 ) -> PossibleGains:
     """Gains, base parameters and payload of bodies that can exist, drives that do not push.
 

@@ -7,13 +7,14 @@ import numpy as np
 
 from ...model import BaseParameters, InputError, Processing, Recording, Robot
 from ...model.arrays import Array
+from ..payload.equations import PAYLOAD
 from ..payload.problem import PayloadProblem, payload_problem
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
-from .free import free_gains
-from .known_load import known_mass
+from .current_side import CurrentFit, current_weights, gauss_newton
+from .known_load import KnownLoad, known_mass
 
-_FLOOR = 1e-9  # of the current: data without noise still need finite weights
+_USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
 
 @dataclass(frozen=True)
@@ -68,34 +69,45 @@ def gain_problem(
         )
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
-    first = payload_problem(robot, loaded, unloaded, None, processing, progress)
+    scaled = _scaled(loaded, unloaded, np.full(robot.n, _USUAL))
+    first = payload_problem(robot, *scaled, None, processing, progress)
     assert first.unloaded is not None
-    both = _together(first.loaded, first.unloaded)
+    both = _in_currents(_together(first.loaded, first.unloaded), np.full(robot.n, _USUAL))
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is enough.
-    K = 1.0 / free_gains(both, known_mass(1.0), weights).k
-    K /= K.mean()
-    scaled = [[replace(r, torque=r.torque * K) for r in recordings] for recordings in (loaded, unloaded)]
-    problem = payload_problem(robot, scaled[0], scaled[1], None, processing, progress, robust=True)
+    K = 1.0 / free_gains(both, weights, known_mass(1.0)).k
+    K *= _USUAL / K.mean()
+    problem = payload_problem(robot, *_scaled(loaded, unloaded, K), None, processing, progress, robust=True)
     deletions, length, reason = _deletions(problem)
     deletions = tuple(tuple(_in_currents(part, K) for part in group) for group in deletions)
     return GainProblem(robot, first.base, both, weights, deletions, length, reason)
 
 
-def current_weights(equations: ReducedProblem) -> Array:
-    """One over the standard deviation of each joint's error [1/A], shape (n,).
+def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> CurrentFit:
+    """Gains, base parameters and what is unknown of the payload, without constraints.
 
-    From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
+    Raises:
+        InputError: if the recordings leave a gain undetermined, or one is negative.
     """
-    sigma = []
-    for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
-        W, d = factor[:, :-1], factor[:, -1]
-        scale = np.linalg.norm(W, axis=0)
-        scale[scale == 0.0] = 1.0
-        x, _, rank, _ = np.linalg.lstsq(W / scale, d, rcond=1e-10)
-        error = np.linalg.norm(d - (W / scale) @ x) / np.sqrt(max(rows - rank, 1.0))
-        sigma.append(max(float(error), _FLOOR * float(np.linalg.norm(d)) / np.sqrt(max(rows, 1.0))))
-    return 1.0 / np.array(sigma)
+    free = [k for k, name in enumerate(equations.columns) if name not in load.known]
+    known = np.zeros(len(equations.columns))
+    known[-len(PAYLOAD) :] = load.ten
+    found = gauss_newton(equations, weights, free, known)
+    wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
+    if wrong:
+        raise InputError(
+            f"the current of joint {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign in a "
+            "log map), or check the order of joints"
+        )
+    return found
+
+
+def _scaled(
+    loaded: Sequence[Recording], unloaded: Sequence[Recording], K: Array
+) -> tuple[list[Recording], list[Recording]]:
+    """The recordings with torques that gains K would give."""
+    with_payload, without = ([replace(r, torque=r.torque * K) for r in group] for group in (loaded, unloaded))
+    return with_payload, without
 
 
 def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:

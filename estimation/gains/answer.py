@@ -12,10 +12,9 @@ from ...model.names import parameter_kind
 from ..estimate import Fit
 from ..problem import ReducedProblem
 from ..robust import RobustCovariance, jackknife
-from .free import free_gains
 from .known_load import KnownLoad
 from .possible import possible_gains
-from .problem import GainProblem
+from .problem import GainProblem, free_gains
 from .result import DriveGains
 
 
@@ -29,7 +28,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
     Raises:
         InputError: if the recordings do not determine the gains.
     """
-    free = free_gains(problem.equations, load, problem.weights)
+    free = free_gains(problem.equations, problem.weights, load)
     held = int(np.argmin(np.diag(free.covariance)))
     best = possible_gains(problem, problem.equations, load, free, held)
     scale = (load.mass_sigma / load.mass) ** 2  # an error of the mass scales all gains alike
