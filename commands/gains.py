@@ -13,7 +13,9 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser("gains", help="identify drive gains from currents and a payload of known mass")
     robot_argument(parser)
     for option, what in (("unloaded", "currents without payload"), ("loaded", "currents with it")):
-        parser.add_argument(f"--{option}", action="append", required=True, metavar="LOG", help=f"{what}; repeatable")
+        parser.add_argument(
+            f"--{option}", action="append", required=True, metavar="LOG", help=f"{what}; repeatable"
+        )
     known = parser.add_mutually_exclusive_group(required=True)
     known.add_argument("--mass", type=float, metavar="KG", help="the payload's mass")
     known.add_argument("--payload", metavar="TOML", help="mass, com, inertia_com as far as they are known")

@@ -29,8 +29,8 @@ def check_lines(check: LogCheck) -> list[str]:
         )
     if check.relative_residual is not None:
         lines.append(
-            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with columns "
-            f"scaled {check.condition_number_scaled:.3g}"
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
+            f"columns scaled {check.condition_number_scaled:.3g}"
         )
     lines += [f"{_MARKS[finding.severity]}: {finding.words}" for finding in check.findings]
     return lines if check.findings else [*lines, "nothing looks wrong"]
@@ -40,12 +40,11 @@ def check_tables(robot: Robot, check: LogCheck) -> list[Table]:
     """Joints, then excitation."""
     tables = []
     if check.joints:
-        unit = "A" if check.currents else "N·m"
+        load = "current A" if check.currents else "torque N·m"
         table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
         for heading in ("joint", "moves"):
             table.add_column(heading, no_wrap=True)
-        for heading in ("position", "step", "speed", "of limit", f"{'current' if check.currents else 'torque'} {unit}",
-                        "step", "at extreme"):  # fmt: skip
+        for heading in ("position", "step", "speed", "of limit", load, "step", "at extreme"):
             table.add_column(heading, justify="right", no_wrap=True)
         for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=True), 1):
             table.add_row(
@@ -61,8 +60,8 @@ def check_tables(robot: Robot, check: LogCheck) -> list[Table]:
             )
         tables.append(table)
     if check.excitation:
-        table = Table(title="Excitation: relative sigma of each base parameter from this log, %", box=None,
-                      title_justify="left", padding=(0, 1), show_header=False)  # fmt: skip
+        title = "Excitation: relative sigma of each base parameter from this log, %"
+        table = Table(title=title, title_justify="left", box=None, padding=(0, 1), show_header=False)
         for _ in range(_A_ROW):
             table.add_column(no_wrap=True)
             table.add_column(justify="right", no_wrap=True)

@@ -63,7 +63,10 @@ def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
     axes = figure.subplots(n, 2, sharex=True, squeeze=False)
     for j in range(n):
         for axis, values, label in zip(
-            axes[j], (recording.q, recording.torque), (f"q{j + 1} [rad or m]", f"joint {j + 1} [{unit}]"), strict=True
+            axes[j],
+            (recording.q, recording.torque),
+            (f"q{j + 1} [rad or m]", f"joint {j + 1} [{unit}]"),
+            strict=True,
         ):
             axis.plot(*_thinned(recording.t, values[:, j]), linewidth=0.8)
             axis.set_ylabel(label)

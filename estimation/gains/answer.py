@@ -45,7 +45,10 @@ def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
         except InputError as error:
             reason = str(error)
     errors = np.array(
-        [np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in zip(problem.equations.factors, best.k, strict=True)]
+        [
+            np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x)
+            for R, k in zip(problem.equations.factors, best.k, strict=True)
+        ]
     )
     return DriveGains(
         robot=problem.robot.name,

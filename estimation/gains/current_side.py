@@ -1,8 +1,8 @@
 """Least squares on the currents, i_j = k_j (W_j x) + rho_j, over k and x, by Gauss-Newton.
 
-The errors are in the currents. Fitting torques, K_j i_j = W_j x, has them in a regressor's place and gives gains that
-are too small (on a UR10e by 10 % and more); it serves as the start only (its linear system is that of Gautier and
-Briot, Global identification of joint drive gains and dynamic parameters of robots, 2014).
+The errors are in the currents. Fitting torques, K_j i_j = W_j x, has them in a regressor's place and gives gains
+that are too small (on a UR10e by 10 % and more); it serves as the start only (its linear system is that of Gautier
+and Briot, Global identification of joint drive gains and dynamic parameters of robots, 2014).
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,8 @@ _FLOOR = 1e-9  # of the current: data without noise still need finite weights
 class CurrentFit(NamedTuple):
     """Gains and parameters.
 
-    ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a gain
-    was held; ``degrees_of_freedom``.
+    ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a
+    gain was held; ``degrees_of_freedom``.
     """
 
     k: Array
@@ -60,7 +60,8 @@ def gauss_newton(
         free: places of the unknown parameters among the columns.
         known: the others' values, zero at the free ones, shape (c,).
         held: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
-            standard deviation of 1, so that what a recording does not tell stays there. None where known parameters set the scale.
+            standard deviation of 1, so that what a recording does not tell stays there. None where known
+            parameters set the scale.
 
     Raises:
         InputError: if the recordings leave a gain undetermined.

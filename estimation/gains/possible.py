@@ -89,7 +89,9 @@ def possible_gains(
         k = k * ratio
         if np.abs(ratio - 1.0).max() < _ENOUGH:
             return PossibleGains(k, x)
-    raise InputError("the gains of bodies that can exist do not settle: check units, signs and order of the currents")
+    raise InputError(
+        "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
+    )
 
 
 def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
@@ -122,17 +124,17 @@ def _robot_scale(problem: GainProblem, x: Array) -> Array:
     powers = dict.fromkeys(INERTIAL[:6], 2) | dict.fromkeys(INERTIAL[6:9], 1)
     length = max(max(abs(joint.d), abs(joint.r)) for joint in problem.robot.joints) / 2.0 or 1.0
     own = dict(zip(problem.base.columns, np.abs(x), strict=False))
-    masses = [value / length ** powers[parameter_kind(k)] for k, value in own.items() if parameter_kind(k) in powers]
+    masses = [
+        value / length ** powers[parameter_kind(k)] for k, value in own.items() if parameter_kind(k) in powers
+    ]
     mass = float(np.median(masses)) or 1.0
     inertial = {kind: mass * length ** powers.get(kind, 0) for kind in INERTIAL} | {"IA": mass * length**2}
     typical = max(float(np.median([v for k, v in own.items() if parameter_kind(k) not in powers] or [1.0])), 1e-6)
     return np.array([inertial.get(parameter_kind(name), typical) for name in problem.base.standard])
 
 
-def _rows(
-    equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int
-) -> Array:
-    """The linearised currents: columns z, then k over its present value for each joint, then the right-hand side."""
+def _rows(equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
+    """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
     rows = []
     for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):
         current = k[j] * factor[:, :-1] @ x

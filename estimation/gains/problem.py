@@ -60,7 +60,9 @@ def gain_problem(
         InputError: if the recordings cannot be used, or the robot's drives do not give one torque per current.
     """
     if robot.spring is not None:
-        raise InputError(f"{robot.name} has a gravity spring: gains of such an arm are not identified from currents")
+        raise InputError(
+            f"{robot.name} has a gravity spring: gains of such an arm are not identified from currents"
+        )
     if robot.coupling is not None:
         j, k = robot.coupling.joints
         raise InputError(
@@ -74,7 +76,8 @@ def gain_problem(
     assert first.unloaded is not None
     both = _in_currents(_together(first.loaded, first.unloaded), np.full(robot.n, _USUAL))
     weights = current_weights(both)
-    # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is enough.
+    # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
+    # enough.
     K = 1.0 / free_gains(both, weights, known_mass(1.0)).k
     K *= _USUAL / K.mean()
     problem = payload_problem(robot, *_scaled(loaded, unloaded, K), None, processing, progress, robust=True)
@@ -96,8 +99,8 @@ def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> Cu
     wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
     if wrong:
         raise InputError(
-            f"the current of joint {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign in a "
-            "log map), or check the order of joints"
+            f"the current of joint {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
+            "in a log map), or check the order of joints"
         )
     return found
 

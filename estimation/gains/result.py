@@ -50,7 +50,9 @@ class DriveGains:
         n = len(self.gravity)
         for name in ("values", "free_values"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), (n,), name))
-        object.__setattr__(self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance"))
+        object.__setattr__(
+            self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance")
+        )
 
     @cached_property
     def relative_sigma(self) -> Array:
@@ -91,7 +93,5 @@ class DriveGains:
         return tuple(
             ("gravity and inertia" if gravity else "inertia only: no gravity acts on this joint")
             + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
-            for gravity, good, sigma in zip(
-                self.gravity, self.identified, self.larger_relative_sigma, strict=True
-            )
+            for gravity, good, sigma in zip(self.gravity, self.identified, self.larger_relative_sigma, strict=True)
         )

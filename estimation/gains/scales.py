@@ -8,7 +8,6 @@ from ...model.arrays import Array
 from ..problem import ReducedProblem
 from .current_side import current_weights, gauss_newton
 
-
 _TOLD = 0.2
 """Standard deviation of a scale's logarithm above which the recording does not tell it."""
 

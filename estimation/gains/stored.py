@@ -28,7 +28,9 @@ class StoredGains:
         """Lock the arrays; refuse what is no gain or no covariance."""
         n = np.size(self.values)
         object.__setattr__(self, "values", frozen_array(self.values, (n,), "gains"))
-        object.__setattr__(self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance"))
+        object.__setattr__(
+            self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance")
+        )
         C = self.relative_covariance
         if (self.values == 0.0).any():
             raise ValueError("a gain is zero")

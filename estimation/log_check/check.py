@@ -138,8 +138,8 @@ def _joint_findings(joints: tuple[JointFacts, ...], currents: bool) -> list[Find
             findings.append(
                 Finding(
                     "warning",
-                    f"The {what} of joint {j} stands at its extreme in {100 * joint.saturated:.1f} % of the samples: "
-                    "it looks saturated; record a gentler motion",
+                    f"The {what} of joint {j} stands at its extreme in {100 * joint.saturated:.1f} % of the "
+                    "samples: it looks saturated; record a gentler motion",
                 )
             )
         if span > 0.0 and joint.torque_step > _COARSE * span:
@@ -161,7 +161,7 @@ def _excitation_findings(excitation: tuple[Excited, ...]) -> list[Finding]:
     return [
         Finding(
             "note",
-            f"{unsure} of {len(excitation)} base parameters are uncertain by more than {_UNSURE:.0f} % from this log "
-            "alone: small ones always are; for others move faster and over a wider range",
+            f"{unsure} of {len(excitation)} base parameters are uncertain by more than {_UNSURE:.0f} % from this "
+            "log alone: small ones always are; for others move faster and over a wider range",
         )
     ]

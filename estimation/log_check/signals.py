@@ -17,8 +17,15 @@ _MOST_LEVELS = 200_000  # distinct values that are sorted to find a step
 
 @dataclass(frozen=True)
 class TimeFacts:
-    """Time of a recording: ``duration`` [s], ``rate`` [Hz], shortest and longest ``steps`` [s], ``jitter`` (standard
-    deviation of the steps over their mean), ``moving``: first and last moment of the motion that is used [s].
+    """Time of a recording.
+
+    Attributes:
+        samples: how many.
+        duration: from the first to the last [s].
+        rate: mean [Hz].
+        steps: shortest and longest [s].
+        jitter: standard deviation of the steps over their mean.
+        moving: first and last moment of the motion that is used [s]; None where nothing moves.
     """
 
     samples: int

@@ -6,13 +6,13 @@ import numpy as np
 
 from ...model import InputError, Recording, Robot, base_parameters
 from ...model.processing import Processing
+from ..filtering import measurement
 from ..gains.answer import gravity_acts
 from ..gains.scales import relative_scales
 from ..least_squares import weighted
 from ..observation import Observer
 from ..problem import ReducedProblem
 from ..reduction import reduced_measurement
-from ..filtering import measurement
 from .finding import Finding
 
 _BETTER = 0.8  # residual without gravity over that with it, below which there is none in the torque
@@ -37,9 +37,9 @@ def gravity_findings(robot: Robot, recording: Recording, processing: Processing)
         return [
             Finding(
                 "error",
-                f"The torque holds no gravity: a weightless arm leaves {100 * without:.1f} % of it unexplained, one "
-                f"with weight {100 * with_gravity:.1f} %. It looks gravity-compensated (an external or a feedforward "
-                "torque): record the motor's torque or current",
+                f"The torque holds no gravity: a weightless arm leaves {100 * without:.1f} % of it unexplained, "
+                f"one with weight {100 * with_gravity:.1f} %. It looks gravity-compensated (an external or a "
+                "feedforward torque): record the motor's torque or current",
             )
         ]
     return []
@@ -66,9 +66,9 @@ def scale_findings(robot: Robot, recording: Recording, processing: Processing) -
     return [
         Finding(
             "warning",
-            f"The torques are not to one scale: to agree with joint {reference}'s, they would have to be multiplied "
-            f"at {told}. Looks like currents, motor-side torques or percent given as torque: give --drive-gains, "
-            "gear ratios or rated values",
+            f"The torques are not to one scale: to agree with joint {reference}'s, they would have to be "
+            f"multiplied at {told}. Looks like currents, motor-side torques or percent given as torque: give "
+            "--drive-gains, gear ratios or rated values",
         )
     ]
 
@@ -81,7 +81,9 @@ def to_scale(robot: Robot, recording: Recording, processing: Processing) -> Reco
     """
     if robot.coupling is not None or robot.spring is not None:
         return recording
-    return replace(recording, torque=recording.torque * relative_scales(reduced(robot, recording, processing)).ratio)
+    return replace(
+        recording, torque=recording.torque * relative_scales(reduced(robot, recording, processing)).ratio
+    )
 
 
 def reduced(robot: Robot, recording: Recording, processing: Processing) -> ReducedProblem:

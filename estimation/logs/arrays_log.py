@@ -32,7 +32,9 @@ def arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], Ar
         if len(lengths) == 1:
             places[name] = (name, 0, -1)
         elif lengths[0] == lengths[1]:
-            raise InputError(f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time cannot be told")
+            raise InputError(
+                f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time cannot be told"
+            )
         else:
             axis = shape.index(rows)
             for k in range(shape[1 - axis]):

@@ -26,8 +26,8 @@ _ALIASES = {
 class Columns(NamedTuple):
     """Names of the columns that are used, and what to tell the user about the choice.
 
-    ``time`` is empty where the log has a rate instead; ``velocity`` where it has none; ``load`` are torques or, with
-    ``kind`` "current", currents.
+    ``time`` is empty where the log has a rate instead; ``velocity`` where it has none; ``load`` are torques or,
+    with ``kind`` "current", currents.
     """
 
     time: str
@@ -123,8 +123,8 @@ def _load(
     if gains is None:
         if not there["torque"] and there["current"]:
             raise InputError(
-                f"{raw.path}: carries currents ({names['current'][0]}..{names['current'][-1]}) but no torques: give "
-                f"--drive-gains, {n} numbers in N·m/A"
+                f"{raw.path}: carries currents ({names['current'][0]}..{names['current'][-1]}) but no torques: "
+                f"give --drive-gains, {n} numbers in N·m/A"
             )
         return "torque", []
     if len(gains) != n:

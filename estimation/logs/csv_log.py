@@ -88,7 +88,8 @@ class _Text:
             return None
         if flat.size % self._layout.per_row:
             raise InputError(
-                f"{self._path}: {flat.size} numbers are not whole samples of {self._layout.per_row}: the file is cut"
+                f"{self._path}: {flat.size} numbers are not whole samples of {self._layout.per_row}: the file is "
+                "cut"
             )
         return np.ascontiguousarray(flat.reshape(-1, self._layout.per_row)[:, places])
 

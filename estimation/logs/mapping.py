@@ -117,6 +117,8 @@ class LogMap:
     def __post_init__(self) -> None:
         """Refuse motor sides without gears, unknown time units and rates without meaning."""
         factor("time", self.time_unit)
+        if bool(self.time) == (self.rate is not None):
+            raise ValueError("a log has either a column of time or a rate")
         if self.rate is not None and not 0.0 < self.rate < 1e9:
             raise ValueError(f"rate_hz must be positive, got {self.rate}")
         if any(quantity.side == "motor" for quantity in self.quantities) and not self.gears:

@@ -101,7 +101,7 @@ def _samples(
         if columns.time:
             t = table.columns([columns.time])[:, 0] * factor("time", log_map.time_unit)
         else:
-            t = (row + np.arange(len(table.values))) / log_map.rate
+            t = (row + np.arange(len(table.values))) / (log_map.rate or 1.0)
         q = log_map.si("position", table.columns(columns.position))
         load = log_map.si(columns.kind, table.columns(columns.load)) * scale
         qd = log_map.si("velocity", table.columns(columns.velocity)) if columns.velocity else None
@@ -136,8 +136,8 @@ def _check_finite(raw: RawLog, table: Table, row: int) -> None:
     if not good.all():
         k, place = np.argwhere(~good)[0]
         raise InputError(
-            f"{raw.path}: {raw.place(row + int(k))}, column {table.names[place]!r}: {table.values[k, place]} is not a "
-            "finite number: mend or remove the row"
+            f"{raw.path}: {raw.place(row + int(k))}, column {table.names[place]!r}: {table.values[k, place]} is "
+            "not a finite number: mend or remove the row"
         )
 
 
@@ -152,12 +152,12 @@ def _check_time(raw: RawLog, column: str, t: Array) -> None:
         )
     if np.median(steps) > 0.5:
         raise InputError(
-            f"{raw.path}: column {column!r}: {np.median(steps):g} s from row to row: t must be in seconds; is it in "
-            "ms? (--units t=ms)"
+            f"{raw.path}: column {column!r}: {np.median(steps):g} s from row to row: t must be in seconds; is it "
+            "in ms? (--units t=ms)"
         )
     gap = int(np.argmax(steps))
     if steps[gap] > max(10.0 * np.median(steps), 0.25):
         raise InputError(
-            f"{raw.path}: {raw.place(gap + 1)}, column {column!r}: {steps[gap]:g} s missing after {t[gap]:g} s: split "
-            "the file there and give both parts"
+            f"{raw.path}: {raw.place(gap + 1)}, column {column!r}: {steps[gap]:g} s missing after {t[gap]:g} s: "
+            "split the file there and give both parts"
         )

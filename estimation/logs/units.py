@@ -13,8 +13,8 @@ _UNITS = {
     "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, "percent": 0.01},
     "current": {"A": 1.0, "mA": 1e-3, "percent": 0.01},
 }
-_SPELLINGS = {"Nm": "N·m", "N*m": "N·m", "N m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us", "revolution": "rev",
-              "degree": "deg", "degrees": "deg", "rad/sec": "rad/s", "°": "deg", "°/s": "deg/s"}  # fmt: skip
+_SPELLINGS = {"Nm": "N·m", "N*m": "N·m", "N m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us", "revolution":
+              "rev", "degree": "deg", "degrees": "deg", "rad/sec": "rad/s", "°": "deg", "°/s": "deg/s"}  # fmt: skip
 DEFAULT = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
 """Unit of each quantity unless told otherwise."""
 

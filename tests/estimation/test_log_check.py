@@ -52,7 +52,9 @@ def test_excitation_is_that_of_the_estimate(log: Recording, simulated: Callable[
 
     robot = load_robot("ur10e")
     base = base_parameters(robot)
-    truth = base.grouping @ np.array([simulated("ur10e").robot.parameters[name] for name in standard_columns(robot)])
+    truth = base.grouping @ np.array(
+        [simulated("ur10e").robot.parameters[name] for name in standard_columns(robot)]
+    )
     check = look(log)
     values = np.array([entry.value for entry in check.excitation])
     sigma = np.array([entry.relative_sigma_percent for entry in check.excitation]) / 100.0 * np.abs(values)
@@ -79,7 +81,11 @@ def spoilt(log: Recording) -> dict[str, tuple[Recording, str, str]]:
     draw = np.random.default_rng(0).uniform(-0.004, 0.004, log.t.shape)
     return {
         "degrees": (replace(log, q=degrees * log.q, qd=degrees * log.qd), "error", "degrees"),
-        "motor side": (replace(log, q=GEARS * log.q, qd=GEARS * log.qd, torque=log.torque / GEARS), "error", "motor"),
+        "motor side": (
+            replace(log, q=GEARS * log.q, qd=GEARS * log.qd, torque=log.torque / GEARS),
+            "error",
+            "motor",
+        ),
         "currents as torque": (replace(log, torque=log.torque / [12.4, 10, 10, 5, 5, 4]), "warning", "one scale"),
         "motor torque": (replace(log, torque=log.torque / GEARS * 80), "warning", "one scale"),
         "percent": (replace(log, torque=100 * log.torque / [330, 330, 150, 56, 56, 56]), "warning", "percent"),
@@ -90,13 +96,27 @@ def spoilt(log: Recording) -> dict[str, tuple[Recording, str, str]]:
         "dead channel": (replace(log, torque=log.torque * [1, 1, 0, 1, 1, 1]), "error", "dead"),
         "speeds in degrees": (replace(log, qd=degrees * log.qd), "error", "degrees per second"),
         "jitter": (replace(log, t=log.t + draw), "note", "Time steps vary"),
-        "other zero": (replace(log, q=log.q + [0, 0, 0, 8.0, 0, 0]), "error", "zero"),
+        "other zero": (replace(log, q=log.q + np.array([0, 0, 0, 8.0, 0, 0])), "error", "zero"),
         "short": (Recording(log.t[:25], log.q[:25], log.torque[:25]), "error", "few"),
     }
 
 
-CASES = ("degrees", "motor side", "currents as torque", "motor torque", "percent", "saturated", "coarse",
-         "one joint still", "no motion", "dead channel", "speeds in degrees", "jitter", "other zero", "short")  # fmt: skip
+CASES = (
+    "degrees",
+    "motor side",
+    "currents as torque",
+    "motor torque",
+    "percent",
+    "saturated",
+    "coarse",
+    "one joint still",
+    "no motion",
+    "dead channel",
+    "speeds in degrees",
+    "jitter",
+    "other zero",
+    "short",
+)
 
 
 @pytest.mark.parametrize("case", CASES)
