@@ -3,19 +3,23 @@
 from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
 from .cone import SolverError
+from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
+from .drive_gains import GainErrors
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
+from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
 from .logs import LogMap, read_log_map, read_recording
+from .names import PAYLOAD
 from .observation import Observation, Observer
 from .payload import (
-    PAYLOAD,
+    ConstrainedPayload,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
@@ -23,6 +27,7 @@ from .payload import (
     PayloadProblem,
     answer_payload,
     combined,
+    constrain_payload,
     difference_problem,
     identify_payload,
     loaded_problem,
@@ -42,16 +47,19 @@ __all__ = [
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
+    "ConstrainedPayload",
     "Constraint",
     "CvxpyProblem",
     "DriveGains",
     "Estimate",
     "Fit",
+    "GainErrors",
     "GainProblem",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Intervals",
     "KnownMass",
     "LogMap",
     "MassBounds",
@@ -66,11 +74,14 @@ __all__ = [
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
+    "Tested",
+    "Weighing",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
     "combined",
+    "constrain_payload",
     "decimated",
     "difference_problem",
     "fit",
@@ -86,6 +97,7 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "profile_intervals",
     "read_log_map",
     "read_recording",
     "reduced",

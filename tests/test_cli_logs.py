@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,6 +67,12 @@ def gains_command(logs: dict[str, str], kind: str, *more: str) -> tuple[str, ...
     return ("gains", "--robot", "ur10e", *pair, "--mass", "6", "--mass-sigma", "0.03", *more)
 
 
+def constrained_width(document: dict[str, Any]) -> float:
+    """Width of the mass's 95 % interval of the constrained estimate."""
+    (low, high) = next(e for e in document["estimates"] if e["estimator"] == "constrained")["interval95"]["M"]
+    return float(high - low)
+
+
 def test_gains_flow_into_the_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     path = tmp_path / "gains.json"
     status, out, _ = run(*gains_command(logs, "si", "--json", str(path)))
@@ -77,11 +84,15 @@ def test_gains_flow_into_the_payload(run: Run, logs: dict[str, str], tmp_path: P
     assert np.abs(values / GAINS - 1.0)[1:].max() < 0.05
     answer = tmp_path / "payload.json"
     pair = ("--unloaded", logs["empty_si"], "--loaded", logs["loaded_si"])
-    status, _, _ = run(
-        "payload", "--robot", "ur10e", *pair, "--drive-gains", str(path), "--method", "4", "--json", str(answer)
-    )
+    command = ("payload", "--robot", "ur10e", *pair, "--method", "4", "--json", str(answer), "--drive-gains")
+    exact = ",".join(map(str, values))
+    run(*command, exact)
+    without = constrained_width(json.loads(answer.read_text(encoding="utf-8")))
+    status, out, _ = run(*command, str(path))
     assert status == 0
+    assert "errors of the drive gains as they were identified" in out
     found = json.loads(answer.read_text(encoding="utf-8"))
+    assert constrained_width(found) > 1.1 * without
     assert found["processing"]["drive_gains"] == pytest.approx(values)
     assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
 

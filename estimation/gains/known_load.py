@@ -10,7 +10,7 @@ import numpy as np
 
 from ...model import InertialParameters, InputError
 from ...model.arrays import Array, frozen_array
-from ..payload.equations import PAYLOAD
+from ..names import PAYLOAD
 
 _KEYS = ("mass", "mass_sigma", "com", "inertia_com")
 

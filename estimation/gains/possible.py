@@ -13,7 +13,7 @@ from ...model.arrays import Array
 from ...model.names import parameter_kind
 from ..cone import ConeProgram, SolverError, solve_cone
 from ..constrained_base import drive_rules
-from ..payload.equations import PAYLOAD
+from ..names import PAYLOAD
 from ..problem import ReducedProblem, triangular
 from .current_side import CurrentFit
 from .known_load import KnownLoad

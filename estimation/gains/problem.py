@@ -7,7 +7,7 @@ import numpy as np
 
 from ...model import BaseParameters, InputError, Processing, Recording, Robot
 from ...model.arrays import Array
-from ..payload.equations import PAYLOAD
+from ..names import PAYLOAD
 from ..payload.problem import PayloadProblem, payload_problem
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
