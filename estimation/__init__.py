@@ -15,7 +15,8 @@ from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
-from .logs import LogMap, read_log_map, read_recording
+from .logs import LogMap, read_log_map, read_recording, stream_samples
+from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .payload import (
@@ -101,11 +102,13 @@ __all__ = [
     "read_log_map",
     "read_recording",
     "reduced",
+    "reduced_log",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
     "solve_constrained",
     "solve_constrained_base",
+    "stream_samples",
     "usable_methods",
     "weighted",
 ]
