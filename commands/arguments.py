@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -122,6 +123,14 @@ def log_map(arguments: argparse.Namespace) -> LogMap:
 
     given = read_log_map(arguments.log_map) if arguments.log_map else LogMap(source="command line")
     return with_flags(given, arguments.joints, arguments.units, arguments.signs, arguments.topic)
+
+
+def check_target(option: str, path: str | None) -> None:
+    """Refuse a file that cannot be written before any work is done."""
+    from ..model import InputError
+
+    if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
+        raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
 
 
 def read_recordings(

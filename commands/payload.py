@@ -7,6 +7,7 @@ from typing import Any
 
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+from .results import result_arguments, write_results
 
 
 def add_parser(commands: Any) -> None:
@@ -34,6 +35,7 @@ def add_parser(commands: Any) -> None:
     )
     knowledge_arguments(parser)
     processing_arguments(parser)
+    result_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -41,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import SolverError, answer_payload, payload_problem
+    from ..estimation import SolverError, answer_payload, payload_problem, payload_system
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
     from ..report.constrained import recommended_notes, recommended_table
@@ -82,4 +84,5 @@ def run(arguments: argparse.Namespace) -> int:
         terminal.print()
     if arguments.json:
         write_json(arguments.json, payload_document(answer, processing, gains))
+    write_results(arguments, [best, free], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED

@@ -40,6 +40,7 @@ from .problem import ReducedProblem, merged
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
+from .system import ObservationSystem, identification_system, payload_system
 
 __all__ = [
     "PAYLOAD",
@@ -65,6 +66,7 @@ __all__ = [
     "LogMap",
     "MassBounds",
     "Observation",
+    "ObservationSystem",
     "Observer",
     "PairedMeasurement",
     "PayloadAnswer",
@@ -87,6 +89,7 @@ __all__ = [
     "difference_problem",
     "fit",
     "gain_problem",
+    "identification_system",
     "identify",
     "identify_gains",
     "identify_payload",
@@ -98,6 +101,7 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "payload_system",
     "profile_intervals",
     "read_log_map",
     "read_recording",

@@ -88,9 +88,7 @@ def _pieces(blocks: Iterable[Samples], processing: Processing, source: str) -> I
         recording = _joined(held, source)
         stop = int(np.floor((end - first) / step * (1.0 + 1e-12))) + 1 if last else done + int(_PIECE / step)
         reach = min(stop + int(margin / step), int(np.floor((end - first) / step * (1.0 + 1e-12))) + 1)
-        data = measurement(
-            on_grid(recording, first + step * np.arange(start, reach)), replace(processing, rate=None)
-        )
+        data = measurement(on_grid(recording, grid), replace(processing, rate=None))
         yield _Piece(_cut(data, done - start, stop - start), done)
         done = stop
         start = max(0, done - int(margin / step))

@@ -232,7 +232,8 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
         motion: the motion.
         still_speed: a joint below it stands still [rad/s or m/s].
     """
-    return stretches(motion.t, (np.abs(motion.qd) > still_speed).any(axis=1))
+    on_its_way: Mask = np.any(np.abs(motion.qd) > still_speed, axis=1)
+    return stretches(motion.t, on_its_way)
 
 
 def stretches(t: Array, on_its_way: Mask) -> Mask:
