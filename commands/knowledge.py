@@ -18,7 +18,10 @@ def knowledge_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--mass-min", type=float, metavar="KG", help="the payload has at least this mass")
     group.add_argument("--mass-max", type=float, metavar="KG", help="the payload has at most this mass")
     group.add_argument(
-        "--com-within", type=six, metavar="X0,X1,Y0,Y1,Z0,Z1", help="box that holds the centre of mass"
+        "--com-within",
+        type=six,
+        metavar="X0,X1,Y0,Y1,Z0,Z1",
+        help="box that holds the centre of mass; with = before a list that begins with minus",
     )
     group.add_argument(
         "--ellipsoid", type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"

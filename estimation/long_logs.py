@@ -74,26 +74,45 @@ def _overview(blocks: Callable[[], Iterable[Samples]], processing: Processing, s
 
 def _pieces(blocks: Iterable[Samples], processing: Processing, source: str) -> Iterator[_Piece]:
     """Filtered pieces on one even grid, one after the other."""
-    margin = max(_FORGETS / processing.cutoff if processing.cutoff else 0.0, _MARGIN)
-    step: float | None = None
-    first, done, start = 0.0, 0, 0
-    held: list[Samples] = []
+    cutter: _Cutter | None = None
     for block, last in _with_last(blocks):
-        if step is None:
-            first, step = float(block.t[0]), _step(block.t, processing.rate, source)
-        held.append(block)
-        end = float(block.t[-1])
-        if not last and end - (first + done * step) < _PIECE + margin:
-            continue
-        recording = _joined(held, source)
-        stop = int(np.floor((end - first) / step * (1.0 + 1e-12))) + 1 if last else done + int(_PIECE / step)
-        reach = min(stop + int(margin / step), int(np.floor((end - first) / step * (1.0 + 1e-12))) + 1)
-        data = measurement(on_grid(recording, grid), replace(processing, rate=None))
-        yield _Piece(_cut(data, done - start, stop - start), done)
-        done = stop
-        start = max(0, done - int(margin / step))
-        keep = first + (start - 4) * step  # interpolation looks at its neighbours
-        held = [_after(recording, keep)]
+        if cutter is None:
+            cutter = _Cutter(float(block.t[0]), _step(block.t, processing.rate, source), processing, source)
+        yield from cutter.pieces(block, last)
+
+
+class _Cutter:
+    """Cuts blocks into pieces with margins, filters them and takes the margins off."""
+
+    def __init__(self, first: float, step: float, processing: Processing, source: str) -> None:
+        self._first, self._step, self._source = first, step, source
+        self._processing = replace(processing, rate=None)
+        seconds = max(_FORGETS / processing.cutoff if processing.cutoff else 0.0, _MARGIN)
+        self._margin = int(seconds / step) + 1
+        self._done = self._start = 0  # samples that were given; the first one that is held
+        self._held: list[Samples] = []
+
+    def pieces(self, block: Samples, last: bool) -> Iterator[_Piece]:
+        """Take a block; give the pieces that are complete, at the last block all of the rest."""
+        self._held.append(block)
+        there = int(np.floor((float(block.t[-1]) - self._first) / self._step * (1.0 + 1e-12))) + 1
+        size = int(_PIECE / self._step)
+        while there >= self._done + size + self._margin:
+            yield self._piece(self._done + size, there)
+        if last and there > self._done:
+            yield self._piece(there, there)
+
+    def _piece(self, stop: int, there: int) -> _Piece:
+        """Samples up to ``stop``, of ``there`` that could be had."""
+        recording = _joined(self._held, self._source)
+        numbers = np.arange(self._start, min(stop + self._margin, there))
+        grid = np.asarray(self._first + self._step * numbers, dtype=np.float64)
+        data = measurement(on_grid(recording, grid), self._processing)
+        piece = _Piece(_cut(data, self._done - self._start, stop - self._start), self._done)
+        self._done, self._start = stop, max(0, stop - self._margin)
+        # Interpolation looks at its neighbours.
+        self._held = [_after(recording, self._first + (self._start - 4) * self._step)]
+        return piece
 
 
 def _step(t: Array, rate: float | None, source: str) -> float:

@@ -41,11 +41,11 @@ class PayloadAnswer:
 
     @property
     def recommended(self) -> ConstrainedPayload:
-        """The one to use: of method 4, which uses every equation, else of method 1, 3, 2, whichever is there first.
+        """The one to use: of method 4, which uses every equation, else of method 3, 1, 2, whichever is there first.
 
         The order is fixed: to choose the shortest interval would choose too short ones.
         """
-        return min(self.constrained, key=lambda payload: (4, 1, 3, 2).index(payload.method))
+        return min(self.constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
 
 
 def answer_payload(

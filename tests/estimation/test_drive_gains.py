@@ -1,6 +1,6 @@
 """Errors of the drive gains: the same as rescaled recordings, through every method."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +21,9 @@ from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, InputError, Motion, Recording
 from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
+from numpy.typing import ArrayLike
 
-Recordings = Callable[[Sequence[float]], tuple[Recording, Recording]]
+Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
 METHODS = (1, 2, 3, 4)
 JOINTS = [1, 2, 4]  # counted from 0
 
@@ -38,15 +39,15 @@ def arm(
     simulator = simulated(request.param)
     noise, motion = [0.5] * 6, wander(6, 4, points=14)
 
-    def recordings(factors: Sequence[float]) -> tuple[Recording, Recording]:
+    def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
         pair = [simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload))]
-        bare, loaded = (replace(one, torque=one.torque * factors) for one in pair)
+        bare, loaded = (replace(one, torque=one.torque * np.asarray(factors)) for one in pair)
         return bare, loaded
 
     return simulator, recordings
 
 
-def problem_of(arm: tuple[Simulator, Recordings], factors: Sequence[float]) -> PayloadProblem:
+def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> PayloadProblem:
     bare, loaded = arm[1](factors)
     return payload_problem(arm[0].robot, [loaded], [bare])
 

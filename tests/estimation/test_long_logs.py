@@ -28,27 +28,27 @@ def log(simulated: Callable[[str], Simulator], wander: Callable[..., Motion]) ->
     return Recording(t + jitter, q, torque)
 
 
-def blocks(log: Recording, size: int = 1111) -> Iterator[Samples]:
+def blocks(log: Recording, size: int = 1000) -> Iterator[Samples]:
     for start in range(0, len(log.t), size):
         part = slice(start, start + size)
         yield Samples(log.t[part], log.q[part], log.torque[part], log.qd[part] if log.qd is not None else None)
 
 
 @pytest.mark.parametrize(
-    "settings",
+    ("settings", "size"),
     [
-        Processing(rate=100.0, cutoff=5.0, decimate=10),
-        Processing(rate=90.0, cutoff=8.0, slow_fraction=0.05),
-        Processing(rate=100.0, decimate=4, slow_fraction=0.01),
+        (Processing(rate=100.0, cutoff=5.0, decimate=10), 1111),
+        (Processing(rate=90.0, cutoff=8.0, slow_fraction=0.05), 17),
+        (Processing(rate=100.0, decimate=4, slow_fraction=0.01), 16_384),
     ],
 )
 def test_pieces_make_no_difference(
-    simulated: Callable[[str], Simulator], log: Recording, settings: Processing
+    simulated: Callable[[str], Simulator], log: Recording, settings: Processing, size: int
 ) -> None:
     robot = simulated("ur10e").robot
     observer = Observer(robot, base_parameters(robot).columns)
     whole = reduced_measurement(observer, measurement(log, settings), settings)
-    pieces = reduced_log(observer, lambda: blocks(log), settings)
+    pieces = reduced_log(observer, lambda: blocks(log, size), settings)
     assert pieces.rows == whole.rows
     a, b = weighted(pieces), weighted(whole)
     assert np.abs((a.values - b.values) / b.sigma).max() < 1e-3
