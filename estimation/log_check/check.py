@@ -9,11 +9,10 @@ from ..least_squares import weighted
 from ..plausibility import check_recordings
 from .finding import Finding
 from .signals import JointFacts, TimeFacts, joint_facts, time_facts
-from .torque import gravity_findings, reduced, scale_findings, to_scale
+from .torque import cause_findings, gravity_findings, reduced, scale_findings, to_scale
 from .units import position_findings
 
 _JITTER = 0.02  # of the mean step
-_SATURATED = 0.01  # share of samples at the extreme
 _COARSE = 0.02  # torque step over the torque's range
 _UNSURE = 30.0  # percent: relative sigma of a parameter that is hardly seen
 
@@ -82,11 +81,13 @@ def check_log(
     excitation: tuple[Excited, ...] = ()
     residual = condition = None
     if usable:
-        findings += gravity_findings(robot, recording, processing)
-        if not currents:
-            findings += scale_findings(robot, recording, processing)
         try:
-            problem = reduced(robot, to_scale(robot, recording, processing) if currents else recording, processing)
+            shown = to_scale(robot, recording, processing) if currents else recording
+            wrong = gravity_findings(robot, shown, processing)
+            if not wrong and not currents:
+                wrong = scale_findings(robot, recording, processing)
+            findings += wrong or cause_findings(robot, shown, processing)
+            problem = reduced(robot, shown, processing)
             estimate = weighted(problem)
             names = base_parameters(robot).names
             spread = estimate.relative_sigma_percent
@@ -134,14 +135,6 @@ def _joint_findings(joints: tuple[JointFacts, ...], currents: bool) -> list[Find
     what, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
-        if joint.saturated > _SATURATED and span > 0.0 and joint.torque_step < _COARSE * span:
-            findings.append(
-                Finding(
-                    "warning",
-                    f"The {what} of joint {j} stands at its extreme in {100 * joint.saturated:.1f} % of the "
-                    "samples: it looks saturated; record a gentler motion",
-                )
-            )
         if span > 0.0 and joint.torque_step > _COARSE * span:
             findings.append(
                 Finding(

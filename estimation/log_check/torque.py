@@ -1,4 +1,4 @@
-"""Torques that are something else: without gravity, or not to one scale from joint to joint."""
+"""Torques that are something else: late, of other signs, without gravity, not to one scale from joint to joint."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from ...model import InputError, Recording, Robot, base_parameters
 from ...model.processing import Processing
+from ..causes import Source, likely_causes
 from ..filtering import measurement
 from ..gains.answer import gravity_acts
 from ..gains.scales import relative_scales
@@ -17,32 +18,45 @@ from .finding import Finding
 
 _BETTER = 0.8  # residual without gravity over that with it, below which there is none in the torque
 _EXPLAINED = 0.5  # residual below which a model describes a torque at all
+_SERIOUS = 0.5  # residual left over residual before, below which an assumption was wrong
 _OFF_SCALE = 0.12  # relative difference of two joints' scales that is beyond friction and noise
 _CERTAIN = 4.0  # standard deviations
 
 
 def gravity_findings(robot: Robot, recording: Recording, processing: Processing) -> list[Finding]:
-    """Whether a robot without gravity explains the torques better than one with it."""
+    """Whether a weightless arm explains the whole log better than one with weight.
+
+    More sensitive than the search for causes, which weighs the mean over all joints of a thin sample.
+    """
     if not any(gravity_acts(robot)):
         return []
     weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    residuals = []
-    for kind in (robot, weightless):
-        try:
-            residuals.append(weighted(reduced(kind, recording, processing)).fit.relative)
-        except InputError:
-            return []
-    with_gravity, without = residuals
-    if without < _BETTER * with_gravity and without < _EXPLAINED:
-        return [
-            Finding(
-                "error",
-                f"The torque holds no gravity: a weightless arm leaves {100 * without:.1f} % of it unexplained, "
-                f"one with weight {100 * with_gravity:.1f} %. It looks gravity-compensated (an external or a "
-                "feedforward torque): record the motor's torque or current",
-            )
-        ]
-    return []
+    with_gravity, without = (
+        weighted(reduced(kind, recording, processing)).fit.relative for kind in (robot, weightless)
+    )
+    if without >= min(_BETTER * with_gravity, _EXPLAINED):
+        return []
+    return [
+        Finding(
+            "error",
+            f"The torque holds no gravity: a weightless arm leaves {100 * without:.1f} % of it unexplained, "
+            f"one with weight {100 * with_gravity:.1f} %. It looks gravity-compensated (an external or a "
+            "feedforward torque): record the motor's torque or current",
+        )
+    ]
+
+
+def cause_findings(robot: Robot, recording: Recording, processing: Processing) -> list[Finding]:
+    """Wrong assumptions without which the robot's model would explain the log far better."""
+    causes = likely_causes(robot, Source((), (recording,), processing), contradicted=False)
+    return [
+        Finding(
+            "error" if cause.after < _SERIOUS * cause.before else "warning",
+            f"It looks as if {cause.words}: with that undone the joints' mean residual falls from "
+            f"{100 * cause.before:.1f} to {100 * cause.after:.1f} %",
+        )
+        for cause in causes
+    ]
 
 
 def scale_findings(robot: Robot, recording: Recording, processing: Processing) -> list[Finding]:

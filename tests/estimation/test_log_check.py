@@ -33,8 +33,13 @@ def words(check: LogCheck, *severities: str) -> str:
     return "\n".join(finding.words for finding in check.findings if finding.severity in severities)
 
 
-def test_a_good_log_is_quiet(log: Recording) -> None:
-    check = look(log)
+@pytest.fixture(scope="module")
+def good(log: Recording) -> LogCheck:
+    return look(log)
+
+
+def test_a_good_log_is_quiet(good: LogCheck) -> None:
+    check = good
     assert words(check, "error", "warning") == ""
     assert check.usable
     assert check.time is not None
@@ -46,7 +51,7 @@ def test_a_good_log_is_quiet(log: Recording) -> None:
     assert check.relative_residual < 0.15
 
 
-def test_excitation_is_that_of_the_estimate(log: Recording, simulated: Callable[[str], Simulator]) -> None:
+def test_excitation_is_that_of_the_estimate(good: LogCheck, simulated: Callable[[str], Simulator]) -> None:
     """Estimates lie within their stated sigma of the simulated robot's parameters."""
     from dynident.model import base_parameters, standard_columns
 
@@ -55,9 +60,8 @@ def test_excitation_is_that_of_the_estimate(log: Recording, simulated: Callable[
     truth = base.grouping @ np.array(
         [simulated("ur10e").robot.parameters[name] for name in standard_columns(robot)]
     )
-    check = look(log)
-    values = np.array([entry.value for entry in check.excitation])
-    sigma = np.array([entry.relative_sigma_percent for entry in check.excitation]) / 100.0 * np.abs(values)
+    values = np.array([entry.value for entry in good.excitation])
+    sigma = np.array([entry.relative_sigma_percent for entry in good.excitation]) / 100.0 * np.abs(values)
     assert 0.5 < np.mean(np.square((values - truth) / sigma)) < 2.5
 
 
@@ -132,11 +136,11 @@ def test_gravity_compensated_torque(log: Recording, simulated: Callable[[str], S
     assert "no gravity" in words(check, "error")
 
 
-def test_currents_are_brought_to_one_scale(log: Recording) -> None:
+def test_currents_are_brought_to_one_scale(log: Recording, good: LogCheck) -> None:
     """Currents of unknown gain: no word about scales, and the excitation is that of the torques."""
     check = look(replace(log, torque=log.torque / [12.4, 10, 10, 10.5, 10, 9]), currents=True)
     assert words(check, "error", "warning") == ""
-    a, b = (np.array([e.relative_sigma_percent for e in c.excitation]) for c in (check, look(log)))
+    a, b = (np.array([e.relative_sigma_percent for e in c.excitation]) for c in (check, good))
     certain = b < 20.0
     assert certain.sum() > 20
     assert np.abs(a[certain] / b[certain] - 1.0).max() < 0.25
@@ -158,3 +162,12 @@ def test_quantum_and_plateau() -> None:
     assert smallest_step(values) == pytest.approx(0.01)
     assert smallest_step(np.random.default_rng(0).normal(size=1000)) == 0.0
     assert share_at_extreme(np.array([1.0, 2.0, 3.0, 3.0])) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("case", "needed"), [("late", "lags position"), ("turned", "sign of the torque of joint 2")]
+)
+def test_causes_are_told(log: Recording, case: str, needed: str) -> None:
+    late = np.column_stack([np.interp(log.t - 0.1, log.t, channel) for channel in log.torque.T])
+    torque = {"late": late, "turned": log.torque * [1, -1, 1, 1, 1, 1]}[case]
+    assert needed in words(look(replace(log, torque=torque)), "error", "warning")
