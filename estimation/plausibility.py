@@ -107,14 +107,14 @@ def _check_reach(robot: Robot, recording: Recording) -> None:
     worst = np.abs(recording.torque).max(axis=0)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
         raise InputError(
-            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m reach to "
-            "move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
+            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
+            "reach to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the joint"
         )
     if worst.max() > _STRONGEST * reach**3:
+        joint = int(np.argmax(worst)) + 1
         raise InputError(
-            f"{recording.source}: the torque of joint {int(np.argmax(worst)) + 1} reaches {worst.max():.4g}, too much "
-            f"for an arm of {reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in "
-            "N·m/A"
+            f"{recording.source}: the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
+            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
         )
 
 

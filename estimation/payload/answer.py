@@ -97,7 +97,8 @@ def answer_payload(
     evidence = _evidence(problem, free, constrained, _validation(problem, held_out, processing))
     judged = verdict(evidence)
     if not constrained:
-        raise failures[0].naming(*judged.reasons)
+        against = judged.reasons if judged.level == "do_not_use" else ()
+        raise failures[0].naming(*failures[0].demands, *against)
     return PayloadAnswer(
         problem=problem,
         estimates=tuple(payload.free for payload in constrained),
