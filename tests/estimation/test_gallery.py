@@ -1,6 +1,7 @@
 """A gallery of wrong inputs: each ends in an error or in a verdict that names the cause."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -42,9 +43,7 @@ def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
         ("stands still", lambda t: np.repeat(t[::2], 2)[: len(t)]),
     ],
 )
-def test_wrong_columns_of_time_are_refused(
-    tmp_path: Path, words: str, spoil: "gallery.Callable[[Array], Array]"
-) -> None:
+def test_wrong_columns_of_time_are_refused(tmp_path: Path, words: str, spoil: Callable[[Array], Array]) -> None:
     end = gallery.reading(tmp_path / "log.csv", spoil)
     assert end.level == "error"
     assert words in end.text

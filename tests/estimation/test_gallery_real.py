@@ -28,6 +28,16 @@ def answered(bare: Recording, loaded: Recording, robot: str = "ur10e") -> Payloa
     return answer_payload(payload_problem(load_robot(robot), [loaded], [bare], robust=True))
 
 
+def told(bare: Recording, loaded: Recording) -> str:
+    """The error, or the reasons not to use anything."""
+    try:
+        judged = answered(bare, loaded).verdict
+    except InputError as error:
+        return str(error)
+    assert judged.level == "do_not_use"
+    return " ".join(judged.reasons)
+
+
 @pytest.fixture(scope="module")
 def answer(pair: Pair) -> PayloadAnswer:
     return answered(*pair)
@@ -82,7 +92,7 @@ def only_speeds_in_degrees(r: Recording) -> Recording:
 
 
 WRONG = {
-    "gain 3 twice too large": (scaled(3, 2.0), "joint 3 shows 2"),
+    "gain 3 twice too large": (scaled(3, 2.0), "joint 3 shows 1.9"),
     "gain 4 halved": (scaled(4, 0.5), "joint 4 shows 0.5"),
     "sign of torque 2": (scaled(2, -1.0), "joint 2 comes out negative"),
     "torque 0.2 s late": (late, "torque lags position by about 0.2"),
@@ -98,13 +108,7 @@ WRONG = {
 def test_wrong_inputs_from_the_pair_are_named(pair: Pair, name: str) -> None:
     spoil, words = WRONG[name]
     bare, loaded = pair
-    try:
-        found = answered(spoil(bare), spoil(loaded))
-    except InputError as error:
-        assert words in str(error)
-    else:
-        assert found.verdict.level == "do_not_use"
-        assert words in " ".join(found.verdict.reasons)
+    assert words in told(spoil(bare), spoil(loaded))
 
 
 def test_a_swapped_pair_is_named(pair: Pair) -> None:
@@ -114,5 +118,5 @@ def test_a_swapped_pair_is_named(pair: Pair) -> None:
 
 def test_another_robot_is_named(pair: Pair) -> None:
     bare, loaded = pair
-    with pytest.raises(InputError, match="outside the range|another zero"):
+    with pytest.raises(InputError, match="outside the range"):
         answered(bare, loaded, "tx40")
