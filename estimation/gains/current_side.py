@@ -68,7 +68,7 @@ def gauss_newton(
     """
     n = len(weights)
     moving = [j for j in range(n) if j != held]
-    k, x = _start(equations.factors, free, known, held)
+    k, x = torque_side(equations.factors, free, known, held)
     for _ in range(_MOST):
         J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
         scale = _sizes(J)
@@ -92,7 +92,9 @@ def gauss_newton(
     return CurrentFit(k, x, covariance, dof)
 
 
-def _start(factors: Sequence[Array], free: Sequence[int], known: Array, held: int | None) -> tuple[Array, Array]:
+def torque_side(
+    factors: Sequence[Array], free: Sequence[int], known: Array, held: int | None
+) -> tuple[Array, Array]:
     """The torque-side solution of K_j i_j = W_j x, linear in K and x."""
     n = len(factors)
     rows, right = [], []

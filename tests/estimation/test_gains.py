@@ -97,13 +97,13 @@ def test_more_knowledge_makes_gains_more_certain(currents: Callable[..., GainPro
 
 def test_torque_side_is_biased_low(currents: Callable[..., GainProblem]) -> None:
     """What the start alone would give: too small, and outside of what the answer states."""
-    from dynident.estimation.gains.current_side import _start
+    from dynident.estimation.gains.current_side import torque_side
 
     problem = currents(0, 4.0)
     known = np.zeros(len(problem.equations.columns))
     known[-1] = 6.0
     free = [k for k, name in enumerate(problem.equations.columns) if name != "M_L"]
-    k, _ = _start(problem.equations.factors, free, known, None)
+    k, _ = torque_side(problem.equations.factors, free, known, None)
     assert (1.0 / k < 0.98 * TRUTH).all()
     found = free_gains(problem.equations, problem.weights, known_mass(6.0))
     assert (np.abs(np.log(1.0 / found.k / TRUTH)) < 4.0 * np.sqrt(np.diag(found.covariance))).all()

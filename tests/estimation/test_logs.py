@@ -162,8 +162,7 @@ def test_ros_bag(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], nam
     recording = read_recording(path, arm, None, with_flags(LogMap(), joints=NAMES))
     same(recording, signals)
     file = next(p for p in path.iterdir() if p.suffix in (".mcap", ".db3"))
-    if name == "mcap":
-        same(read_recording(file, arm, None, LogMap(joints=NAMES)), signals)
+    same(read_recording(file, arm, None, LogMap(joints=NAMES)), signals)
     with pytest.raises(InputError, match="no topic '/arm'"):
         read_recording(path, arm, None, with_flags(LogMap(), joints=NAMES, topic="/arm"))
     with pytest.raises(InputError, match=r"elbo\.position.* missing \(is it 'elbow\.position'"):
