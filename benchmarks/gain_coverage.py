@@ -47,7 +47,7 @@ def run(runs: int, noise: Noise, name: str) -> None:
     motion = ViaPoints(draw.uniform(-1.2, 1.2, (40, 6)), draw.uniform(0.6, 1.2, 39)).motion(100.0)
     exact = [simulator().measure(motion, load).torque / TRUTH for load in (None, BODY)]
     inside: dict[str, list[NDArray[np.bool_]]] = {"formula": [], "jackknife": []}
-    torque_side = []
+    fitted = []
     for seed in range(runs):
         draw = np.random.default_rng([7, seed])
         pair = [
@@ -63,11 +63,11 @@ def run(runs: int, noise: Noise, name: str) -> None:
         free = [k for k, column in enumerate(problem.equations.columns) if column != "M_L"]
         known = np.zeros(len(problem.equations.columns))
         known[-1] = 6.0
-        torque_side.append(1.0 / torque_side(problem.equations.factors, free, known, None)[0] / TRUTH)
+        fitted.append(1.0 / torque_side(problem.equations.factors, free, known, None)[0] / TRUTH)
     for kind, hits in inside.items():
         shares = " ".join(f"{100 * share:.0f}" for share in np.mean(hits, axis=0))
         print(f"{name}, {kind}: {len(hits)} runs, covered {100 * np.mean(hits):.1f} % (joints {shares} %)")
-    bias = " ".join(f"{100 * (value - 1):+.1f}" for value in np.mean(torque_side, axis=0))
+    bias = " ".join(f"{100 * (value - 1):+.1f}" for value in np.mean(fitted, axis=0))
     print(f"{name}: a fit of torques is off by {bias} %")
 
 

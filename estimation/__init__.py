@@ -6,19 +6,23 @@ from .cone import SolverError
 from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
+from .constrained_prior import ConstrainedRobot, solve_constrained_prior
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .drive_gains import GainErrors
+from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
+from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
 from .logs import LogMap, read_log_map, read_recording, stream_samples
 from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
+from .origins import Origin, hidden_directions, origins
 from .payload import (
     ByJoints,
     ConstrainedPayload,
@@ -34,6 +38,7 @@ from .payload import (
     combined,
     constrain_payload,
     difference_problem,
+    essential_combined,
     identify_payload,
     loaded_problem,
     payload_blocks,
@@ -44,6 +49,7 @@ from .payload import (
 )
 from .problem import ReducedProblem, merged
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
@@ -58,9 +64,12 @@ __all__ = [
     "ConstrainedBase",
     "ConstrainedEstimate",
     "ConstrainedPayload",
+    "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
     "DriveGains",
+    "Elimination",
+    "EliminationPath",
     "Estimate",
     "Fit",
     "GainErrors",
@@ -78,6 +87,7 @@ __all__ = [
     "Observation",
     "ObservationSystem",
     "Observer",
+    "Origin",
     "PairedMeasurement",
     "PayloadAnswer",
     "PayloadBlocks",
@@ -85,8 +95,12 @@ __all__ = [
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
+    "RobotPrior",
     "RobustCovariance",
+    "SigmaBound",
+    "SigmaRatio",
     "SolverError",
+    "StopRule",
     "Stretch",
     "Tested",
     "Verdict",
@@ -97,20 +111,28 @@ __all__ = [
     "build_constrained",
     "combined",
     "constrain_payload",
+    "cylinder_prior",
     "decimated",
     "difference_problem",
+    "eliminate",
+    "elimination_warnings",
+    "essential_combined",
     "fit",
     "gain_problem",
+    "hidden_directions",
     "identification_system",
     "identify",
     "identify_gains",
     "identify_payload",
+    "impossible_payload",
+    "impossible_robot",
     "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "origins",
     "payload_blocks",
     "payload_by_joints",
     "payload_over_time",
@@ -124,8 +146,10 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prior",
     "solve_constrained",
     "solve_constrained_base",
+    "solve_constrained_prior",
     "stream_samples",
     "usable_methods",
     "weighted",

@@ -1,7 +1,10 @@
-"""Figures. matplotlib is imported here and nowhere else."""
+"""Figures of torques, and files of figures. matplotlib is imported in this room only."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,14 +14,34 @@ from ..model.arrays import Array
 
 _STRETCHES = 2000  # of a long signal that are drawn
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
+    import matplotlib
+
+    metadata: dict[str, dict[str, Any]] = {
+        ".png": {"Software": None},
+        ".svg": {"Date": None},
+        ".pdf": {"CreationDate": None},
+    }
+    with matplotlib.rc_context({"svg.hashsalt": "dynident"}):
+        figure.savefig(path, dpi=130, metadata=metadata.get(Path(path).suffix.lower()))
+
 
 def save_torques(
     path: str | Path, observation: Observation, curves: Sequence[tuple[str, Array]], title: str
 ) -> None:
-    """Measured and predicted torques of every joint, one below the other, as PNG, SVG or PDF.
+    """``torque_figure`` as a file."""
+    save_figure(torque_figure(observation, curves, title), path)
+
+
+def torque_figure(observation: Observation, curves: Sequence[tuple[str, Array]], title: str) -> Figure:
+    """Measured and predicted torques of every joint, one below the other.
 
     Args:
-        path: file; its ending chooses the format.
         observation: measured torques Y and the columns W.
         curves: (label, parameters chi of ``observation.columns``) of each prediction W chi.
         title: above the figure.
@@ -41,8 +64,7 @@ def save_torques(
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves) + 1)
     axes[-1].set_xlabel("time [s]")
     figure.suptitle(title)
-    # Without metadata the same result gives the same bytes.
-    figure.savefig(path, dpi=130, metadata={"Software": None} if str(path).endswith(".png") else None)
+    return figure
 
 
 def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
@@ -53,7 +75,6 @@ def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
         recording: what to draw; of long ones the extremes of short stretches.
         unit: of its torques, "N·m" or "A".
     """
-    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -74,10 +95,7 @@ def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     figure.suptitle(Path(recording.source).name)
-    # Without metadata, and with names of its parts that do not change, the same log gives the same bytes.
-    png = str(path).endswith(".png")
-    with mpl.rc_context({"svg.hashsalt": "dynident"}):
-        figure.savefig(path, dpi=110, metadata={"Software": None} if png else {"Date": None})
+    save_figure(figure, path)
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

@@ -12,9 +12,9 @@ from ...model import INERTIAL, InertialParameters, InputError
 from ...model.arrays import Array
 from ...model.names import parameter_kind
 from ..cone import ConeProgram, SolverError, solve_cone
-from ..constrained_base import drive_rules
 from ..names import PAYLOAD
 from ..problem import ReducedProblem, triangular
+from ..robot_rules import RobotRules, link_places
 from .current_side import CurrentFit
 from .known_load import KnownLoad
 from .problem import GainProblem
@@ -96,21 +96,20 @@ def possible_gains(
 
 def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
     """Standard parameters of the robot, what is unknown of the payload, and the share of what is known."""
-    base, n = problem.base, problem.robot.n
+    base = problem.base
     standard, free = len(base.standard), load.free
     m = standard + len(free) + 1
-    powers = dict.fromkeys(INERTIAL[:6], 2) | dict.fromkeys(INERTIAL[6:9], 1)
     scale = np.ones(m)
     scale[:standard] = _robot_scale(problem, x)
-    scale[standard:-1] = [load.mass * _LENGTH ** powers.get(name.removesuffix("_L"), 0) for name in free]
+    scale[standard:-1] = [load.mass * _LENGTH ** POWERS[name.removesuffix("_L")] for name in free]
     to_x = np.zeros((len(base.columns) + len(PAYLOAD), m))
     to_x[: len(base.columns), :standard] = base.grouping
     body = np.zeros((10, m))
     body[[PAYLOAD.index(name) for name in free], range(standard, m - 1)] = 1.0
     body[:, -1] = load.ten
     to_x[len(base.columns) :] = body
-    links = [np.eye(standard, m)[[base.standard.index(f"{kind}{j}") for kind in INERTIAL]] for j in range(1, n + 1)]
-    rules, _ = drive_rules(problem.robot, base.standard)
+    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, base.standard)]
+    rules = RobotRules.of(problem.robot, base.standard, scale[:standard], None).A
     A = np.zeros((len(rules) + 1, m))
     A[:-1, :standard] = rules
     A[-1, -1] = 1.0
@@ -120,17 +119,14 @@ def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
 
 
 def _robot_scale(problem: GainProblem, x: Array) -> Array:
-    """Sizes of the robot's standard parameters: one mass and one length for all links."""
-    powers = dict.fromkeys(INERTIAL[:6], 2) | dict.fromkeys(INERTIAL[6:9], 1)
-    length = max(max(abs(joint.d), abs(joint.r)) for joint in problem.robot.joints) / 2.0 or 1.0
+    """Sizes of the robot's standard parameters: one mass and one length for all links, one size for friction."""
+    length = typical_length(problem.robot)
     own = dict(zip(problem.base.columns, np.abs(x), strict=False))
-    masses = [
-        value / length ** powers[parameter_kind(k)] for k, value in own.items() if parameter_kind(k) in powers
-    ]
-    mass = float(np.median(masses)) or 1.0
-    inertial = {kind: mass * length ** powers.get(kind, 0) for kind in INERTIAL} | {"IA": mass * length**2}
-    typical = max(float(np.median([v for k, v in own.items() if parameter_kind(k) not in powers] or [1.0])), 1e-6)
-    return np.array([inertial.get(parameter_kind(name), typical) for name in problem.base.standard])
+    masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
+    others = [v for k, v in own.items() if parameter_kind(k) not in POWERS]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
+    kinds = [parameter_kind(name) for name in problem.base.standard]
+    return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
 
 
 def _rows(equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
