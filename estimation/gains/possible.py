@@ -14,7 +14,7 @@ from ...model.names import parameter_kind
 from ..cone import ConeProgram, SolverError, solve_cone
 from ..names import PAYLOAD
 from ..problem import ReducedProblem, triangular
-from ..robot_rules import RobotRules, link_places
+from ..robot_rules import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
 from .known_load import KnownLoad
 from .problem import GainProblem
