@@ -114,7 +114,7 @@ def answer_payload(
         validation=evidence.validation,
         by_joints=evidence.by_joints,
         verdict=judged,
-        elimination=essential_combined(problem, essential) if any(e.method == 4 for e in free) else None,
+        elimination=essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None,
     )
 
 
