@@ -3,6 +3,7 @@
 from .answer import PayloadAnswer, answer_payload
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import PAYLOAD, difference_problem, loaded_problem
+from .frame import frame_change, in_payload_frame
 from .from_change import payload_map
 from .global_fit import combined
 from .methods import METHODS, identify_payload, usable_methods
@@ -23,7 +24,9 @@ __all__ = [
     "answer_payload",
     "combined",
     "difference_problem",
+    "frame_change",
     "identify_payload",
+    "in_payload_frame",
     "loaded_problem",
     "payload_blocks",
     "payload_map",
