@@ -39,6 +39,7 @@ from .regressor import (
 )
 from .robot import INERTIAL, Joint, Limits, Links, Robot
 from .robot_file import load_robot, robot_names
+from .robot_writer import robot_toml
 
 __all__ = [
     "INERTIAL",
@@ -86,6 +87,7 @@ __all__ = [
     "payload_regressor",
     "regressor",
     "robot_names",
+    "robot_toml",
     "standard_columns",
     "standard_regressor",
     "with_gravity",

@@ -134,18 +134,28 @@ def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[A
     if size < SNAP_ANGLE:
         across = there - point - ((there - point) @ direction) * direction
         apart = float(np.linalg.norm(across))
-        return _Frame(x if apart < SNAP_LENGTH else _turned(across / apart, x, direction), direction, foot)
+        return _Frame(x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot)
     # Nearest point of this axis to the next one.
     along = float(np.cross(there - point, other) @ normal) / size**2
-    return _Frame(_turned(normal / size, x, direction), direction, point + along * direction)
+    return _Frame(
+        _turned(normal, x, direction, (there - point) @ normal / size), direction, point + along * direction
+    )
 
 
-def _turned(normal: Array, x: Array, direction: Array) -> Array:
-    """Of both directions of a normal the one that makes theta lie in (-90, 90] degrees."""
-    cosine = float(normal @ x)
-    if abs(cosine) < 1e-9:
-        return normal if np.cross(x, normal) @ direction > 0.0 else -normal
-    return normal if cosine > 0.0 else -normal
+def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
+    """Of both directions of a normal the one near x; if neither is, the one that leads to the next axis.
+
+    Args:
+        normal: along the common normal.
+        x: of the frame before.
+        direction: of the axis.
+        apart: signed distance of the next axis along ``normal`` [m].
+    """
+    normal = normal / np.linalg.norm(normal)
+    side = float(normal @ x)
+    if abs(side) < 1e-9:
+        side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
+    return np.asarray(normal if side > 0.0 else -normal)
 
 
 def _last(x: Array, direction: Array, foot: Array, flange: Pose) -> _Frame:
