@@ -96,7 +96,7 @@ FSM3 = 0.5
 
 
 def test_shipped_robots_load(shipped: Robot) -> None:
-    assert shipped.n == 6
+    assert shipped.n in (6, 7)
     assert shipped.title
     assert shipped.snapped == ()
     assert {joint.revolute for joint in shipped.joints} == {True}
@@ -185,7 +185,7 @@ def test_geometry_that_is_not_special_is_kept(write: Write) -> None:
 
 
 def test_unknown_robot_lists_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"no robot 'rx91': give one of rx90, tx40, ur10e, or the path"):
+    with pytest.raises(InputError, match=r"no robot 'rx91': give one of .*rx90, .*tx40, ur10e, .*or the path"):
         load_robot("rx91")
 
 
