@@ -5,13 +5,22 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .arguments import (
+    ANSWERED,
+    DO_NOT_USE,
+    payload_frame_argument,
+    processing_arguments,
+    read_recordings,
+    robot_argument,
+    settings,
+)
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
     robot_argument(parser)
+    payload_frame_argument(parser)
     parser.add_argument(
         "--unloaded", action="append", default=[], metavar="CSV", help="recording without payload; repeatable"
     )
@@ -51,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
-    gains, told = arguments.drive_gains, set(robot.snapped)
+    gains, told = arguments.drive_gains, set[str]()
     unloaded = read_recordings(arguments.unloaded, robot, gains, told)
     loaded = read_recordings(arguments.loaded, robot, gains, told)
     held_out = read_recordings(arguments.validate, robot, gains, told)

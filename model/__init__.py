@@ -19,7 +19,16 @@ from .dynamics import (
     mass_matrix,
 )
 from .errors import InputError
-from .frames import MOUNTS, LinkBody, bodies_in_link_frames, mounted, with_gravity, with_tool
+from .frames import (
+    MOUNTS,
+    LinkBody,
+    bodies_in_link_frames,
+    frames_at,
+    mounted,
+    step,
+    with_gravity,
+    with_tool,
+)
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
@@ -74,6 +83,7 @@ __all__ = [
     "essential_regressor",
     "forward_dynamics",
     "forward_kinematics",
+    "frames_at",
     "generate_code",
     "gravity",
     "inverse_dynamics",
@@ -90,6 +100,7 @@ __all__ = [
     "robot_toml",
     "standard_columns",
     "standard_regressor",
+    "step",
     "with_gravity",
     "with_tool",
 ]

@@ -1,7 +1,7 @@
 """Frames a user knows: the links of the file a robot was read from, and how the arm is mounted."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from .errors import InputError
 from .inertia import InertialParameters
 from .pose import Pose
-from .robot import INERTIAL, Robot
+from .robot import INERTIAL, Joint, Robot
 
 MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0, 0.0, 0.0)}
 """Roll, pitch, yaw [deg] of the base in the world (z up); on the wall the base's x axis points down."""
@@ -81,3 +81,21 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> tupl
             name, body = robot.links.names[j], body.moved(there.R, there.p)
         bodies.append(LinkBody(name, body))
     return tuple(bodies)
+
+
+def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
+    """Both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
+    theta, r = (joint.theta + q, joint.r) if joint.revolute else (joint.theta, joint.r + q)
+    return (
+        Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0)),
+        Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta)),
+    )
+
+
+def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:
+    """Frames 0 to n and the payload's frame, all in the base, at the positions ``q`` [rad or m]."""
+    frames = [robot.base.inverse()]
+    for joint, position in zip(robot.joints, q, strict=True):
+        along_x, along_z = step(joint, position)
+        frames.append(frames[-1] @ along_x @ along_z)
+    return (*frames, frames[-1] @ robot.flange)

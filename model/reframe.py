@@ -151,7 +151,7 @@ def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
         direction: of the axis.
         apart: signed distance of the next axis along ``normal`` [m].
     """
-    normal = normal / np.linalg.norm(normal)
+    normal = np.asarray(normal / np.linalg.norm(normal))
     side = float(normal @ x)
     if abs(side) < 1e-9:
         side = apart if abs(apart) > SNAP_LENGTH else float(np.cross(x, normal) @ direction)
