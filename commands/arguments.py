@@ -98,7 +98,7 @@ def positive(text: str) -> int:
 
 def three(text: str) -> tuple[float, float, float]:
     """Three finite numbers separated by commas."""
-    x, y, z = _numbers(text, 3)
+    x, y, z = numbers(text, 3)
     return x, y, z
 
 
@@ -115,17 +115,18 @@ def tool_frame(text: str) -> Pose:
     """A frame by three lengths in m and three angles in degrees."""
     from ..model import Pose
 
-    values = _numbers(text, 6)
+    values = numbers(text, 6)
     return Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
 
 
-def _numbers(text: str, count: int) -> tuple[float, ...]:
+def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
+    """Finite numbers separated by commas."""
     try:
         values = tuple(float(part) for part in text.split(","))
     except ValueError:
         values = ()
-    if len(values) != count or not all(abs(value) < 1e6 for value in values):
-        raise argparse.ArgumentTypeError(f"{text!r} is not {count} finite numbers separated by commas")
+    if not values or (count and len(values) != count) or not all(abs(value) < 1e6 for value in values):
+        raise argparse.ArgumentTypeError(f"{text!r} is not {count or 'a list of'} finite numbers with commas")
     return values
 
 

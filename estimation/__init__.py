@@ -10,6 +10,7 @@ from .decimation import decimated, noise_bandwidth
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
 from .observation import Observation, Observer
 from .payload import (
@@ -28,7 +29,9 @@ from .payload import (
     payload_problem,
     usable_methods,
 )
+from .pose_check import PoseCheck, check_pose
 from .problem import ReducedProblem, merged
+from .readings import Reading
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
@@ -49,6 +52,7 @@ __all__ = [
     "Identification",
     "InEllipsoid",
     "InHull",
+    "KinematicsCheck",
     "KnownMass",
     "MassBounds",
     "Observation",
@@ -58,7 +62,10 @@ __all__ = [
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "PoseCheck",
     "PossibleBody",
+    "Ranked",
+    "Reading",
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
@@ -66,6 +73,7 @@ __all__ = [
     "answer_payload",
     "base_problem",
     "build_constrained",
+    "check_pose",
     "combined",
     "decimated",
     "difference_problem",
@@ -80,6 +88,8 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "rank_readings",
+    "rank_readings_by_pose",
     "read_recording",
     "reduced",
     "reduced_measurement",

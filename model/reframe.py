@@ -137,9 +137,8 @@ def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[A
         return _Frame(x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot)
     # Nearest point of this axis to the next one.
     along = float(np.cross(there - point, other) @ normal) / size**2
-    return _Frame(
-        _turned(normal, x, direction, (there - point) @ normal / size), direction, point + along * direction
-    )
+    distance = float((there - point) @ normal) / size
+    return _Frame(_turned(normal, x, direction, distance), direction, point + along * direction)
 
 
 def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:

@@ -15,6 +15,7 @@ from ..reframe import JointAxis, Reframed, modified_dh
 from ..robot import Links, Robot
 from .tree import UrdfJoint, UrdfTree, read_urdf
 
+_FAR = 20.0  # m: no arm is as large
 _MOVES = ("revolute", "continuous", "prismatic")
 
 
@@ -74,7 +75,18 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         snapped=tree.notes,
     )
     parameters, left_out = _parameters(tree, children, links, frames)
-    return replace(robot, parameters=parameters, snapped=(*robot.snapped, *left_out))
+    return replace(robot, parameters=parameters, snapped=(*robot.snapped, *left_out, *_far_frames(robot)))
+
+
+def _far_frames(robot: Robot) -> list[str]:
+    """Axes that are neither parallel nor clearly apart put their common normal far from the arm."""
+    return [
+        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
+        f"{max(abs(joint.d), abs(joint.r)):.3g} m away, and parameters lose digits; the nominal description has "
+        "them parallel"
+        for number, joint in enumerate(robot.joints, start=1)
+        if max(abs(joint.d), abs(joint.r)) > _FAR
+    ]
 
 
 def _children(tree: UrdfTree) -> dict[str, list[UrdfJoint]]:

@@ -244,3 +244,10 @@ def test_choosing_base_and_tip(write: Write) -> None:
         load_robot(path, base="c", tip="a")
     with pytest.raises(InputError, match="links of a URDF"):
         load_robot("rx90", tip="tool0")
+
+
+def test_axes_almost_parallel_are_told(write: Write) -> None:
+    """A calibrated description: 1 mrad off parallel, the common normal far from the arm."""
+    lean = '<origin xyz="0.5 0 0" rpy="0 0.001 0"/>'
+    robot = load_robot(write(file(joint("j1", "a", "b"), joint("j2", "b", "c", more=lean), CHAIN[2])))
+    assert any("axes 1 and 2 are almost parallel" in note for note in robot.snapped)
