@@ -3,8 +3,8 @@
 Every heavy import waits inside ``run``, so that ``dynident --help`` answers at once.
 """
 
-from . import codegen, demo, identify, payload, robot
+from . import codegen, demo, export, identify, payload, robot
 
-COMMANDS = (payload, identify, robot, codegen, demo)
+COMMANDS = (payload, identify, export, robot, codegen, demo)
 """In the order of ``dynident --help``."""
 __all__ = ["COMMANDS"]

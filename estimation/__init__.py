@@ -3,18 +3,22 @@
 from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
 from .cone import SolverError
+from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
+from .drive_gains import GainErrors
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .intervals import Intervals, profile_intervals
 from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
+from .names import PAYLOAD
 from .observation import Observation, Observer
 from .payload import (
-    PAYLOAD,
+    ConstrainedPayload,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
@@ -22,6 +26,7 @@ from .payload import (
     PayloadProblem,
     answer_payload,
     combined,
+    constrain_payload,
     difference_problem,
     identify_payload,
     loaded_problem,
@@ -36,6 +41,7 @@ from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
+from .system import ObservationSystem, identification_system, payload_system
 
 __all__ = [
     "PAYLOAD",
@@ -44,18 +50,22 @@ __all__ = [
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
+    "ConstrainedPayload",
     "Constraint",
     "CvxpyProblem",
     "Estimate",
     "Fit",
+    "GainErrors",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Intervals",
     "KinematicsCheck",
     "KnownMass",
     "MassBounds",
     "Observation",
+    "ObservationSystem",
     "Observer",
     "PairedMeasurement",
     "PayloadAnswer",
@@ -69,15 +79,19 @@ __all__ = [
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
+    "Tested",
+    "Weighing",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
     "check_pose",
     "combined",
+    "constrain_payload",
     "decimated",
     "difference_problem",
     "fit",
+    "identification_system",
     "identify",
     "identify_payload",
     "jackknife",
@@ -88,6 +102,8 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "payload_system",
+    "profile_intervals",
     "rank_readings",
     "rank_readings_by_pose",
     "read_recording",
