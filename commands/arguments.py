@@ -68,7 +68,7 @@ def chosen_robot(arguments: argparse.Namespace) -> Robot:
 
 def _shown(pose: Pose) -> str:
     lengths = ", ".join(f"{value:g}" for value in pose.origin)
-    return f"({lengths} m; rpy {', '.join(f'{math.degrees(angle):g}' for angle in pose.rpy)} deg)"
+    return f"({lengths} m; rpy {', '.join(f'{math.degrees(angle) + 0.0:g}' for angle in pose.rpy)} deg)"
 
 
 def processing_arguments(parser: argparse.ArgumentParser) -> None:

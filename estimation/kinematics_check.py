@@ -25,7 +25,7 @@ _WORTH = 0.03
 """A change must lower the residual by this fraction to be kept."""
 _FRONT = 3
 """Readings from which each round goes on: the best alone may be a dead end."""
-_ALIKE = 0.01
+_ALIKE = 0.03
 _CLEAR = 0.95
 """The suggestion must lie below this fraction of the residual as recorded."""
 
