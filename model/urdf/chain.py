@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -47,16 +47,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
     path_down = _path(tree, first, last)
     _check_joints(tree, path_down)
     links, flange = _along(path_down)
-    axes = [
-        JointAxis(
-            "prismatic" if link.joint.kind == "prismatic" else "revolute",
-            _turned(link.pose, link.joint.axis),
-            link.pose.origin,
-            link.joint.limits,
-        )
-        for link in links
-    ]
-    frames = modified_dh(axes, flange)
+    frames = modified_dh([_axis(link) for link in links], flange)
     robot = Robot(
         name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
         joints=frames.joints,
@@ -64,13 +55,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         payload_frame=f"link {last} of {Path(path).name}",
         flange=frames.flange,
         base=frames.base,
-        links=Links(
-            tuple(link.joint.child for link in links),
-            tuple(frame.inverse() @ link.pose for frame, link in zip(frames.frames, links, strict=True)),
-            tuple(link.joint.name for link in links),
-            first,
-            last,
-        ),
+        links=_names(links, frames, first, last),
         title=f"{tree.name} ({Path(path).name}, {first} to {last})",
         snapped=tree.notes,
     )
@@ -186,9 +171,20 @@ def _along(path: Sequence[UrdfJoint]) -> tuple[list[_Link], Pose]:
     return links, pose
 
 
-def _turned(pose: Pose, axis: tuple[float, float, float]) -> tuple[float, float, float]:
-    x, y, z = (pose.R @ np.array(axis)).tolist()
-    return x, y, z
+def _axis(link: _Link) -> JointAxis:
+    x, y, z = (link.pose.R @ np.array(link.joint.axis)).tolist()
+    kind: Literal["prismatic", "revolute"] = "prismatic" if link.joint.kind == "prismatic" else "revolute"
+    return JointAxis(kind, (x, y, z), link.pose.origin, link.joint.limits)
+
+
+def _names(links: Sequence[_Link], frames: Reframed, base: str, tip: str) -> Links:
+    return Links(
+        tuple(link.joint.child for link in links),
+        tuple(frame.inverse() @ link.pose for frame, link in zip(frames.frames, links, strict=True)),
+        tuple(link.joint.name for link in links),
+        base,
+        tip,
+    )
 
 
 def _gravity(base: Pose) -> tuple[float, float, float]:
