@@ -7,7 +7,7 @@ from .equations import difference_problem, loaded_problem
 from .frame import frame_change, in_payload_frame
 from .from_change import payload_map
 from .gains import payload_gain_sensitivity
-from .global_fit import combined
+from .global_fit import combined, combined_problem, essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
@@ -25,9 +25,11 @@ __all__ = [
     "PayloadProblem",
     "answer_payload",
     "combined",
+    "combined_problem",
     "constrain_payload",
     "difference_problem",
     "error_model",
+    "essential_combined",
     "frame_change",
     "identify_payload",
     "in_payload_frame",
