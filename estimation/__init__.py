@@ -13,20 +13,27 @@ from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
+from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
+from .logs import LogMap, read_log_map, read_recording, stream_samples
+from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .origins import Origin, hidden_directions, origins
 from .payload import (
+    ByJoints,
     ConstrainedPayload,
+    JointShare,
+    JointsMass,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
+    Stretch,
     answer_payload,
     combined,
     constrain_payload,
@@ -35,21 +42,24 @@ from .payload import (
     identify_payload,
     loaded_problem,
     payload_blocks,
+    payload_by_joints,
+    payload_over_time,
     payload_problem,
     usable_methods,
 )
 from .problem import ReducedProblem, merged
-from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
+from .verdict import Verdict
 
 __all__ = [
     "PAYLOAD",
     "Active",
     "AlignedPair",
+    "ByJoints",
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
@@ -57,17 +67,22 @@ __all__ = [
     "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
     "Fit",
     "GainErrors",
+    "GainProblem",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
     "Intervals",
+    "JointShare",
+    "JointsMass",
     "KnownMass",
+    "LogMap",
     "MassBounds",
     "Observation",
     "ObservationSystem",
@@ -86,7 +101,9 @@ __all__ = [
     "SigmaRatio",
     "SolverError",
     "StopRule",
+    "Stretch",
     "Tested",
+    "Verdict",
     "Weighing",
     "aligned",
     "answer_payload",
@@ -101,9 +118,11 @@ __all__ = [
     "elimination_warnings",
     "essential_combined",
     "fit",
+    "gain_problem",
     "hidden_directions",
     "identification_system",
     "identify",
+    "identify_gains",
     "identify_payload",
     "impossible_payload",
     "impossible_robot",
@@ -115,11 +134,15 @@ __all__ = [
     "ordinary",
     "origins",
     "payload_blocks",
+    "payload_by_joints",
+    "payload_over_time",
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "read_log_map",
     "read_recording",
     "reduced",
+    "reduced_log",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
@@ -127,6 +150,7 @@ __all__ = [
     "solve_constrained",
     "solve_constrained_base",
     "solve_constrained_prior",
+    "stream_samples",
     "usable_methods",
     "weighted",
 ]
