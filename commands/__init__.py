@@ -3,8 +3,8 @@
 Every heavy import waits inside ``run``, so that ``dynident --help`` answers at once.
 """
 
-from . import codegen, demo, export, identify, payload, weigh
+from . import check, codegen, demo, export, gains, identify, payload, robot, weigh
 
-COMMANDS = (weigh, payload, identify, export, codegen, demo)
+COMMANDS = (weigh, payload, identify, gains, check, export, robot, codegen, demo)
 """In the order of ``dynident --help``."""
 __all__ = ["COMMANDS"]

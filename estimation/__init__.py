@@ -13,10 +13,14 @@ from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
+from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
+from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
+from .logs import LogMap, read_log_map, read_recording, stream_samples
+from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .origins import Origin, hidden_directions, origins
@@ -44,8 +48,9 @@ from .payload import (
     payload_problem,
     usable_methods,
 )
+from .pose_check import PoseCheck, check_pose
 from .problem import ReducedProblem, merged
-from .records import read_recording
+from .readings import Reading
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
@@ -80,11 +85,13 @@ __all__ = [
     "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
     "Fit",
     "GainErrors",
+    "GainProblem",
     "Holding",
     "Identification",
     "InEllipsoid",
@@ -93,7 +100,9 @@ __all__ = [
     "JointShare",
     "JointsMass",
     "Judged",
+    "KinematicsCheck",
     "KnownMass",
+    "LogMap",
     "MassBounds",
     "Observation",
     "ObservationSystem",
@@ -104,7 +113,10 @@ __all__ = [
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "PoseCheck",
     "PossibleBody",
+    "Ranked",
+    "Reading",
     "ReducedProblem",
     "Repeats",
     "RobotPrior",
@@ -126,6 +138,7 @@ __all__ = [
     "answer_weighing",
     "base_problem",
     "build_constrained",
+    "check_pose",
     "combined",
     "constrain_payload",
     "cylinder_prior",
@@ -136,9 +149,11 @@ __all__ = [
     "elimination_warnings",
     "essential_combined",
     "fit",
+    "gain_problem",
     "hidden_directions",
     "identification_system",
     "identify",
+    "identify_gains",
     "identify_payload",
     "impossible_payload",
     "impossible_robot",
@@ -156,8 +171,12 @@ __all__ = [
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "rank_readings",
+    "rank_readings_by_pose",
+    "read_log_map",
     "read_recording",
     "reduced",
+    "reduced_log",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
@@ -166,6 +185,7 @@ __all__ = [
     "solve_constrained_base",
     "solve_constrained_prior",
     "solve_weighing",
+    "stream_samples",
     "usable_methods",
     "weigh_by_joints",
     "weighted",

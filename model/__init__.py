@@ -19,12 +19,24 @@ from .dynamics import (
     mass_matrix,
 )
 from .errors import InputError
+from .frames import (
+    MOUNTS,
+    LinkBody,
+    bodies_in_link_frames,
+    frames_at,
+    mounted,
+    step,
+    with_gravity,
+    with_tool,
+)
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
+from .pose import Pose
 from .processing import Processing
+from .reframe import JointAxis, Reframed, modified_dh
 from .regressor import (
     base_regressor,
     essential_regressor,
@@ -35,29 +47,37 @@ from .regressor import (
     standard_columns,
     standard_regressor,
 )
-from .robot import INERTIAL, Joint, Limits, Robot
+from .robot import INERTIAL, Joint, Limits, Links, Robot
 from .robot_file import load_robot, robot_names
+from .robot_writer import robot_toml
 from .visibility import PayloadVisibility, friction_columns, payload_visibility, visibility_of
 
 __all__ = [
     "INERTIAL",
+    "MOUNTS",
     "BaseParameters",
     "Coupling",
     "Drives",
     "InertialParameters",
     "InputError",
     "Joint",
+    "JointAxis",
     "Kernel",
     "Limits",
+    "LinkBody",
+    "Links",
     "Measurement",
     "Motion",
     "PayloadVisibility",
+    "Pose",
     "Processing",
     "Recording",
+    "Reframed",
     "Robot",
     "Spring",
     "base_parameters",
     "base_regressor",
+    "bodies_in_link_frames",
     "closed_form_base_parameters",
     "code_names",
     "coriolis",
@@ -66,6 +86,7 @@ __all__ = [
     "essential_regressor",
     "forward_dynamics",
     "forward_kinematics",
+    "frames_at",
     "friction_columns",
     "generate_code",
     "gravity",
@@ -74,13 +95,19 @@ __all__ = [
     "load_robot",
     "local_transfer_base_parameters",
     "mass_matrix",
+    "modified_dh",
+    "mounted",
     "payload_columns",
     "payload_regressor",
     "payload_visibility",
     "regressor",
     "robot_names",
+    "robot_toml",
     "smooth_regressor",
     "standard_columns",
     "standard_regressor",
+    "step",
     "visibility_of",
+    "with_gravity",
+    "with_tool",
 ]

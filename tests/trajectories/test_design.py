@@ -225,6 +225,10 @@ def test_parameters_that_cannot_be_told_apart_are_named() -> None:
         (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
         (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
         (lambda: build_design(ROBOT, start=[9.0] * 6), "6 positions within the limits"),
+        (
+            lambda: build_design(ROBOT, start=[0.0, 1.2, 1.2, 0.0, 0.0, 0.0], scene=SCENE),
+            "another start pose: clearance of .* against 0, violated",
+        ),
         (lambda: build_design(ROBOT, FourierShape(), duration=3.0), "stands in its shape"),
         (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
         (
