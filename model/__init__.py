@@ -31,6 +31,7 @@ from .regressor import (
     payload_columns,
     payload_regressor,
     regressor,
+    smooth_regressor,
     standard_columns,
     standard_regressor,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "payload_regressor",
     "regressor",
     "robot_names",
+    "smooth_regressor",
     "standard_columns",
     "standard_regressor",
 ]
