@@ -10,21 +10,15 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
-from dynident.benchmarks.design_peers import cma_es, random_search, random_within
-from dynident.model import load_robot
+from dynident.benchmarks.design_information import information
+from dynident.benchmarks.design_peers import cma_es, random_search
+from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled
 from dynident.model.arrays import Array
-from dynident.report.paper import paper_tables
 from dynident.trajectories import (
-    Capsule,
     Design,
     DesignProblem,
     FourierShape,
     Goal,
-    HalfSpace,
-    JointBounds,
-    Scene,
-    Score,
-    Simulator,
     ViaPointShape,
     build_design,
     floor_of,
@@ -33,43 +27,11 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.criterion import Kind
 from dynident.trajectories.lagrangian import Multipliers
-from dynident.trajectories.samples import Samples
-from rich.console import Console
-from rich.table import Table
-
-SEEDS = range(5)
-RANDOM = 200
-RUNS = 100
-ROBOT = load_robot("rx90")
-TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
-STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
-GUARDED = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
-NOISE = tuple(0.1 * torque for torque in TORQUE)
-TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
-SCENE = Scene(
-    (
-        Capsule("column", 0, 0.20, (0.0, 0.0, -0.42), (0.0, 0.0, 0.10)),
-        Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
-        Capsule("elbow", 3, 0.15),
-        Capsule("wrist", 4, 0.10),
-        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
-    ),
-    (HalfSpace("floor", offset=-0.42),),
-    (
-        ("tool", "column"),
-        ("wrist", "column"),
-        ("elbow", "column"),
-        ("tool", "upper arm"),
-        ("tool", "elbow"),
-        ("wrist", "upper arm"),
-    ),
-)
-console = Console(width=116, highlight=False)
 
 
 def figures() -> None:
     """Condition numbers of via points, Fourier series and payload motions."""
-    table = _table(
+    table = titled(
         "Condition numbers", "asked", "median", "worst", "CPU s, asked", "median", "worst", "peak violation"
     )
     via, fourier = ViaPointShape(14), FourierShape(5, 10.0)
@@ -91,7 +53,7 @@ def figures() -> None:
 
 def obstacles() -> None:
     """The same with torque limits and obstacles."""
-    table = _table(
+    table = titled(
         "Torque limits, accelerations 3 x speed: cond",
         "asked",
         "median",
@@ -110,90 +72,9 @@ def obstacles() -> None:
     console.print(table)
 
 
-def information() -> None:
-    """D-optimal motions against the best of 200 random ones, at equal duration, and a check by simulation."""
-    table = _table(
-        f"d: relative sigma per square root of a second against the best of {RANDOM} random motions in that figure",
-        "median",
-        "of random",
-        "change",
-        "worst",
-        "of random",
-        "change",
-        "CPU s",
-    )
-    goal = Goal("d", columns=tuple(TABLE2), noise=NOISE)
-    rivals: dict[str, list[tuple[Array, Score, DesignProblem]]] = {}
-    for name, shape in (
-        ("random Fourier 10 s, 5 harmonics", FourierShape(5, 10.0)),
-        ("random 14 via points at rest", ViaPointShape(14, passing=False)),
-    ):
-        problem = build_design(ROBOT, shape, goal, bounds=GUARDED)
-        rivals[name] = [(*one, problem) for one in random_within(problem, RANDOM, seed=1)]
-    for label, own in (("14 via points", ViaPointShape(14)), ("Fourier 10 s", FourierShape(5, 10.0))):
-        problem = build_design(ROBOT, own, goal, bounds=GUARDED)
-        designs = [solve_design(problem, seed=seed) for seed in SEEDS]
-        ours = np.array([_spread(design.score) for design in designs])
-        assert all(design.feasible for design in designs)
-        for name, motions in rivals.items():
-            theirs = np.array([_spread(score) for _, score, _ in motions]).min(axis=0)
-            middle = np.median(ours, axis=0)
-            change = 100.0 * (middle / theirs - 1.0)
-            numbers = [f"{middle[0]:.3f}", f"{theirs[0]:.3f}", f"{change[0]:+.0f} %"]
-            numbers += [f"{middle[1]:.3f}", f"{theirs[1]:.3f}", f"{change[1]:+.0f} %"]
-            cpu = [design.cpu_s for design in designs]
-            table.add_row(f"{label} / {name}", *numbers, f"{np.median(cpu):.1f} ({max(cpu):.1f})")
-        if own == ViaPointShape(14):
-            console.print(_confirmed(designs[0], *min(rivals["random Fourier 10 s, 5 harmonics"], key=_middle)))
-    console.print(table)
-
-
-def _confirmed(design: Design, x: Array, score: Score, problem: DesignProblem) -> str:
-    """Spread of estimates from simulated noisy runs of the designed and a random motion, against the prediction."""
-    ratios = []
-    for predicted, plan in (
-        (design.score, design.plan),
-        (score, problem.family.plan(x)),
-    ):
-        actual = _simulated(design.problem, plan.motion(design.problem.goal.rate))
-        ratios.append((np.array([actual[name] for name in TABLE2]), predicted))
-    (ours, mine), (theirs, other) = ratios
-    actual = np.median(ours / theirs)
-    expected = np.median([mine.learnt.sigma[name] / other.learnt.sigma[name] for name in TABLE2])
-    return (
-        f"{RUNS} simulated runs each: spread of the designed motion over the random one (median over parameters) "
-        f"{actual:.3f}, predicted {expected:.3f}, {100 * (actual / expected - 1):+.1f} %"
-    )
-
-
-def _simulated(problem: DesignProblem, motion: object) -> dict[str, float]:
-    """Standard deviation of weighted least squares over runs with white torque noise."""
-    from dynident.model import Motion
-
-    assert isinstance(motion, Motion)
-    torque = Simulator(ROBOT).measure(motion).torque
-    samples = Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd)
-    weight = np.repeat(1.0 / np.array(NOISE), len(motion.t))
-    W = problem.kernel.matrix(samples)[:, problem.places] * weight[:, None]
-    draw = np.random.default_rng(0)
-    noisy = [((torque + draw.standard_normal(torque.shape) * NOISE).T.ravel() * weight) for _ in range(RUNS)]
-    found = np.linalg.lstsq(W, np.array(noisy).T, rcond=None)[0]
-    return dict(zip(problem.names, found.std(axis=1, ddof=1).tolist(), strict=True))
-
-
-def _middle(rival: tuple[Array, Score, DesignProblem]) -> float:
-    return _spread(rival[1])[0]
-
-
-def _spread(score: Score) -> tuple[float, float]:
-    """Median and worst relative sigma, for one second of motion."""
-    sigma = np.array(list(score.relative_sigma(TABLE2).values())) * np.sqrt(score.duration)
-    return float(np.median(sigma)), float(sigma.max())
-
-
 def peers() -> None:
     """Random search and CMA-ES with the same fast criterion, at our CPU time and at four times as much."""
-    table = _table(
+    table = titled(
         "cond at equal CPU time (CMA-ES also with 4 x), median (worst) of five seeds",
         "ours",
         "random",
@@ -218,7 +99,7 @@ def peers() -> None:
 
 def floors() -> None:
     """The best weighted states within the limits, continuity ignored."""
-    table = _table("Floor over weighted states (least of two seeds)", "design", "floor", "ratio")
+    table = titled("Floor over weighted states (least of two seeds)", "design", "floor", "ratio")
     kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
     for kind in kinds:
         design = solve_design(build_design(ROBOT, ViaPointShape(14), Goal(kind)))
@@ -235,7 +116,7 @@ def floors() -> None:
 
 def gradient() -> None:
     """Exact gradient against central differences (Richardson), relative, ten random directions each."""
-    table = _table(
+    table = titled(
         "Gradient against finite differences, largest relative error",
         "via points",
         "with limits",
@@ -288,14 +169,6 @@ def _row(designs: list[Design], kind: Kind, asked: float, seconds: float) -> lis
         f"{max(cpu):.2f}",
         f"{missed:.1e}",
     ]
-
-
-def _table(title: str, *headings: str) -> Table:
-    table = Table(title=title, box=None)
-    table.add_column("")
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    return table
 
 
 PARTS: dict[str, Callable[[], None]] = {
