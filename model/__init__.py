@@ -13,10 +13,13 @@ from .dynamics import (
     coriolis,
     coriolis_matrix,
     drive_torque,
+    dry_friction_names,
     forward_dynamics,
+    forward_dynamics_base,
     gravity,
     inverse_dynamics_base,
     mass_matrix,
+    smooth_dry_friction,
 )
 from .errors import InputError
 from .inertia import InertialParameters
@@ -60,8 +63,10 @@ __all__ = [
     "coriolis",
     "coriolis_matrix",
     "drive_torque",
+    "dry_friction_names",
     "essential_regressor",
     "forward_dynamics",
+    "forward_dynamics_base",
     "forward_kinematics",
     "generate_code",
     "gravity",
@@ -74,6 +79,7 @@ __all__ = [
     "payload_regressor",
     "regressor",
     "robot_names",
+    "smooth_dry_friction",
     "standard_columns",
     "standard_regressor",
 ]

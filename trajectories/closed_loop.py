@@ -1,0 +1,246 @@
+"""A robot under its controller: forward dynamics in closed loop, many runs side by side in one batch."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import casadi as ca
+import numpy as np
+
+from ..model import (
+    InertialParameters,
+    InputError,
+    Kernel,
+    Measurement,
+    Motion,
+    Robot,
+    base_parameters,
+    dry_friction_names,
+    forward_dynamics_base,
+    inverse_dynamics_base,
+    mass_matrix,
+    smooth_dry_friction,
+    standard_columns,
+)
+from ..model.arrays import Array
+from .controller import Controller, mean_inertia, random_positions
+from .simulation import check_parameters, parameter_vector
+
+SMOOTHING = 0.01
+"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+_SETTLE = 1.0  # s before a run starts, in which the loops take up the load
+_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
+_FINEST = 200  # steps per sample
+_CHUNK = 50  # samples whose references are computed at once
+_LOST = 0.5  # rad or m from the reference: the controller has lost the robot
+
+
+class Reference(Protocol):
+    """A motion to follow; it starts and ends at rest."""
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest [s]."""
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of a reference.
+
+    Attributes:
+        reference: what the robot is told to do.
+        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
+            ``dry_friction_names``; the last row holds on.
+        payload: fixed to the last link, in its frame.
+    """
+
+    reference: Reference
+    friction: Array
+    payload: InertialParameters | None = None
+
+
+class Ripple(NamedTuple):
+    """Torque A sin(w q + phase) on each joint: amplitudes (n,), waves [1/rad or 1/m], phases (n, waves)."""
+
+    amplitude: Array
+    waves: tuple[int, ...]
+    phases: Array
+
+
+class ClosedLoop:
+    """A robot with known parameters, its controller and its gears.
+
+    Attributes:
+        robot: the robot.
+        rate: of the samples [Hz].
+        steps: of the integration (classical Runge-Kutta) per sample.
+    """
+
+    def __init__(
+        self, robot: Robot, controller: Controller | None = None, ripple: Ripple | None = None, rate: float = 250.0
+    ) -> None:
+        """Generate the code of one integration step.
+
+        Raises:
+            InputError: if the robot's description lacks standard parameters, or its links cannot exist.
+        """
+        check_parameters(robot)
+        self.robot, self.rate = robot, rate
+        self._controller = controller or Controller()
+        self._base = base_parameters(robot)
+        self._dry = dry_friction_names(robot)
+        chi = parameter_vector(robot, robot.parameters)
+        self._inertia = mean_inertia(robot, chi)
+        self.steps = self._steps_per_sample(chi)
+        ripple = ripple or Ripple(np.zeros(robot.n), (), np.zeros((robot.n, 0)))
+        self._ripple = np.append(ripple.amplitude, ripple.phases.ravel())
+        self._step = Kernel(self._integrator(ripple.waves))
+        self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
+        self._bare = self._parameters(None)
+
+    def run(
+        self, runs: Sequence[Run], progress: Callable[[float], None] | None = None
+    ) -> list[tuple[Measurement, Array]]:
+        """Simulate all runs in lockstep; each comes out as if it were alone.
+
+        Args:
+            runs: what to do.
+            progress: told the finished share.
+
+        Returns:
+            For each run the exact motion with the motor torques, and the reference positions (N, n).
+
+        Raises:
+            InputError: if the controller loses the robot.
+        """
+        counts = np.array([int(run.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for run in runs])
+        batch = _Batch(runs, counts, self.robot.n, [self._parameters(run.payload) for run in runs])
+        first = -round(_SETTLE * self.rate)
+        for start in range(first, int(counts.max()), _CHUNK):
+            self._advance(batch, start, min(start + _CHUNK, int(counts.max())))
+            if progress:
+                progress((start - first) / (counts.max() - first))
+        return [batch.result(k, self.rate) for k in range(len(runs))]
+
+    def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
+        """Integrate the runs that have not ended over some samples."""
+        n, active = self.robot.n, np.flatnonzero(batch.counts > start)
+        wanted = self._wanted([batch.runs[k].reference for k in active], start, stop)
+        x, chi = batch.state[active], batch.chi[active]
+        for sample in range(start, stop):
+            level = batch.friction(active, sample)
+            for k in range(self.steps):
+                at = 2 * ((sample - start) * self.steps + k)
+                out = self._step(x, *wanted[at : at + 3], chi, level, self._inertia, self._ripple)
+                if k == 0 and sample >= 0:
+                    batch.log[sample, active, : 2 * n] = x[:, : 2 * n]
+                    batch.log[sample, active, 2 * n : 4 * n] = out[3 * n :].T
+                    batch.log[sample, active, 4 * n :] = wanted[at, :, :n]
+                x = out[: 3 * n].T
+        batch.state[active] = x
+        far = np.abs(x[:, :n] - wanted[-1, :, :n])
+        if not (far < _LOST).all():
+            joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
+            raise InputError(
+                f"robot {self.robot.name!r}: its controller loses joint {joint} at {stop / self.rate:.2f} s: "
+                "make the motion slower or the payload lighter"
+            )
+
+    def _wanted(self, references: Sequence[Reference], start: int, stop: int) -> Array:
+        """Reference positions, speeds and feed-forward at every half step, (half steps, runs, 3 n)."""
+        halves = 2 * self.steps
+        t = np.arange(start * halves, stop * halves + 1) / (self.rate * halves)
+        known: dict[int, Array] = {}
+        for reference in references:
+            if id(reference) not in known:
+                q, qd, qdd = reference.at(t)
+                torque = self._controller.feed_forward * self._feed_forward(q, qd, qdd, self._bare).T
+                known[id(reference)] = np.hstack([q, qd, torque])
+        return np.stack([known[id(reference)] for reference in references], axis=1)
+
+    def _parameters(self, payload: InertialParameters | None) -> Array:
+        """Base parameters, dry friction left out."""
+        vector = parameter_vector(self.robot, self.robot.parameters, payload)
+        values = dict(zip(standard_columns(self.robot), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
+        return self._base.value(values)
+
+    def _steps_per_sample(self, chi: Array) -> int:
+        """So many that the stiffest mode, dry friction about rest, is integrated stably."""
+        friction = smooth_dry_friction(self.robot, SMOOTHING)
+        qd, level = ca.SX.sym("qd", self.robot.n), [self.robot.parameters[name] for name in self._dry]
+        slope = ca.Function("slope", [qd], [ca.jacobian(friction(qd, level), qd)])(0.0)
+        damping = np.array(slope) + np.diag(self._inertia * (self._controller.speed + self._controller.position))
+        fastest = 0.0
+        for q in random_positions(self.robot, 20):
+            A = np.array(mass_matrix(self.robot)(q, chi))
+            if np.linalg.eigvalsh(A)[0] <= 0.0:
+                raise InputError(
+                    f"robot {self.robot.name!r} cannot move: its parameters give an inertia matrix that is not "
+                    "positive definite; links need inertia that can exist"
+                )
+            fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(A, damping))).max()))
+        steps = max(4, int(np.ceil(fastest / self.rate / _STABLE)))
+        if steps > _FINEST:
+            raise InputError(
+                f"robot {self.robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to "
+                "integrate: are its inertia parameters (IA) missing?"
+            )
+        return steps
+
+    def _integrator(self, waves: Sequence[int]) -> ca.Function:
+        """One Runge-Kutta step: state after it, motor torque and acceleration at its start."""
+        n, h = self.robot.n, 1.0 / (self.rate * self.steps)
+        x = ca.SX.sym("x", 3 * n)
+        wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+        chi, level = ca.SX.sym("chi", len(self._base.columns)), ca.SX.sym("level", len(self._dry))
+        J, ripple = ca.SX.sym("J", n), ca.SX.sym("ripple", n * (1 + len(waves)))
+        forward = forward_dynamics_base(self.robot, self._base)
+        friction = smooth_dry_friction(self.robot, SMOOTHING)
+
+        def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+            state, goal = ca.vertsplit(x, n), ca.vertsplit(wanted, n)
+            torque = self._controller.torque(tuple(state), tuple(goal), J)
+            extra = _ripple_torque(state[0], ripple, waves) - friction(state[1], level)
+            qdd = forward(state[0], state[1], torque + extra, chi)
+            error = self._controller.speed_error((state[0], state[1]), tuple(goal))
+            return ca.vertcat(state[1], qdd, error), torque
+
+        k1, torque = slope(x, wanted[0])
+        k2, _ = slope(x + 0.5 * h * k1, wanted[1])
+        k3, _ = slope(x + 0.5 * h * k2, wanted[1])
+        k4, _ = slope(x + h * k3, wanted[2])
+        after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
+        return ca.Function("step", [x, *wanted, chi, level, J, ripple], [out])
+
+
+def _ripple_torque(q: ca.SX, ripple: ca.SX, waves: Sequence[int]) -> ca.SX:
+    """Sum over the waves, n x 1 [N·m or N]."""
+    n, torque = q.numel(), ca.SX.zeros(q.numel())
+    for j in range(n):
+        for k, wave in enumerate(waves):
+            torque[j] += ripple[j] * ca.sin(wave * q[j] + ripple[n + j * len(waves) + k])
+    return torque
+
+
+class _Batch:
+    """States and logs of the runs; rows of ``log``: q, qd, torque, qdd, reference."""
+
+    def __init__(self, runs: Sequence[Run], counts: "np.ndarray", n: int, chi: Sequence[Array]) -> None:
+        self.runs, self.counts, self.chi = runs, counts, np.array(chi)
+        self.state = np.zeros((len(runs), 3 * n))
+        for state, run in zip(self.state, runs, strict=True):
+            state[:n] = run.reference.at(np.zeros(1))[0][0]
+        self.log = np.zeros((int(counts.max()), len(runs), 5 * n))
+
+    def friction(self, active: "np.ndarray", sample: int) -> Array:
+        rows = [self.runs[k].friction for k in active]
+        return np.array([levels[min(max(sample, 0), len(levels) - 1)] for levels in rows])
+
+    def result(self, k: int, rate: float) -> tuple[Measurement, Array]:
+        q, qd, torque, qdd, reference = np.split(self.log[: self.counts[k], k], 5, axis=1)
+        motion = Motion(np.arange(self.counts[k]) / rate, q, qd, qdd)
+        return Measurement(motion, torque), reference
