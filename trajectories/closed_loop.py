@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import (
     InertialParameters,
@@ -16,21 +16,15 @@ from ..model import (
     Robot,
     base_parameters,
     dry_friction_names,
-    forward_dynamics_base,
     inverse_dynamics_base,
-    mass_matrix,
-    smooth_dry_friction,
     standard_columns,
 )
 from ..model.arrays import Array
-from .controller import Controller, mean_inertia, random_positions
+from .controller import Controller, mean_inertia
+from .integrator import integration_step, steps_per_sample
 from .simulation import check_parameters, parameter_vector
 
-SMOOTHING = 0.01
-"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
 _SETTLE = 1.0  # s before a run starts, in which the loops take up the load
-_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
-_FINEST = 200  # steps per sample
 _CHUNK = 50  # samples whose references are computed at once
 _LOST = 0.5  # rad or m from the reference: the controller has lost the robot
 
@@ -92,12 +86,13 @@ class ClosedLoop:
         self._controller = controller or Controller()
         self._base = base_parameters(robot)
         self._dry = dry_friction_names(robot)
-        chi = parameter_vector(robot, robot.parameters)
-        self._inertia = mean_inertia(robot, chi)
-        self.steps = self._steps_per_sample(chi)
+        self._inertia = mean_inertia(robot)
+        self.steps = steps_per_sample(robot, self._controller, self._inertia, rate)
         ripple = ripple or Ripple(np.zeros(robot.n), (), np.zeros((robot.n, 0)))
         self._ripple = np.append(ripple.amplitude, ripple.phases.ravel())
-        self._step = Kernel(self._integrator(ripple.waves))
+        self._step = Kernel(
+            integration_step(robot, self._base, self._controller, ripple.waves, 1.0 / (rate * self.steps))
+        )
         self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
         self._bare = self._parameters(None)
 
@@ -127,7 +122,7 @@ class ClosedLoop:
 
     def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
         """Integrate the runs that have not ended over some samples."""
-        n, active = self.robot.n, np.flatnonzero(batch.counts > start)
+        n, active = self.robot.n, np.flatnonzero(batch.counts > start).tolist()
         wanted = self._wanted([batch.runs[k].reference for k in active], start, stop)
         x, chi = batch.state[active], batch.chi[active]
         for sample in range(start, stop):
@@ -167,76 +162,18 @@ class ClosedLoop:
         values = dict(zip(standard_columns(self.robot), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
         return self._base.value(values)
 
-    def _steps_per_sample(self, chi: Array) -> int:
-        """So many that the stiffest mode, dry friction about rest, is integrated stably."""
-        friction = smooth_dry_friction(self.robot, SMOOTHING)
-        qd, level = ca.SX.sym("qd", self.robot.n), [self.robot.parameters[name] for name in self._dry]
-        slope = ca.Function("slope", [qd], [ca.jacobian(friction(qd, level), qd)])(0.0)
-        damping = np.array(slope) + np.diag(self._inertia * (self._controller.speed + self._controller.position))
-        fastest = 0.0
-        for q in random_positions(self.robot, 20):
-            A = np.array(mass_matrix(self.robot)(q, chi))
-            if np.linalg.eigvalsh(A)[0] <= 0.0:
-                raise InputError(
-                    f"robot {self.robot.name!r} cannot move: its parameters give an inertia matrix that is not "
-                    "positive definite; links need inertia that can exist"
-                )
-            fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(A, damping))).max()))
-        steps = max(4, int(np.ceil(fastest / self.rate / _STABLE)))
-        if steps > _FINEST:
-            raise InputError(
-                f"robot {self.robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to "
-                "integrate: are its inertia parameters (IA) missing?"
-            )
-        return steps
-
-    def _integrator(self, waves: Sequence[int]) -> ca.Function:
-        """One Runge-Kutta step: state after it, motor torque and acceleration at its start."""
-        n, h = self.robot.n, 1.0 / (self.rate * self.steps)
-        x = ca.SX.sym("x", 3 * n)
-        wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
-        chi, level = ca.SX.sym("chi", len(self._base.columns)), ca.SX.sym("level", len(self._dry))
-        J, ripple = ca.SX.sym("J", n), ca.SX.sym("ripple", n * (1 + len(waves)))
-        forward = forward_dynamics_base(self.robot, self._base)
-        friction = smooth_dry_friction(self.robot, SMOOTHING)
-
-        def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
-            state, goal = ca.vertsplit(x, n), ca.vertsplit(wanted, n)
-            torque = self._controller.torque(tuple(state), tuple(goal), J)
-            extra = _ripple_torque(state[0], ripple, waves) - friction(state[1], level)
-            qdd = forward(state[0], state[1], torque + extra, chi)
-            error = self._controller.speed_error((state[0], state[1]), tuple(goal))
-            return ca.vertcat(state[1], qdd, error), torque
-
-        k1, torque = slope(x, wanted[0])
-        k2, _ = slope(x + 0.5 * h * k1, wanted[1])
-        k3, _ = slope(x + 0.5 * h * k2, wanted[1])
-        k4, _ = slope(x + h * k3, wanted[2])
-        after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
-        return ca.Function("step", [x, *wanted, chi, level, J, ripple], [out])
-
-
-def _ripple_torque(q: ca.SX, ripple: ca.SX, waves: Sequence[int]) -> ca.SX:
-    """Sum over the waves, n x 1 [N·m or N]."""
-    n, torque = q.numel(), ca.SX.zeros(q.numel())
-    for j in range(n):
-        for k, wave in enumerate(waves):
-            torque[j] += ripple[j] * ca.sin(wave * q[j] + ripple[n + j * len(waves) + k])
-    return torque
-
 
 class _Batch:
     """States and logs of the runs; rows of ``log``: q, qd, torque, qdd, reference."""
 
-    def __init__(self, runs: Sequence[Run], counts: "np.ndarray", n: int, chi: Sequence[Array]) -> None:
+    def __init__(self, runs: Sequence[Run], counts: NDArray[np.int_], n: int, chi: Sequence[Array]) -> None:
         self.runs, self.counts, self.chi = runs, counts, np.array(chi)
         self.state = np.zeros((len(runs), 3 * n))
         for state, run in zip(self.state, runs, strict=True):
             state[:n] = run.reference.at(np.zeros(1))[0][0]
         self.log = np.zeros((int(counts.max()), len(runs), 5 * n))
 
-    def friction(self, active: "np.ndarray", sample: int) -> Array:
+    def friction(self, active: Sequence[int], sample: int) -> Array:
         rows = [self.runs[k].friction for k in active]
         return np.array([levels[min(max(sample, 0), len(levels) - 1)] for levels in rows])
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..model import Robot, mass_matrix
 from ..model.arrays import Array
+from .simulation import parameter_vector
 
 _POSES = 200
 
@@ -28,9 +29,9 @@ class Controller:
         feed_forward: share of the model's torque that is fed forward.
     """
 
-    position: float = 30.0
-    speed: float = 180.0
-    integral: float = 2000.0
+    position: float = 60.0
+    speed: float = 300.0
+    integral: float = 18000.0
     feed_forward: float = 1.0
 
     def __post_init__(self) -> None:
@@ -38,25 +39,21 @@ class Controller:
         if not (self.position > 0.0 and self.speed > 0.0 and self.integral >= 0.0):
             raise ValueError("position and speed gains must be positive, the integral gain not negative")
 
-    def torque(self, state: tuple[ca.SX, ca.SX, ca.SX], wanted: tuple[ca.SX, ca.SX, ca.SX], J: ca.SX) -> ca.SX:
-        """Motor torque [N·m or N], n x 1, of q, qd, z and of q_r, qd_r, feed-forward."""
-        q, qd, z = state
-        return J * (self.speed * self.speed_error((q, qd), wanted) + self.integral * z) + wanted[2]
+    def speed_error(self, q: ca.SX, qd: ca.SX, wanted: ca.SX) -> ca.SX:
+        """v - qd, n x 1 [rad/s or m/s]; ``wanted`` holds q_r, qd_r and the feed-forward."""
+        q_r, qd_r, _ = ca.vertsplit(wanted, q.numel())
+        return qd_r + self.position * (q_r - q) - qd
 
-    def speed_error(self, state: tuple[ca.SX, ca.SX], wanted: tuple[ca.SX, ca.SX, ca.SX]) -> ca.SX:
-        """v - qd, n x 1 [rad/s or m/s]."""
-        return wanted[1] + self.position * (wanted[0] - state[0]) - state[1]
+    def torque(self, error: ca.SX, z: ca.SX, wanted: ca.SX, J: ca.SX) -> ca.SX:
+        """Motor torque, n x 1 [N·m or N], of the speed error, its integral and ``wanted`` as above."""
+        return J * (self.speed * error + self.integral * z) + ca.vertsplit(wanted, z.numel())[2]
 
 
-def mean_inertia(robot: Robot, chi: Array) -> Array:
-    """Mean diagonal of the inertia matrix over the joints' ranges [kg m^2 or kg], shape (n,).
-
-    Args:
-        robot: the robot.
-        chi: its standard parameters, as ``standard_columns``.
-    """
-    matrices = [np.array(mass_matrix(robot)(q, chi)) for q in random_positions(robot, _POSES)]
-    return np.mean([np.diag(A) for A in matrices], axis=0)
+def mean_inertia(robot: Robot) -> Array:
+    """Mean diagonal of the inertia matrix over the joints' ranges [kg m^2 or kg], shape (n,)."""
+    A, chi = mass_matrix(robot), parameter_vector(robot, robot.parameters)
+    diagonals = [np.diag(np.array(A(q, chi))) for q in random_positions(robot, _POSES)]
+    return np.asarray(np.mean(diagonals, axis=0))
 
 
 def random_positions(robot: Robot, count: int) -> Array:

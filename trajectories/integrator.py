@@ -1,0 +1,104 @@
+"""One integration step of a robot under its controller, as one function of scalar operations."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from ..model import (
+    BaseParameters,
+    InputError,
+    Robot,
+    dry_friction_names,
+    forward_dynamics_base,
+    mass_matrix,
+    smooth_dry_friction,
+)
+from ..model.arrays import Array
+from .controller import Controller, random_positions
+from .simulation import parameter_vector
+
+SMOOTHING = 0.01
+"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
+_FEWEST, _FINEST = 4, 200  # steps per sample
+
+
+def integration_step(
+    robot: Robot, base: BaseParameters, controller: Controller, waves: Sequence[int], h: float
+) -> ca.Function:
+    """``step(x, wanted, wanted_middle, wanted_end, chi, level, J, ripple)`` by the classical Runge-Kutta method.
+
+    x holds q, qd and the controller's integral z; the three wanted hold q_r, qd_r and the feed-forward torque at
+    the start, middle and end of the step; chi the base parameters with dry friction zero; level the dry friction;
+    J the controller's inertia; ripple the amplitudes, then the phases joint by joint.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        controller: its gains.
+        waves: of the ripple [1/rad or 1/m].
+        h: step [s].
+
+    Returns:
+        Function to x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    """
+    n = robot.n
+    x = ca.SX.sym("x", 3 * n)
+    wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
+    J, ripple = ca.SX.sym("J", n), ca.SX.sym("ripple", n * (1 + len(waves)))
+    forward, friction = forward_dynamics_base(robot, base), smooth_dry_friction(robot, SMOOTHING)
+
+    def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+        q, qd, z = ca.vertsplit(x, n)
+        error = controller.speed_error(q, qd, wanted)
+        torque = controller.torque(error, z, wanted, J)
+        qdd = forward(q, qd, torque + _ripple_torque(q, ripple, waves) - friction(qd, level), chi)
+        return ca.vertcat(qd, qdd, error), torque
+
+    k1, torque = slope(x, wanted[0])
+    k2, _ = slope(x + 0.5 * h * k1, wanted[1])
+    k3, _ = slope(x + 0.5 * h * k2, wanted[1])
+    k4, _ = slope(x + h * k3, wanted[2])
+    after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
+    return ca.Function("step", [x, *wanted, chi, level, J, ripple], [out])
+
+
+def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate: float) -> int:
+    """So many that the stiffest mode, dry friction about rest, is integrated stably.
+
+    Raises:
+        InputError: if the robot's links cannot exist or its friction is too stiff.
+    """
+    chi = parameter_vector(robot, robot.parameters)
+    friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
+    qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
+    slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
+    damping = slope + np.diag(inertia * (controller.speed + controller.position))
+    fastest, A = 0.0, mass_matrix(robot)
+    for q in random_positions(robot, 20):
+        matrix = np.array(A(q, chi))
+        if np.linalg.eigvalsh(matrix)[0] <= 0.0:
+            raise InputError(
+                f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
+                "definite: correct the inertias in its description"
+            )
+        fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
+    steps = max(_FEWEST, int(np.ceil(fastest / rate / _STABLE)))
+    if steps > _FINEST:
+        raise InputError(
+            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
+            "are its rotor inertias (IA) missing?"
+        )
+    return steps
+
+
+def _ripple_torque(q: ca.SX, ripple: ca.SX, waves: Sequence[int]) -> ca.SX:
+    """Sum over the waves, n x 1 [N·m or N]."""
+    n, torque = q.numel(), ca.SX.zeros(q.numel())
+    for j in range(n):
+        for k, wave in enumerate(waves):
+            torque[j] += ripple[j] * ca.sin(wave * q[j] + ripple[n + j * len(waves) + k])
+    return torque
