@@ -29,7 +29,7 @@ from .payload import (
     usable_methods,
 )
 from .problem import ReducedProblem, merged
-from .records import read_recording
+from .records import TrajectoryTable, read_recording, read_trajectory
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
@@ -62,6 +62,7 @@ __all__ = [
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
+    "TrajectoryTable",
     "aligned",
     "answer_payload",
     "base_problem",
@@ -81,6 +82,7 @@ __all__ = [
     "payload_blocks",
     "payload_problem",
     "read_recording",
+    "read_trajectory",
     "reduced",
     "reduced_measurement",
     "reduced_stream",

@@ -27,6 +27,7 @@ from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
+from .payload_file import read_payload
 from .processing import Processing
 from .regressor import (
     base_regressor,
@@ -77,6 +78,7 @@ __all__ = [
     "mass_matrix",
     "payload_columns",
     "payload_regressor",
+    "read_payload",
     "regressor",
     "robot_names",
     "smooth_dry_friction",

@@ -122,7 +122,7 @@ def plan_point_to_point(
     robot: Robot,
     points: Array,
     speed: float = 0.5,
-    acceleration: float = 1.0,
+    acceleration: float = 0.5,
     blend: float = 1.0,
     smoothing: float = 0.25,
 ) -> PointToPoint:
