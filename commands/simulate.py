@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, robot_argument, whole
+from .arguments import ANSWERED, number, robot_argument, share, whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,27 +51,12 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(run=run)
 
 
-def share(text: str) -> float:
-    """A number from 0 to below 1."""
-    value = _number(text)
-    if not 0.0 <= value < 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a share from 0 to below 1")
-    return value
-
-
 def rate(text: str) -> float:
     """A rate that a controller may have [Hz]."""
-    value = _number(text)
+    value = number(text)
     if not 20.0 <= value <= 1e4:
         raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 20 to 10000 Hz")
     return value
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -29,9 +29,9 @@ class Controller:
         feed_forward: share of the model's torque that is fed forward.
     """
 
-    position: float = 60.0
-    speed: float = 300.0
-    integral: float = 18000.0
+    position: float = 100.0
+    speed: float = 450.0
+    integral: float = 30000.0
     feed_forward: float = 1.0
 
     def __post_init__(self) -> None:
