@@ -95,8 +95,8 @@ def repeated_document(
         *_payload(
             scenarios["gains"], f"Drive gains wrong by {100 * gain_error:g} % (standard deviation) per joint"
         ),
-        "A wrong gain scales a joint's torque and with it the parameters. No residual shows it, and no interval that\n"
-        "goes by residuals covers it.\n",
+        "A wrong gain scales a joint's torque and with it the parameters. No residual shows it, and no interval\n"
+        "that goes by residuals covers it.\n",
         "![Errors of the payload and coverage of its intervals](simulated_experiment.png)\n",
     ]
     return "\n".join(parts)
@@ -151,12 +151,12 @@ def _robot(scenario: Scenario, paper: PaperTables) -> list[str]:
     rows = [(robot.names[k], robot.coverage[k]) for k in places]
     low = ", ".join(f"{name} ({100 * c:.0f} %)" for name, c in rows if c < _LOW) or "none"
     lines = [
-        f"Robust 95 % intervals (method 4, all {len(robot.names)} parameters) hold the truth in {100 * share:.1f} %\n"
-        f"of all pairs of row of Table 2 and seed, in {100 * robot.covered.mean():.1f} % of those of any parameter and\n"
-        "seed. The truth of dry friction is its level averaged over the recorded motion.",
+        f"Robust 95 % intervals (method 4, {len(robot.names)} parameters) hold the truth in {100 * share:.1f} %\n"
+        f"of all pairs of row of Table 2 and seed, and in {100 * robot.covered.mean():.1f} % of those of any\n"
+        "parameter and seed. The truth of dry friction is its level averaged over the recorded motion.",
         "",
-        f"Rows with less than {100 * _LOW:.0f} %: {low}. Ripple repeats in every trajectory, so that no block of time\n"
-        "differs from the others by it.",
+        f"Rows with less than {100 * _LOW:.0f} %: {low}. Ripple repeats in every trajectory, so that no block of\n"
+        "time differs from the others by it.",
         "",
         "| | truth | bias | spread | robust 95 % holds | sigma here / Table 2 |",
         "|---|---|---|---|---|---|",

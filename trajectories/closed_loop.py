@@ -21,7 +21,7 @@ from ..model import (
 )
 from ..model.arrays import Array
 from .controller import Controller, mean_inertia
-from .integrator import integration_step, steps_per_sample
+from .integrator import Stepper, integration_step, steps_per_sample
 from .simulation import check_parameters, parameter_vector
 
 _SETTLE = 1.0  # s before a run starts, in which the loops take up the load
@@ -90,9 +90,8 @@ class ClosedLoop:
         self.steps = steps_per_sample(robot, self._controller, self._inertia, rate)
         ripple = ripple or Ripple(np.zeros(robot.n), (), np.zeros((robot.n, 0)))
         self._ripple = np.append(ripple.amplitude, ripple.phases.ravel())
-        self._step = Kernel(
-            integration_step(robot, self._base, self._controller, ripple.waves, 1.0 / (rate * self.steps))
-        )
+        h = 1.0 / (rate * self.steps)
+        self._step = Stepper(integration_step(robot, self._base, self._controller, ripple.waves, h))
         self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
         self._bare = self._parameters(None)
 
