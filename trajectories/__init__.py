@@ -1,6 +1,6 @@
 """Motions that excite the parameters, and recordings simulated on them. Imports only the model room."""
 
-from .closed_loop import ClosedLoop, Reference, Ripple, Run
+from .closed_loop import ClosedLoop, Reference, Run
 from .controller import Controller
 from .disturbances import (
     RX90_DISTURBANCES,
@@ -11,6 +11,7 @@ from .disturbances import (
     relative_disturbances,
 )
 from .experiment import RATE, Experiment, SimulatedRun, Task, mean_friction, run_experiment
+from .integrator import Ripple
 from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .sampled import SampledTrajectory
 from .simulation import RX90_NOISE, Simulator, parameter_vector

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from ..model import (
 )
 from ..model.arrays import Array
 from .controller import Controller, mean_inertia
-from .integrator import Stepper, integration_step, steps_per_sample
+from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample
 from .simulation import check_parameters, parameter_vector
 
 _SETTLE = 1.0  # s before a run starts, in which the loops take up the load
@@ -56,14 +56,6 @@ class Run:
     payload: InertialParameters | None = None
 
 
-class Ripple(NamedTuple):
-    """Torque A sin(w q + phase) on each joint: amplitudes (n,), waves [1/rad or 1/m], phases (n, waves)."""
-
-    amplitude: Array
-    waves: tuple[int, ...]
-    phases: Array
-
-
 class ClosedLoop:
     """A robot with known parameters, its controller and its gears.
 
@@ -86,12 +78,11 @@ class ClosedLoop:
         self._controller = controller or Controller()
         self._base = base_parameters(robot)
         self._dry = dry_friction_names(robot)
-        self._inertia = mean_inertia(robot)
-        self.steps = steps_per_sample(robot, self._controller, self._inertia, rate)
+        inertia = mean_inertia(robot)
+        self.steps = steps_per_sample(robot, self._controller, inertia, rate)
         ripple = ripple or Ripple(np.zeros(robot.n), (), np.zeros((robot.n, 0)))
-        self._ripple = np.append(ripple.amplitude, ripple.phases.ravel())
-        h = 1.0 / (rate * self.steps)
-        self._step = Stepper(integration_step(robot, self._base, self._controller, ripple.waves, h))
+        self._settings = step_settings(1.0 / (rate * self.steps), self._controller, inertia, ripple)
+        self._step = Stepper(integration_step(robot, self._base, len(ripple.waves)))
         self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
         self._bare = self._parameters(None)
 
@@ -128,7 +119,7 @@ class ClosedLoop:
             level = batch.friction(active, sample)
             for k in range(self.steps):
                 at = 2 * ((sample - start) * self.steps + k)
-                out = self._step(x, *wanted[at : at + 3], chi, level, self._inertia, self._ripple)
+                out = self._step(x, *wanted[at : at + 3], chi, level, self._settings)
                 if k == 0 and sample >= 0:
                     batch.log[sample, active, : 2 * n] = x[:, : 2 * n]
                     batch.log[sample, active, 2 * n : 4 * n] = out[3 * n :].T

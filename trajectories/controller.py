@@ -39,14 +39,16 @@ class Controller:
         if not (self.position > 0.0 and self.speed > 0.0 and self.integral >= 0.0):
             raise ValueError("position and speed gains must be positive, the integral gain not negative")
 
-    def speed_error(self, q: ca.SX, qd: ca.SX, wanted: ca.SX) -> ca.SX:
-        """v - qd, n x 1 [rad/s or m/s]; ``wanted`` holds q_r, qd_r and the feed-forward."""
-        q_r, qd_r, _ = ca.vertsplit(wanted, q.numel())
-        return qd_r + self.position * (q_r - q) - qd
 
-    def torque(self, error: ca.SX, z: ca.SX, wanted: ca.SX, J: ca.SX) -> ca.SX:
-        """Motor torque, n x 1 [N·m or N], of the speed error, its integral and ``wanted`` as above."""
-        return J * (self.speed * error + self.integral * z) + ca.vertsplit(wanted, z.numel())[2]
+def speed_error(q: ca.SX, qd: ca.SX, wanted: ca.SX, kp: ca.SX) -> ca.SX:
+    """v - qd, n x 1 [rad/s or m/s]; ``wanted`` holds q_r, qd_r and the feed-forward."""
+    q_r, qd_r, _ = ca.vertsplit(wanted, q.numel())
+    return qd_r + kp * (q_r - q) - qd
+
+
+def motor_torque(error: ca.SX, z: ca.SX, wanted: ca.SX, J: ca.SX, kv: ca.SX, ki: ca.SX) -> ca.SX:
+    """Motor torque, n x 1 [N·m or N], of the speed error, its integral and ``wanted`` as above."""
+    return J * (kv * error + ki * z) + ca.vertsplit(wanted, z.numel())[2]
 
 
 def mean_inertia(robot: Robot) -> Array:

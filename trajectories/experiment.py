@@ -8,9 +8,10 @@ import numpy as np
 
 from ..model import InertialParameters, Measurement, Recording, Robot, dry_friction_names
 from ..model.arrays import Array
-from .closed_loop import ClosedLoop, Reference, Ripple, Run
+from .closed_loop import ClosedLoop, Reference, Run
 from .controller import Controller
 from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
+from .integrator import Ripple
 
 RATE = 250.0
 """Hz, at which the paper's controller records."""

@@ -1,7 +1,6 @@
 """One integration step of a robot under its controller, as one function of scalar operations."""
 
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -17,7 +16,7 @@ from ..model import (
     smooth_dry_friction,
 )
 from ..model.arrays import Array
-from .controller import Controller, random_positions
+from .controller import Controller, motor_torque, random_positions, speed_error
 from .simulation import parameter_vector
 
 SMOOTHING = 0.01
@@ -26,21 +25,25 @@ _STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis i
 _FEWEST, _FINEST = 4, 200  # steps per sample
 
 
-def integration_step(
-    robot: Robot, base: BaseParameters, controller: Controller, waves: Sequence[int], h: float
-) -> ca.Function:
-    """``step(x, wanted, wanted_middle, wanted_end, chi, level, J, ripple)`` by the classical Runge-Kutta method.
+class Ripple(NamedTuple):
+    """Torque A sin(w q + phase) on each joint: amplitudes (n,), waves [1/rad or 1/m], phases (n, waves)."""
+
+    amplitude: Array
+    waves: tuple[int, ...]
+    phases: Array
+
+
+def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Function:
+    """``step(x, wanted, wanted_middle, wanted_end, chi, level, settings)`` by the classical Runge-Kutta method.
 
     x holds q, qd and the controller's integral z; the three wanted hold q_r, qd_r and the feed-forward torque at
     the start, middle and end of the step; chi the base parameters with dry friction zero; level the dry friction;
-    J the controller's inertia; ripple the amplitudes, then the phases joint by joint.
+    settings what ``step_settings`` gives. Nothing else is fixed: the code of a robot is compiled once.
 
     Args:
         robot: the robot.
         base: its base parameters.
-        controller: its gains.
-        waves: of the ripple [1/rad or 1/m].
-        h: step [s].
+        waves: number of waves of the ripple.
 
     Returns:
         Function to x after the step, then motor torque and acceleration at its start, 5 n x 1.
@@ -49,15 +52,20 @@ def integration_step(
     x = ca.SX.sym("x", 3 * n)
     wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
     chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
-    J, ripple = ca.SX.sym("J", n), ca.SX.sym("ripple", n * (1 + len(waves)))
+    settings = ca.SX.sym("settings", 4 + 2 * n + waves * (n + 1))
+    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
+        settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
+    )
     forward, friction = forward_dynamics_base(robot, base), smooth_dry_friction(robot, SMOOTHING)
 
     def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
         q, qd, z = ca.vertsplit(x, n)
-        error = controller.speed_error(q, qd, wanted)
-        torque = controller.torque(error, z, wanted, J)
-        qdd = forward(q, qd, torque + _ripple_torque(q, ripple, waves) - friction(qd, level), chi)
-        return ca.vertcat(qd, qdd, error), torque
+        error = speed_error(q, qd, wanted, kp)
+        torque = motor_torque(error, z, wanted, J, kv, ki)
+        ripple = ca.SX.zeros(n)
+        for k in range(waves):
+            ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
+        return ca.vertcat(qd, forward(q, qd, torque + ripple - friction(qd, level), chi), error), torque
 
     k1, torque = slope(x, wanted[0])
     k2, _ = slope(x + 0.5 * h * k1, wanted[1])
@@ -65,7 +73,13 @@ def integration_step(
     k4, _ = slope(x + h * k3, wanted[2])
     after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
-    return ca.Function("step", [x, *wanted, chi, level, J, ripple], [out])
+    return ca.Function("step", [x, *wanted, chi, level, settings], [out])
+
+
+def step_settings(h: float, controller: Controller, inertia: Array, ripple: Ripple) -> Array:
+    """What all runs share: step [s], gains, the controller's inertia, ripple."""
+    gains = [h, controller.position, controller.speed, controller.integral]
+    return np.concatenate([gains, inertia, ripple.amplitude, ripple.waves, ripple.phases.T.ravel()])
 
 
 class Stepper:
@@ -81,16 +95,16 @@ class Stepper:
         self._mapped: dict[int, ca.Function] = {}
 
     def __call__(self, *inputs: Array) -> Array:
-        """One step; inputs (runs, size), the last two shared by all runs.
+        """One step; inputs (runs, size), the last one shared by all runs.
 
         Returns:
             Shape (5 n, runs).
         """
         if self._kernel.compiled:
             return self._kernel(*inputs)
-        runs, last = len(inputs[0]), self._step.n_in()
+        runs = len(inputs[0])
         if runs not in self._mapped:
-            shared = [last - 2, last - 1]
+            shared = [self._step.n_in() - 1]
             self._mapped[runs] = self._step.map(f"step{runs}", "serial", runs, shared, [])
         buffer: Any
         buffer, trigger = self._mapped[runs].buffer()
@@ -130,12 +144,3 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate:
             "are its rotor inertias (IA) missing?"
         )
     return steps
-
-
-def _ripple_torque(q: ca.SX, ripple: ca.SX, waves: Sequence[int]) -> ca.SX:
-    """Sum over the waves, n x 1 [N·m or N]."""
-    n, torque = q.numel(), ca.SX.zeros(q.numel())
-    for j in range(n):
-        for k, wave in enumerate(waves):
-            torque[j] += ripple[j] * ca.sin(wave * q[j] + ripple[n + j * len(waves) + k])
-    return torque
