@@ -8,15 +8,16 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NoReturn
 
 from . import __version__
 from .commands import COMMANDS
-from .commands.arguments import BAD_INPUT, INTERRUPTED
+from .commands.arguments import BAD_INPUT, INTERRUPTED, check_target
 
-_FILES_WRITTEN = ("json", "report", "csv")
+_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz")
 """Options that name a file to write."""
+_SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
+"""Packages whose versions decide the numbers."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -31,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         for option in _FILES_WRITTEN:
-            _check_target(option, getattr(arguments, option, None))
+            check_target(option, getattr(arguments, option, None))
         with warnings.catch_warnings():
             warnings.showwarning = _note
             return int(arguments.run(arguments))
@@ -49,14 +50,6 @@ def _note(message: Warning | str, *_: object, **__: object) -> None:
     print(f"dynident: note: {message}", file=sys.stderr)
 
 
-def _check_target(option: str, path: str | None) -> None:
-    """Refuse a file that cannot be written before any work is done."""
-    from .model import InputError
-
-    if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
-        raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
-
-
 class _Parser(argparse.ArgumentParser):
     """A wrong command line is one line too."""
 
@@ -65,9 +58,26 @@ class _Parser(argparse.ArgumentParser):
         raise SystemExit(BAD_INPUT)
 
 
+class _Version(argparse.Action):
+    """Prints what a report of a fault should name."""
+
+    def __call__(self, *_: object, **__: object) -> None:
+        import platform
+        from importlib.metadata import PackageNotFoundError, version
+
+        print(f"dynident {__version__}")
+        for package in _SOLVERS:
+            try:
+                print(f"{package} {version(package)}")
+            except PackageNotFoundError:
+                print(f"{package} not installed")
+        print(f"python {platform.python_version()}")
+        raise SystemExit(0)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="dynident", description="Tells what hangs on the flange of an industrial manipulator.")
-    parser.add_argument("--version", action="version", version=f"dynident {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="versions of dynident and of its solvers")
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
     for command in COMMANDS:
         command.add_parser(commands)

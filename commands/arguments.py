@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -92,6 +93,14 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
         return robot, replace(robot.processing, **changes)
     except ValueError as error:
         raise InputError(str(error)) from None
+
+
+def check_target(option: str, path: str | None) -> None:
+    """Refuse a file that cannot be written before any work is done."""
+    from ..model import InputError
+
+    if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
+        raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
 
 
 def read_recordings(

@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .results import result_arguments, write_results
 
 
 def add_parser(commands: Any) -> None:
@@ -15,6 +16,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--data", action="append", required=True, metavar="CSV", help="recording without payload")
     parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
     processing_arguments(parser)
+    result_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -22,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import identify
+    from ..estimation import identification_system, identify
     from ..estimation.verdict import fit_reasons
     from ..report.tables import console, robot_notes, robot_table
 
@@ -41,4 +43,5 @@ def run(arguments: argparse.Namespace) -> int:
         from ..report.documents import identification_document, write_json
 
         write_json(arguments.json, identification_document(result, processing, arguments.drive_gains))
+    write_results(arguments, [table], lambda: identification_system(result, recordings, processing))
     return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED

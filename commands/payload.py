@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .results import result_arguments, write_results
 
 
 def add_parser(commands: Any) -> None:
@@ -32,6 +33,7 @@ def add_parser(commands: Any) -> None:
         "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
     )
     processing_arguments(parser)
+    result_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -39,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import answer_payload, payload_problem
+    from ..estimation import answer_payload, payload_problem, payload_system
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
     from ..report.documents import payload_document, write_json
@@ -70,4 +72,5 @@ def run(arguments: argparse.Namespace) -> int:
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
         write_json(arguments.json, payload_document(answer, processing, gains))
+    write_results(arguments, [table], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED

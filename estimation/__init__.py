@@ -33,6 +33,7 @@ from .records import TrajectoryTable, read_recording, read_trajectory
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
+from .system import ObservationSystem, identification_system, payload_system
 
 __all__ = [
     "PAYLOAD",
@@ -52,6 +53,7 @@ __all__ = [
     "KnownMass",
     "MassBounds",
     "Observation",
+    "ObservationSystem",
     "Observer",
     "PairedMeasurement",
     "PayloadAnswer",
@@ -71,6 +73,7 @@ __all__ = [
     "decimated",
     "difference_problem",
     "fit",
+    "identification_system",
     "identify",
     "identify_payload",
     "jackknife",
@@ -81,6 +84,7 @@ __all__ = [
     "ordinary",
     "payload_blocks",
     "payload_problem",
+    "payload_system",
     "read_recording",
     "read_trajectory",
     "reduced",

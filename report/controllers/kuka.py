@@ -1,0 +1,36 @@
+"""KUKA ``LOAD_DATA``.
+
+{M, CM {X, Y, Z, A, B, C}, J {X, Y, Z}}: mass [kg]; centre of mass [mm] and principal axes in flange coordinates; A
+about z, B about the new y, C about the newest x [deg]; principal moments [kg m^2]. A negative mass stands for the
+arm's default load. Source: load definition in the manuals of the arms (KR IONTEC, "Load center of gravity and mass
+moment of inertia", easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40) and KRC_WriteLoadData
+(infosys.beckhoff.com/content/1033/tf5120/13081587595.html).
+"""
+
+import numpy as np
+
+from .form import ControllerFormat, number
+from .load import ControllerLoad
+from .rotation import angles_of
+
+
+def _write(load: ControllerLoad) -> str:
+    moments, axes = load.principal
+    x, y, z = (number(1e3 * value) for value in load.com)
+    a, b, c = (number(float(angle)) for angle in np.degrees(angles_of(axes)))
+    jx, jy, jz = (number(value) for value in moments)
+    centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"
+    return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"
+
+
+FORMAT = ControllerFormat(
+    name="kuka",
+    title="KUKA LOAD_DATA (config.dat; put the number of your tool for 1)",
+    reference="principal moments about the centre of mass, their axes turned by A, B, C out of the flange frame",
+    order="M, CM {X, Y, Z, A about z, B about new y, C about newest x}, J {X, Y, Z}",
+    units="kg, mm, deg, kg m^2",
+    point_mass="J = 0, a point mass",
+    source="load data in the manuals of the arms (KUKA.Load)",
+    write=_write,
+    comment=("; ", ""),
+)

@@ -1,0 +1,108 @@
+"""A payload as a robot's controller asks for it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...model import InertialParameters, InputError
+from ...model.arrays import Array
+from .rotation import principal_axes
+
+_ROUNDING = 1e-12
+"""Share of the pseudo-inertia's trace by which its smallest eigenvalue may be negative from rounding."""
+_EDGE = 1e-6
+"""Share of the trace by which the two smaller principal moments must exceed the largest: controllers hold single
+precision, and some simulators check A + B >= C to the last digit.
+"""
+
+
+@dataclass(frozen=True)
+class ControllerLoad:
+    """One body and what must be said beside its numbers.
+
+    Attributes:
+        body: the payload about the origin and in the axes of ``frame``.
+        frame: the frame, in words.
+        source: file, method and estimator the numbers come from.
+        verdict: level of the verdict.
+        reasons: for the verdict.
+        point_mass: whether the inertia at the centre of mass is not to be used: only mass and centre of mass are
+            written.
+        in_tool_frame: whether ``frame`` is a tool's, not the flange's.
+        meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
+    """
+
+    body: InertialParameters
+    frame: str
+    source: str
+    verdict: str
+    reasons: tuple[str, ...] = ()
+    point_mass: bool = False
+    in_tool_frame: bool = False
+    meters_per_unit: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse a load that no controller takes.
+
+        Raises:
+            InputError: for a mass that is not positive, and for an inertia that no body has.
+        """
+        if not self.body.mass > 0.0:
+            raise InputError(f"{self.source}: a mass of {self.body.mass:.3g} kg: controllers refuse it")
+        if not self.meters_per_unit > 0.0:
+            raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
+        pseudo = self.body.pseudo_inertia
+        if not self.point_mass and self.body.min_pseudo_inertia_eigenvalue < -_ROUNDING * np.trace(pseudo):
+            raise InputError(
+                f"{self.source}: no body has this inertia (pseudo-inertia eigenvalue "
+                f"{self.body.min_pseudo_inertia_eigenvalue:.2g}): take one that can exist, or identify again"
+            )
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.body.mass
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass in ``frame`` [m], shape (3,)."""
+        return self.body.com
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Inertia about the centre of mass in the axes of ``frame`` [kg m^2], 3 x 3; zero for a point mass."""
+        return np.zeros((3, 3)) if self.point_mass else self.body.inertia_com + self.widened * np.eye(3)
+
+    @cached_property
+    def widened(self) -> float:
+        """What is added to each moment [kg m^2] where a body is so flat or thin that rounding could make it
+        impossible; else zero. A constrained estimate often is.
+        """
+        if self.point_mass:
+            return 0.0
+        moments = np.linalg.eigvalsh(self.body.inertia_com)
+        return max(0.0, float(_EDGE * moments.sum() - (moments[0] + moments[1] - moments[2])))
+
+    @cached_property
+    def principal(self) -> tuple[Array, Array]:
+        """Principal moments at the centre of mass [kg m^2], shape (3,), and their axes as columns, 3 x 3."""
+        return principal_axes(self.inertia)
+
+    @cached_property
+    def products_lost(self) -> float:
+        """Largest product of inertia over the smallest moment, in the axes of ``frame``: what a format loses that
+        takes the moments alone.
+        """
+        largest = float(np.abs(self.inertia[np.triu_indices(3, 1)]).max())
+        return largest / float(np.diag(self.inertia).min()) if largest > 0.0 else 0.0
+
+    def seen_from(self, rotation: Array, origin: Array, frame: str) -> "ControllerLoad":
+        """The same load in another frame, which is given in this one.
+
+        Args:
+            rotation: 3 x 3; columns are the other frame's axes in this one.
+            origin: of the other frame in this one [m], shape (3,).
+            frame: the other frame, in words.
+        """
+        return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame)

@@ -1,0 +1,33 @@
+"""Staeubli: plain values in the flange frame.
+
+Its load format is not documented publicly, so nothing is guessed: the numbers stand with their names and units, to
+be entered where the controller's own manual asks for them.
+"""
+
+import numpy as np
+
+from .form import ControllerFormat, number
+from .load import ControllerLoad
+
+
+def _write(load: ControllerLoad) -> str:
+    J = load.inertia
+    lines = [f"mass  [kg]      {number(load.mass)}"]
+    lines += [f"com {a} [m]       {number(value)}" for a, value in zip("xyz", load.com, strict=True)]
+    if not load.point_mass:
+        pairs = [(j, k) for j, k in zip(*np.triu_indices(3), strict=True)]
+        lines += [f"I{'xyz'[j]}{'xyz'[k]}   [kg.m^2]  {number(J[j, k])}" for j, k in pairs]
+    return "\n".join(lines)
+
+
+FORMAT = ControllerFormat(
+    name="staubli",
+    title="Staeubli: plain values (its load format is not documented publicly)",
+    reference="inertia matrix about the centre of mass, axes of the flange",
+    order="mass; com x, y, z; Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix (Ixy = -integral of x y dm)",
+    units="kg, m, kg m^2",
+    point_mass="the inertia is left out",
+    source="none public; see the manual of your controller",
+    write=_write,
+    comment=("# ", ""),
+)

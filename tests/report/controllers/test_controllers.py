@@ -1,0 +1,206 @@
+"""Every format is parsed back to the same body; what a controller would refuse is refused before."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.commands.export import NAMES
+from dynident.model import InertialParameters, InputError
+from dynident.model.arrays import Array
+from dynident.report.controllers import FORMATS, ControllerLoad
+from dynident.tests.report.controllers.parsers import MOMENTS_ONLY, PARSERS
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation
+
+SOURCE = "p.json, method 4 (constrained)"
+
+
+def load_of(body: InertialParameters, **more: object) -> ControllerLoad:
+    return replace(ControllerLoad(body, "tool0: flange", SOURCE, "use"), **more)  # type: ignore[arg-type]
+
+
+def elements(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_subnormal=False)
+
+
+@st.composite
+def bodies(draw: st.DrawFn) -> InertialParameters:
+    """Sums of two to six point masses: thin, flat and full bodies."""
+    count = draw(st.integers(2, 6))
+    masses = draw(arrays(np.float64, count, elements=elements(0.1, 10.0)))
+    points = draw(arrays(np.float64, (count, 3), elements=elements(-0.5, 0.5)))
+    com = masses @ points / masses.sum()
+    arms = points - com
+    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
+    assume(np.trace(inertia) > 1e-6)
+    return InertialParameters.from_com(float(masses.sum()), com, inertia)
+
+
+@st.composite
+def frames(draw: st.DrawFn) -> tuple[Array, Array]:
+    turn = draw(arrays(np.float64, 3, elements=elements(-3.0, 3.0)))
+    return Rotation.from_rotvec(turn).as_matrix(), draw(arrays(np.float64, 3, elements=elements(-1.0, 1.0)))
+
+
+def check(name: str, load: ControllerLoad, body: InertialParameters) -> None:
+    """The parsed body is the given one: to ten digits, and 1e-6 of the trace for bodies at the edge."""
+    parsed = PARSERS[name](FORMATS[name].text(load))
+    assert parsed.mass == pytest.approx(body.mass, rel=1e-9)
+    np.testing.assert_allclose(parsed.com, body.com, atol=1e-9 * (1.0 + np.abs(body.com).max()))
+    given_inertia = np.diag(np.diag(body.inertia_com)) if name in MOMENTS_ONLY else body.inertia_com
+    trace = float(np.trace(body.inertia_com))
+    np.testing.assert_allclose(parsed.inertia, given_inertia + load.widened * np.eye(3), atol=1e-8 * trace + 1e-14)
+    assert load.widened <= 1.1e-6 * trace
+
+
+def test_there_is_a_parser_for_every_format_and_help_names_them_all() -> None:
+    assert list(NAMES) == list(FORMATS)
+    assert set(PARSERS) == set(FORMATS)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@settings(max_examples=40)
+@given(body=bodies(), frame=frames())
+def test_parsed_back(name: str, body: InertialParameters, frame: tuple[Array, Array]) -> None:
+    R, p = frame
+    load = load_of(body.moved(R, p)).seen_from(R, p, "flange")
+    check(name, load, body)
+
+
+SPECIAL = {
+    "unlike entries": InertialParameters.from_com(
+        2.5, [0.03, -0.02, 0.12], [[0.031, 0.002, -0.004], [0.002, 0.027, 0.003], [-0.004, 0.003, 0.019]]
+    ),
+    "ball": InertialParameters.from_com(2.0, [0.0, 0.0, 0.1], 0.002 * np.eye(3)),
+    "two equal moments, oblique": InertialParameters.from_com(
+        3.0, [0.1, 0.0, 0.1], 0.02 * np.eye(3) + 0.01 * np.outer([0.6, 0.0, 0.8], [0.6, 0.0, 0.8])
+    ),
+    "nearly a ball": InertialParameters.from_com(2.0, [0.0, 0.0, 0.1], 0.002 * np.eye(3) + 1e-17 * np.ones((3, 3))),
+    "disc": InertialParameters.from_com(3.0, [0.0, 0.0, 0.05], np.diag([0.01, 0.01, 0.02])),
+    "rod": InertialParameters.from_com(1.0, [0.2, 0.0, 0.0], np.diag([0.0, 0.01, 0.01])),
+    "long way round": InertialParameters.from_com(
+        1.0, [0.0, 0.0, 0.0], Rotation.from_euler("ZYX", [170, 90, 35], degrees=True).as_matrix()
+        @ np.diag([0.01, 0.02, 0.025])
+        @ Rotation.from_euler("ZYX", [170, 90, 35], degrees=True).as_matrix().T,
+    ),
+    "tiny": InertialParameters.from_com(1e-3, [1e-4, 0.0, 2e-4], 1e-9 * np.diag([1.0, 1.2, 1.4])),
+    "large": InertialParameters.from_com(2300.0, [0.1, -0.4, 1.2], np.diag([120.0, 90.0, 110.0])),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("special", SPECIAL)
+def test_special_bodies(name: str, special: str) -> None:
+    check(name, load_of(SPECIAL[special]), SPECIAL[special])
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_mass_and_com_only(name: str) -> None:
+    """No number of the inertia appears, and the file says what it does instead."""
+    body = SPECIAL["unlike entries"]
+    load = load_of(body, point_mass=True, verdict="mass_and_com_only", reasons=("method 1 is vague",))
+    text = FORMATS[name].text(load)
+    parsed = PARSERS[name](text)
+    assert parsed.mass == pytest.approx(2.5)
+    np.testing.assert_allclose(parsed.com, body.com, atol=1e-9)
+    np.testing.assert_allclose(parsed.inertia, np.zeros((3, 3)), atol=1e-16)
+    head = "\n".join(FORMATS[name].head(load))
+    assert "Mass and centre of mass only: " in head
+    assert "method 1 is vague" in head
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_file_says_what_its_numbers_mean(name: str) -> None:
+    form, load = FORMATS[name], load_of(SPECIAL["unlike entries"])
+    head = form.head(load)
+    for word in ("dynident", SOURCE, "Verdict: use", "Frame: tool0", "Reference: ", "Order: ", "Units: ", "kg"):
+        assert word in "\n".join(head), word
+    if form.comment is not None or form.head_inside:
+        assert all(line.strip() in form.text(load) for line in head)
+    assert form.text(load).endswith("\n")
+    assert form.text(load).isascii()
+    assert not re.search(r"\bnan\b|\binf\b|-0\.0\b", form.text(load))
+
+
+def test_what_is_lost_without_products_is_told() -> None:
+    """Largest product 0.004 over the smallest moment 0.019: 21 %."""
+    for name in MOMENTS_ONLY:
+        assert "21 % of the smallest moment" in FORMATS[name].text(load_of(SPECIAL["unlike entries"]))
+    assert "Products" not in FORMATS["ur"].text(load_of(SPECIAL["unlike entries"]))
+
+
+def test_three_orders_of_six_terms() -> None:
+    """The same body, terms told apart: UR and MuJoCo moments first, URDF rows, Pinocchio's Symmetric3 columns."""
+    load = load_of(SPECIAL["unlike entries"])
+    assert "0.031, 0.027, 0.019, 0.002, -0.004, 0.003]" in FORMATS["ur"].text(load)
+    moments = re.search(r'fullinertia="(.*?)"', FORMATS["mjcf"].text(load))
+    assert moments
+    np.testing.assert_allclose(
+        [float(word) for word in moments[1].split()], [0.031, 0.027, 0.019, 0.002, -0.004, 0.003]
+    )
+    rows = re.findall(r'i[xyz]{2}="(.*?)"', FORMATS["urdf"].text(load))
+    np.testing.assert_allclose([float(word) for word in rows], [0.031, 0.002, -0.004, 0.027, 0.003, 0.019])
+
+
+def test_units() -> None:
+    """Millimetres, centimetres, kgf cm s^2 and a stage in centimetres, by hand."""
+    load = load_of(SPECIAL["unlike entries"])
+    assert "[30.0, -20.0, 120.0]" in FORMATS["abb"].text(load)
+    assert "X 30.0,Y -20.0,Z 120.0" in FORMATS["kuka"].text(load)
+    assert re.search(r"CENTER X +\[cm\] +3\.0\n", FORMATS["fanuc"].text(load))
+    assert re.search(r"INERTIA X +\[kgfcms\^2\] +0\.3161120", FORMATS["fanuc"].text(load))  # 0.031 / 0.0980665
+    ball = replace(load_of(SPECIAL["ball"]), meters_per_unit=0.01)
+    text = FORMATS["usd"].text(ball)
+    assert "centerOfMass = (0.0, 0.0, 10.0)" in text
+    assert "diagonalInertia = (20.0, 20.0, 20.0)" in text
+    check("usd", ball, SPECIAL["ball"])
+
+
+def test_diagonal_inertia_keeps_its_order_and_gets_no_rotation() -> None:
+    load = load_of(InertialParameters.from_com(1.0, [0.0, 0.0, 0.0], np.diag([0.03, 0.01, 0.025])))
+    assert "[1.0, 0.0, 0.0, 0.0], 0.03, 0.01, 0.025]" in FORMATS["abb"].text(load)
+    assert "A 0.0,B 0.0,C 0.0" in FORMATS["kuka"].text(load)
+
+
+@pytest.mark.parametrize(
+    ("vector", "words"),
+    [
+        ([0.01, 0, 0, 0.01, 0, 0.01, 0, 0, 0, 0.0], "a mass of 0 kg"),
+        ([0.01, 0, 0, 0.01, 0, 0.01, 0, 0, 0, -2.0], "a mass of -2 kg"),
+        ([0.01, 0, 0, 0.01, 0, 0.05, 0, 0, 0, 2.0], "no body has this inertia"),
+    ],
+)
+def test_impossible_bodies_are_refused(vector: list[float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        load_of(InertialParameters(np.array(vector)))
+
+
+def test_an_impossible_inertia_does_not_matter_to_a_point_mass() -> None:
+    body = InertialParameters(np.array([0.01, 0, 0, 0.01, 0, 0.05, 0, 0, 0, 2.0]))
+    load = ControllerLoad(body, "flange", SOURCE, "mass_and_com_only", point_mass=True)
+    assert PARSERS["ur"](FORMATS["ur"].text(load)).mass == 2.0
+
+
+def test_limits_of_the_formats() -> None:
+    heavy = load_of(InertialParameters.from_com(4000.0, [0, 0, 1.0], np.diag([140.0, 130.0, 135.0])))
+    with pytest.raises(InputError, match="refuses more than 133"):
+        FORMATS["ur"].text(heavy)
+    point = load_of(InertialParameters.from_com(1.0, [0, 0, 0.1], np.zeros((3, 3))))
+    with pytest.raises(InputError, match="MuJoCo refuses"):
+        FORMATS["mjcf"].text(point)
+    with pytest.raises(InputError, match="metres per unit must be positive"):
+        replace(point, meters_per_unit=0.0)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_hostile_names_stay_in_their_comment(name: str) -> None:
+    """A file name cannot end a comment, start a line of code or leave ASCII."""
+    source = "a--->\n*/ x := 1;\\"
+    load = replace(load_of(SPECIAL["unlike entries"]), source=source, frame='tool0 µ "quoted"')
+    check(name, load, SPECIAL["unlike entries"])
+    text = FORMATS[name].text(load)
+    assert text.isascii()
+    assert not any(line.startswith(("*/", " x")) for line in text.splitlines())

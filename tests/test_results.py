@@ -1,0 +1,96 @@
+"""Files beside the JSON: tables, equations, versions."""
+
+import csv
+import json
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import load_robot
+from dynident.report.paper import paper_tables
+from dynident.trajectories import Simulator, random_via_points
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """One RX90 trajectory without and with the paper's payload."""
+    folder = tmp_path_factory.mktemp("logs")
+    simulator = Simulator(load_robot("rx90"))
+    motion = random_via_points(load_robot("rx90"), 14, seed=0).motion(250.0)
+    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
+    for name, load in (("bare", None), ("loaded", paper_tables().payload)):
+        recording = simulator.record(motion, load, [0.3] * 6, 1 if load else 0)
+        values = np.column_stack([recording.t, recording.q, recording.torque])
+        np.savetxt(folder / f"{name}.csv", values, delimiter=",", header=header, comments="", fmt="%.9g")
+    return {name: str(folder / f"{name}.csv") for name in ("bare", "loaded")}
+
+
+@pytest.mark.parametrize("command", ["identify", "payload"])
+def test_tables_and_equations(
+    command: str, logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The CSV and the LaTeX hold what the terminal shows; the NPZ gives the estimate of the JSON."""
+    given = {
+        "identify": ["--data", logs["bare"]],
+        "payload": ["--unloaded", logs["bare"], "--loaded", logs["loaded"]],
+    }
+    files = {option: tmp_path / f"out.{option}" for option in ("json", "csv", "latex", "npz")}
+    options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
+    assert main([command, "--robot", "rx90", *given[command], *options]) == 0
+    printed = capsys.readouterr().out
+    with files["csv"].open(encoding="utf-8", newline="") as stream:
+        records = list(csv.DictReader(stream))
+    document = json.loads(files["json"].read_text(encoding="utf-8"))
+    with np.load(files["npz"], allow_pickle=False) as data:
+        weights = data["row_weights"]
+        values = np.linalg.lstsq(data["W"] * weights[:, None], data["Y"] * weights, rcond=None)[0]
+        solved = dict(zip((str(name) for name in data["columns"]), values, strict=True))
+    if command == "identify":
+        named = {record["name"]: record for record in records}
+        for parameter, column in zip(document["base_parameters"], document["columns"], strict=True):
+            shown = float(named[parameter["name"]]["value"])
+            assert shown == pytest.approx(parameter["value"], rel=1e-3, abs=1e-12)
+            assert solved[column] == pytest.approx(parameter["value"], rel=1e-6, abs=1e-7)
+    else:
+        (fourth,) = (e for e in document["estimates"] if (e["method"], e["estimator"]) == (4, "wls"))
+        for kind, value in fourth["parameters"].items():
+            assert solved[f"{kind}_L"] == pytest.approx(value, rel=1e-6, abs=1e-7)
+        assert {record["name"] for record in records} >= {"M", "com x", "XX at com"}
+    for record in records:
+        assert record["name"] in printed
+    latex = files["latex"].read_text(encoding="utf-8")
+    assert latex.count(r" \\") >= len(records)
+    assert not set("±²·") & set(latex)
+
+
+def test_a_target_that_cannot_be_written_costs_no_work(
+    logs: dict[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for option in ("--csv", "--latex", "--npz"):
+        assert main(["identify", "--robot", "rx90", "--data", logs["bare"], option, "/nowhere/out"]) == 2
+        assert f"{option} '/nowhere/out'" in capsys.readouterr().err
+
+
+def test_version_names_the_solvers(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert next(iter(told)) == "dynident"
+    for package in ("casadi", "clarabel", "numpy", "scipy"):
+        assert told[package] == version(package)
+    assert told["python"] == ".".join(map(str, sys.version_info[:3]))
+
+
+def test_version_and_help_load_nothing_heavy() -> None:
+    code = (
+        "import sys\nfrom dynident.cli import main\n"
+        "try:\n    main([sys.argv[1]])\nexcept SystemExit:\n    pass\nprint(*sys.modules, file=sys.stderr)"
+    )
+    for option in ("--version", "--help"):
+        answer = subprocess.run([sys.executable, "-c", code, option], capture_output=True, text=True, check=True)
+        assert not set(answer.stderr.split()) & {"numpy", "casadi", "scipy", "matplotlib", "rich"}
