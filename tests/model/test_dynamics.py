@@ -272,8 +272,9 @@ def test_motion_by_base_parameters(robot: Robot) -> None:
         values |= {f"XX{j}": 0.5, f"YY{j}": 0.5, f"ZZ{j}": 0.5, f"M{j}": 2.0, f"IA{j}": 1.0}
     values = {name: values[name] for name in standard_columns(robot)}
     q, qd, torque = draw.uniform(-1.0, 1.0, (3, robot.n))
-    by_base = forward_dynamics_base(robot, base)(q, qd, torque, base.value(values))
-    assert np.allclose(by_base, forward_dynamics(robot)(q, qd, torque, list(values.values())), rtol=1e-8, atol=1e-8)
+    by_base = np.array(forward_dynamics_base(robot, base)(q, qd, torque, base.value(values)))
+    by_standard = np.array(forward_dynamics(robot)(q, qd, torque, list(values.values())))
+    assert np.allclose(by_base, by_standard, rtol=1e-8, atol=1e-8)
 
 
 def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
@@ -285,4 +286,4 @@ def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
     bare = replace(robot, drives=replace(robot.drives, spring=None))
     sharp = np.array(drive_torque(bare)(still, qd, [values[name] for name in standard_columns(robot)]))[:, 0]
     assert np.allclose(smooth, sharp, atol=1e-12)
-    assert np.allclose(smooth_dry_friction(robot, 1e-3)(still, level), 0.0)
+    assert not np.array(smooth_dry_friction(robot, 1e-3)(still, level)).any()
