@@ -28,7 +28,7 @@ from ..estimation import (
 from ..estimation.essential import essential_parameters
 from ..estimation.payload import FixedWeights, robust_covariance
 from ..estimation.progress import Progress, silent
-from ..estimation.repetition import Outcome, answer_of
+from ..estimation.repetition import Answer, Outcome, answer_of
 from ..model.arrays import Array
 from ..trajectories import Experiment, mean_friction
 
@@ -112,16 +112,22 @@ def true_values(experiment: Experiment, problem: PayloadProblem) -> dict[str, fl
     )
 
 
-def outcome(experiment: Experiment) -> Outcome:
-    """Each estimator's answer beside the truth, and what kind of data it is."""
+def outcome(experiment: Experiment, robot: bool = True) -> Outcome:
+    """Each estimator's answer beside the truth, and what kind of data it is; ``robot``: its parameters too."""
     problem = reduced_experiment(experiment)
     assert problem.unloaded is not None
     truth = true_values(experiment, problem)
-    joint = robust_joint(problem)
     answer = answer_payload(problem)
-    found = {"robot": answer_of(joint, _of(truth, joint.names))}
+    found: dict[str, Answer] = {}
+    if robot:
+        joint = robust_joint(problem)
+        found["robot"] = answer_of(joint, _of(truth, joint.names))
     for estimate in answer.estimates:
         found[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, PAYLOAD))
+    for payload in answer.constrained:
+        low, high = payload.intervals.parameters.T
+        body = Answer(PAYLOAD, _of(truth, PAYLOAD), payload.body.vector, low, high, payload.sigma)
+        found[f"method {payload.method}, constrained"] = body
     alone = weighted(problem.unloaded).fit
     return Outcome(
         found,

@@ -8,7 +8,7 @@ from ..estimation import Observer, measurement
 from ..estimation.payload import payload_map
 from ..report.documents import payload_document, write_json
 from ..report.paper import paper_tables
-from ..report.paper_comparison import experiment_notes, table1, table2
+from ..report.paper_comparison import constrained_table, experiment_notes, table1, table2
 from ..report.plots import save_torques
 from ..report.tables import console, paper_payload_table, payload_notes
 from .paper_analysis import Analysis, analyse
@@ -37,6 +37,7 @@ def run_demo(folder: Path, seed: int, trajectories: int, noise: str, gain_error:
         *([first] if first else []),
         table2(analysis.joint, analysis.essential, analysis.truth, paper),
         paper_payload_table(analysis.answer.estimates, paper.payload, paper),
+        constrained_table(analysis.answer, paper.payload),
     ]
     terminal = console(*tables)
     terminal.print(*tables)

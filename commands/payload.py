@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
 from .results import result_arguments, write_results
 
 
@@ -32,6 +33,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
     )
+    knowledge_arguments(parser)
     processing_arguments(parser)
     result_arguments(parser)
     parser.set_defaults(run=run)
@@ -41,9 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import answer_payload, payload_problem, payload_system
+    from ..estimation import SolverError, answer_payload, payload_problem, payload_system
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
+    from ..report.constrained import recommended_notes, recommended_table
     from ..report.documents import payload_document, write_json
     from ..report.tables import console, payload_notes, payload_table
 
@@ -51,6 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if arguments.free_friction and arguments.method not in ("1", "all"):
         raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    constraints, gain_errors = constraints_of(arguments), gain_errors_of(arguments)
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
     gains, told = arguments.drive_gains, set(robot.snapped)
@@ -64,13 +68,20 @@ def run(arguments: argparse.Namespace) -> int:
         problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust)
         status.update("estimating")
         methods = None if arguments.method == "all" else (int(arguments.method),)
-        answer = answer_payload(problem, methods, arguments.free_friction, held_out, processing)
-    table = payload_table(answer.estimates)
-    terminal = console(table)
-    terminal.print(table)
-    for line in payload_notes(answer):
-        terminal.print(line, markup=False, highlight=False)
+        try:
+            answer = answer_payload(
+                problem, methods, arguments.free_friction, held_out, processing, constraints, gain_errors
+            )
+        except SolverError as error:
+            raise InputError(str(error)) from None
+    best, free = recommended_table(answer), payload_table(answer.estimates)
+    terminal = console(best, free)
+    for table, notes in ((best, recommended_notes(answer)), (free, payload_notes(answer))):
+        terminal.print(table)
+        for line in notes:
+            terminal.print(line, markup=False, highlight=False)
+        terminal.print()
     if arguments.json:
         write_json(arguments.json, payload_document(answer, processing, gains))
-    write_results(arguments, [table], lambda: payload_system(problem, loaded, unloaded, processing))
+    write_results(arguments, [best, free], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED

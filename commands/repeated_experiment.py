@@ -67,4 +67,4 @@ def one_experiment(
         "slow": experiment.again(levels("slow")),
         "gains": experiment.again(levels("paper", gain_error)),
     }
-    return {name: outcome(one) for name, one in recorded.items()}
+    return {name: outcome(one, robot=name == "paper") for name, one in recorded.items()}

@@ -3,17 +3,21 @@
 from .alignment import AlignedPair, aligned
 from .bounding import InEllipsoid, InHull
 from .cone import SolverError
+from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
+from .drive_gains import GainErrors
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
+from .names import PAYLOAD
 from .observation import Observation, Observer
 from .payload import (
-    PAYLOAD,
+    ConstrainedPayload,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
@@ -21,6 +25,7 @@ from .payload import (
     PayloadProblem,
     answer_payload,
     combined,
+    constrain_payload,
     difference_problem,
     identify_payload,
     loaded_problem,
@@ -42,14 +47,17 @@ __all__ = [
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
+    "ConstrainedPayload",
     "Constraint",
     "CvxpyProblem",
     "Estimate",
     "Fit",
+    "GainErrors",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Intervals",
     "KnownMass",
     "MassBounds",
     "Observation",
@@ -64,12 +72,15 @@ __all__ = [
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
+    "Tested",
     "TrajectoryTable",
+    "Weighing",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
     "combined",
+    "constrain_payload",
     "decimated",
     "difference_problem",
     "fit",
@@ -85,6 +96,7 @@ __all__ = [
     "payload_blocks",
     "payload_problem",
     "payload_system",
+    "profile_intervals",
     "read_recording",
     "read_trajectory",
     "reduced",

@@ -4,6 +4,7 @@ Minimise t with ||R z - d|| <= t, A z + b >= 0 and positive semidefinite pseudo-
 not its square, keeps the condition number of R instead of R'R; z must be scaled to the order of 1.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -49,13 +50,19 @@ class SolverError(RuntimeError):
         problem: the cone program.
     """
 
-    def __init__(self, status: str, problem: ConeProgram) -> None:
-        """Say what happened and what may be the reason."""
+    def __init__(self, status: str, problem: ConeProgram, demands: Sequence[str] = ()) -> None:
+        """Say what happened and what may be the reason; ``demands`` describe the constraints."""
         self.status = status
         self.problem = problem
-        super().__init__(
-            f"the constrained estimate was not found (solver: {status}): check that the constraints allow some body"
-        )
+        infeasible = "Infeasible" in status
+        text = "no body holds all constraints" if infeasible else "the constrained estimate was not found"
+        told = f": {'; '.join(demands)}" if demands else ""
+        advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
+        super().__init__(f"{text} (solver: {status}){told}: {advice}")
+
+    def naming(self, *demands: str) -> "SolverError":
+        """The same error, the constraints named."""
+        return SolverError(self.status, self.problem, demands)
 
 
 def solve_cone(program: ConeProgram) -> ConeSolution:
@@ -72,7 +79,7 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
     cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
     cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]
     cost = np.append(np.zeros(n), 1.0)
-    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, _sparse(matrix), right, cones, _settings())
+    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, sparse(matrix), right, cones, settings())
     solution = solver.solve()
     if str(solution.status) != "Solved":
         raise SolverError(str(solution.status), program)
@@ -90,11 +97,11 @@ def _stacked(program: ConeProgram, scale: float) -> tuple[Array, Array]:
     matrix[:r, :n] = -program.A
     matrix[r, n] = -1.0
     matrix[r + 1 : r + k + 1, :n] = -program.R / scale
-    matrix[r + k + 1 :, :n] = -(_TRIANGLE @ program.bodies).reshape(10 * p, n)
+    matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
     return matrix, np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
 
 
-def _sparse(matrix: Array) -> Any:
+def sparse(matrix: Array) -> Any:
     """Compressed columns of a matrix, without the detour by coordinates."""
     from scipy.sparse import csc_matrix
 
@@ -112,20 +119,26 @@ def _no_squares(size: int) -> Any:
 
 
 @cache
-def _settings() -> Any:
+def settings(reused: bool = False) -> Any:
+    """One thread, no output. A reused solver's rows are well scaled and stay as they are: its costs come later."""
     import clarabel
 
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_threads = 1
-    return settings
+    chosen = clarabel.DefaultSettings()
+    chosen.verbose = False
+    chosen.max_threads = 1
+    if reused:
+        chosen.presolve_enable = False
+        chosen.chordal_decomposition_enable = False
+        chosen.equilibrate_enable = False
+        chosen.tol_gap_abs = chosen.tol_gap_rel = chosen.tol_feas = 1e-7
+    return chosen
 
 
 _LARGEST = 1e5
 """R with larger entries, from data almost without noise, is scaled down to this."""
 _PLACES = [(row, column) for column in range(4) for row in range(column + 1)]
 _DIAGONAL = [k for k, (row, column) in enumerate(_PLACES) if row == column]
-_TRIANGLE: Array = np.array(
+TRIANGLE: Array = np.array(
     [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _PLACES],
 )
 """The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""

@@ -15,10 +15,10 @@ import numpy as np
 
 from ..model import InertialParameters, InputError
 from ..model.arrays import Array, frozen_array
-from .cone import solve_cone
+from .cone import SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass
 from .estimate import Estimate
-from .payload.equations import PAYLOAD
+from .names import PAYLOAD
 from .scaling import NOISE_FLOOR, POSSIBLE, Active, ScaledProblem, rise_p_value, with_possible
 
 
@@ -32,6 +32,7 @@ class ConstrainedEstimate:
         chi2_rise: of these values, squared distance from the free ones by their covariance, plus soft terms.
         soft_terms: number of soft terms.
         active: constraints that hold the estimate back, largest multiplier first.
+        constraints: what was demanded.
         status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
             it does but for an eigenvalue of rounding size (exact data).
     """
@@ -41,6 +42,7 @@ class ConstrainedEstimate:
     chi2_rise: float
     soft_terms: int
     active: tuple[Active, ...]
+    constraints: tuple[Constraint, ...]
     status: str
 
     def __post_init__(self) -> None:
@@ -93,9 +95,12 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     """
     constraints = with_possible(constraints)
     problem = ScaledProblem.of(estimate, constraints)
-    z, active, status = _nearest(problem, [c for c in constraints if not isinstance(c, KnownMass)])
+    try:
+        z, active, status = _nearest(problem, [c for c in constraints if not isinstance(c, KnownMass)])
+    except SolverError as error:
+        raise error.naming(*(c.description for c in constraints)) from None
     chi2 = problem.floor + float(np.sum((problem.R @ (z - problem.centre)) ** 2))
-    return ConstrainedEstimate(estimate, problem.full(z), chi2, problem.soft_terms, active, status)
+    return ConstrainedEstimate(estimate, problem.full(z), chi2, problem.soft_terms, active, constraints, status)
 
 
 def _nearest(problem: ScaledProblem, hard: Sequence[Constraint]) -> tuple[Array, tuple[Active, ...], str]:

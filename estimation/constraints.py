@@ -100,8 +100,10 @@ class MassBounds(Constraint):
 
     def __post_init__(self) -> None:
         """Refuse bounds that leave nothing."""
-        if not self.low <= self.high or not np.isfinite(self.low):
-            raise InputError(f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high")
+        if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
+            raise InputError(
+                f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high, and high above 0"
+            )
 
     @property
     def description(self) -> str:
@@ -131,8 +133,10 @@ class KnownMass(Constraint):
 
     def __post_init__(self) -> None:
         """Refuse a scale without error."""
-        if not (self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
-            raise InputError(f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: sigma must be positive")
+        if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
+            raise InputError(
+                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: both must be positive and finite"
+            )
 
     @property
     def description(self) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..model.arrays import Array, frozen_array
 from .problem import ReducedProblem
-from .robust import RobustCovariance
+from .robust import RobustCovariance, student95
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ class Estimate:
         fit: how well the torques of the data are explained.
         weights: per joint, the weights that were used [1/(N·m) or 1/N].
         robust: covariance that holds for autocorrelated noise as well, where it was asked for.
+        gain_sensitivity: derivatives by the relative error of each joint's torque, c x n, where they were computed.
     """
 
     names: tuple[str, ...]
@@ -69,6 +70,7 @@ class Estimate:
     fit: Fit
     weights: Array
     robust: RobustCovariance | None = None
+    gain_sensitivity: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
@@ -78,6 +80,11 @@ class Estimate:
         object.__setattr__(self, "weights", frozen_array(self.weights, (None,), "weights"))
         if self.robust is not None and self.robust.covariance.shape != (c, c):
             raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
+        if self.gain_sensitivity is not None:
+            n = len(self.fit.rows)
+            object.__setattr__(
+                self, "gain_sensitivity", frozen_array(self.gain_sensitivity, (c, n), "gain_sensitivity")
+            )
 
     @cached_property
     def sigma(self) -> Array:
@@ -93,9 +100,7 @@ class Estimate:
     @cached_property
     def interval95(self) -> Array:
         """Nominal 95 % intervals by Student's t, c x 2."""
-        from scipy.special import stdtrit
-
-        half = float(stdtrit(max(self.degrees_of_freedom, 1.0), 0.975)) * self.sigma
+        half = student95(self.degrees_of_freedom) * self.sigma
         return np.column_stack([self.values - half, self.values + half])
 
     @property

@@ -9,6 +9,7 @@ from ..model import BaseParameters, InputError, Processing, Recording, Robot, ba
 from ..model.arrays import Array
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
 from .blocks import block_edges, block_length, cut, leave_one_out
+from .drive_gains import gain_sensitivity
 from .essential import essential_parameters
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement
@@ -68,6 +69,7 @@ def identify(
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
+    estimate = replace(estimate, gain_sensitivity=gain_sensitivity(problem, estimate.weights))
     if robust:
         progress("leaving out blocks")
         covariance = robust_covariance(base_observations(robot, base, recordings, processing), estimate)

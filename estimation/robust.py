@@ -14,6 +14,13 @@ T = TypeVar("T")
 _FEW = 10  # blocks; below them the intervals are wide and uncertain themselves
 
 
+def student95(degrees_of_freedom: float) -> float:
+    """How many standard deviations a 95 % interval reaches to either side, by Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(max(degrees_of_freedom, 1.0), 0.975))
+
+
 @dataclass(frozen=True)
 class RobustCovariance:
     """Covariance of the estimation error whatever the memory of the noise, if shorter than a block.
@@ -41,10 +48,8 @@ class RobustCovariance:
 
     @cached_property
     def quantile95(self) -> float:
-        """How many standard deviations a 95 % interval reaches to either side, by Student's t."""
-        from scipy.special import stdtrit
-
-        return float(stdtrit(self.degrees_of_freedom, 0.975))
+        """How many standard deviations a 95 % interval reaches to either side."""
+        return student95(self.degrees_of_freedom)
 
     @property
     def warning(self) -> str:

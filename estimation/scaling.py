@@ -11,7 +11,7 @@ from ..model.arrays import Array
 from .cone import ConeProgram, ConeSolution, SolverError
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
 from .estimate import Estimate
-from .payload.equations import PAYLOAD
+from .names import PAYLOAD
 
 POSSIBLE = (PossibleBody("payload"),)
 """What every payload holds."""
@@ -81,8 +81,12 @@ class ScaledProblem(NamedTuple):
         return ConeProgram(self.R, self.d, self.A, self.b, self.select.T[None])
 
     def full(self, z: Array) -> Array:
-        """The ten in SI units."""
+        """The ten in SI units, (10,) or k x 10."""
         return np.asarray((z * self.scale) @ self.select)
+
+    def holds(self, z: Array) -> bool:
+        """Whether z holds every constraint."""
+        return bool((self.A @ z + self.b >= 0.0).all()) and self.lowest(z) >= 0.0
 
     def repaired(self, z: Array) -> Array:
         """z moved by as little as leaves no negative eigenvalue; eliminated parameters stay zero.

@@ -82,6 +82,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
         names = tuple(str(name) for name in data["columns"])
         values = np.array([entry["value"] for entry in data["base_parameters"]], dtype=float)
         quality = data["data"]
+        sensitivity = data.get("gain_sensitivity")  # absent from files of version 0.1.0
         estimate = Estimate(
             names=names,
             values=values,
@@ -93,6 +94,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
                 tuple(quality["rows_per_joint"]),
             ),
             weights=np.array(quality["weights"], dtype=float),
+            gain_sensitivity=np.array(sensitivity, dtype=float) if sensitivity is not None else None,
         )
         processing = data["processing"]
         gains = processing["drive_gains"]

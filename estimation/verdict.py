@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from .estimate import Fit
+from .payload.constrained import ConstrainedPayload
 from .payload.result import PayloadEstimate
 
 Level = Literal["use", "mass_and_com_only", "do_not_use"]
@@ -33,14 +34,17 @@ class Verdict:
     reasons: tuple[str, ...]
 
 
-def verdict(estimates: Sequence[PayloadEstimate], robot_fit: Fit | None) -> Verdict:
+def verdict(
+    estimates: Sequence[PayloadEstimate], robot_fit: Fit | None, constrained: Sequence[ConstrainedPayload] = ()
+) -> Verdict:
     """Judge the payload estimates of one pair of recordings.
 
     Args:
         estimates: one per method.
         robot_fit: fit of the robot's own parameters, where they were identified.
+        constrained: the payloads that hold the constraints, one per method.
     """
-    severe = _residual_reasons(robot_fit, estimates) + _mass_reasons(estimates)
+    severe = _residual_reasons(robot_fit, estimates) + _mass_reasons(estimates) + _conflict_reasons(constrained)
     if severe:
         return Verdict("do_not_use", tuple(severe))
     partial = _inertia_reasons(estimates)
@@ -96,6 +100,21 @@ def _mass_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:
         worst = max(e.larger_sigma[9] / abs(e.mass) for e in vague)
         reasons.append(f"{_by(vague)} leaves the mass uncertain by {100 * worst:.0f} % (1 sigma)")
     return reasons
+
+
+def _conflict_reasons(constrained: Sequence[ConstrainedPayload]) -> list[str]:
+    """Constraints and weighed masses that contradict the data, each once."""
+    reasons: dict[str, str] = {}
+    for payload in constrained:
+        for one in payload.conflicts:
+            text = f"the data of method {payload.method} contradict the constraint: {one.constraint.description}"
+            reasons.setdefault(one.constraint.description, f"{text} (p {one.p_value:.1g})")
+        for weighing in payload.weighings:
+            if weighing.conflict:
+                text = f"method {payload.method} identifies {weighing.identified:.4g} kg, weighed were"
+                apart = f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
+                reasons.setdefault(f"weighed {weighing.mass}", f"{text} {apart}")
+    return list(reasons.values())
 
 
 def _inertia_reasons(estimates: Sequence[PayloadEstimate]) -> list[str]:

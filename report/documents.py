@@ -2,12 +2,21 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem, ReducedProblem
+from ..estimation import (
+    ConstrainedPayload,
+    Fit,
+    Identification,
+    PayloadAnswer,
+    PayloadEstimate,
+    PayloadProblem,
+    ReducedProblem,
+)
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
@@ -51,6 +60,7 @@ def identification_document(
         "base_parameters": parameters,
         "condition_number": raw,
         "condition_number_scaled": scaled,
+        "gain_sensitivity": estimate.gain_sensitivity,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
         "reasons_against_use": fit_reasons(estimate.fit, "the model"),
@@ -69,7 +79,11 @@ def payload_document(
         "processing": processing_document(problem.robot, processing, drive_gains),
         "relative_residual": {**fitted, "validation": residual_document(check) if check else None},
         "data": _data_document(problem, processing),
-        "estimates": [_estimate_document(estimate) for estimate in answer.estimates],
+        "estimates": [
+            *(_estimate_document(estimate) for estimate in answer.estimates),
+            *(_constrained_document(payload) for payload in answer.constrained),
+        ],
+        "recommended": {"method": answer.recommended.method, "estimator": "constrained"},
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
         "verdict": {"level": answer.verdict.level, "reasons": list(answer.verdict.reasons)},
     }
@@ -133,6 +147,46 @@ def _estimate_document(result: PayloadEstimate) -> Document:
         "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
         "physically_consistent": body.physically_consistent,
         "relative_residual": estimate.fit.relative,
+    }
+
+
+def _constrained_document(payload: ConstrainedPayload) -> Document:
+    free, result, intervals = payload.free.estimate, payload.result, payload.intervals
+    p_values = {id(one.constraint): one.p_value for one in payload.tested}
+    return {
+        "method": payload.method,
+        "estimator": "constrained",
+        "parameters": payload.free.named(result.values),
+        "sigma": payload.free.named(free.sigma),
+        "sigma_robust": payload.free.named(free.sigma_robust) if free.sigma_robust is not None else None,
+        "sigma_with_gains": payload.free.named(payload.sigma) if payload.gains else None,
+        "gain_sigma": asdict(payload.gains) if payload.gains else None,
+        "interval95": _intervals(intervals.parameters),
+        "interval95_by": "jackknife" if payload.robust else "formula",
+        "com": payload.body.com,
+        "com_interval95": intervals.com,
+        "inertia_com": payload.body.inertia_com,
+        "inertia_com_interval95": intervals.inertia_com,
+        "principal_moments": payload.principal_moments,
+        "principal_moments_interval95": intervals.principal_moments,
+        "min_pseudo_inertia_eigenvalue": result.min_pseudo_inertia_eigenvalue,
+        "physically_consistent": payload.body.physically_consistent,
+        "constraints": [constraint.description for constraint in result.constraints],
+        "active": [
+            {
+                "constraint": active.constraint.description,
+                "multiplier": active.multiplier,
+                "p_value": p_values[id(active.constraint)],
+            }
+            for active in result.active
+        ],
+        "chi2_rise": result.chi2_rise,
+        "p_value": result.p_value,
+        "conflict": payload.conflict,
+        "weighed": [
+            {**weighing._asdict(), "z": weighing.z, "p_value": weighing.p_value} for weighing in payload.weighings
+        ],
+        "solver_status": result.status,
     }
 
 

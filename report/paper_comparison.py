@@ -6,10 +6,10 @@ import numpy as np
 from rich.table import Table
 
 from ..estimation import PAYLOAD, Estimate, Fit, Identification, PayloadAnswer
-from ..model import INERTIAL
+from ..model import INERTIAL, InertialParameters
 from ..trajectories import Experiment
 from .paper import PaperTables, Printed
-from .tables import _residual, _table
+from .tables import _residual, _short, empty_table
 
 _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")
@@ -20,7 +20,9 @@ def table1(answer: PayloadAnswer, paper: PaperTables) -> Table | None:
     found = [estimate for estimate in answer.estimates if estimate.method == 3]
     if not found:
         return None
-    table = _table("Table 1: payload by method 3, simulated and as printed (SI units)", ("",), (*_OWN, *_PAPER))
+    table = empty_table(
+        "Table 1: payload by method 3, simulated and as printed (SI units)", ("",), (*_OWN, *_PAPER)
+    )
     for k, kind in enumerate(INERTIAL):
         own = _own(found[0].estimate, k, paper.payload.vector[k])
         table.add_row(kind, *own, *_printed(paper.table1.get(kind)))
@@ -37,7 +39,7 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
         paper: the paper's tables.
     """
     title = "Table 2: essential parameters by method 4, simulated and as printed (SI units)"
-    table = _table(title, ("",), (*_OWN, "all parameters", *_PAPER))
+    table = empty_table(title, ("",), (*_OWN, "all parameters", *_PAPER))
     printed = paper.table2_robot | {f"{kind}_L": row for kind, row in paper.table2.items()}
     names = [name for name in joint.names if name in essential.names or name in printed]
     for name in names:
@@ -49,6 +51,21 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
             name not in PAYLOAD and names[names.index(name) + 1 :][:1] and names[names.index(name) + 1] in PAYLOAD
         )
         table.add_row(name, *own, _number(joint.values[k]), *_printed(printed.get(name)), end_section=bool(last))
+    return table
+
+
+def constrained_table(answer: PayloadAnswer, truth: InertialParameters) -> Table:
+    """The payload that can exist, by each method: value ± half its 95 % interval."""
+    headings = ["truth", *(f"method {payload.method}" for payload in answer.constrained)]
+    title = "Payload that can exist (constrained): value ± half the 95 % interval (SI units)"
+    table = empty_table(title, ("",), headings)
+    for k, kind in enumerate(INERTIAL):
+        cells = []
+        for payload in answer.constrained:
+            low, high = payload.intervals.parameters[k]
+            half = 0.5 * (high - low)
+            cells.append(_short(payload.body.vector[k], half if np.isfinite(half) else 0.0))
+        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
     return table
 
 
@@ -87,8 +104,8 @@ def experiment_notes(
     if experiment.disturbances.gain_error:
         gains = " ".join(f"{100.0 * (gain - 1.0):+.1f}" for gain in experiment.errors.gains)
         lines.append(
-            f"Drive gains are off by {gains} %: no residual and no interval above shows it; the errors of the "
-            "payload do."
+            f"Drive gains are off by {gains} %: no residual shows it, only the payload's errors do; "
+            "'dynident payload --gain-sigma' widens the intervals accordingly."
         )
     return lines
 

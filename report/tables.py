@@ -13,7 +13,7 @@ from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from .paper import PaperTables
 
-_UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
+UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 _LEVELS = {
     "use": "use",
     "mass_and_com_only": "use mass and centre of mass only",
@@ -29,10 +29,10 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
     Where an estimate has robust standard deviations too, each entry shows the larger of both.
     """
     headings = [f"method {estimate.method}" for estimate in estimates]
-    table = _table(f"Payload in {estimates[0].frame}", ("", "unit"), headings)
+    table = empty_table(f"Free estimates (least squares alone) in {estimates[0].frame}", ("", "unit"), headings)
     for k, kind in enumerate(INERTIAL):
         cells = [_value(e.estimate.values[k], e.larger_sigma[k]) for e in estimates]
-        table.add_row(kind, _UNITS[kind], *cells, end_section=kind == "M")
+        table.add_row(kind, UNITS[kind], *cells, end_section=kind == "M")
     for k, axis in enumerate("xyz"):
         cells = [_value(e.body.com[k], e.larger_sigma_com[k]) for e in estimates]
         table.add_row(f"com {axis}", "m", *cells, end_section=axis == "z")
@@ -93,7 +93,7 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
 def robot_table(result: Identification) -> Table:
     """Base parameters with standard deviations."""
     title = f"Base parameters of {result.robot.title or result.robot.name}, SI units"
-    table = _table(title, ("",), ("value", "sigma", "%"))
+    table = empty_table(title, ("",), ("value", "sigma", "%"))
     table.add_column("essential", no_wrap=True)
     table.add_column("grouping", overflow="fold")
     estimate = result.estimate
@@ -129,7 +129,7 @@ def paper_payload_table(
 ) -> Table:
     """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
     headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
-    table = _table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
+    table = empty_table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
     for k, kind in enumerate(INERTIAL):
         cells = [_short(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
         rows = [paper.table1.get(kind), paper.table2.get(kind)]
@@ -147,7 +147,7 @@ def console(*tables: Table) -> Console:
     return Console(width=max(terminal.width, *(width if width <= _FOLDS else 80 for width in widths)))
 
 
-def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+def empty_table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
     """An empty table that fits 80 columns with four methods."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=0)
     for heading in left:

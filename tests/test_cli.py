@@ -110,10 +110,26 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     assert data["data"]["base_parameters"] == 54
     assert data["data"]["rate_hz"] == pytest.approx(250.0)
     assert abs(data["data"]["lag_s"]) < 1e-3
-    assert [estimate["method"] for estimate in data["estimates"]] == [1, 2, 3, 4]
+    free, constrained = by_estimator(data)
+    assert [estimate["method"] for estimate in free] == [1, 2, 3, 4]
+    assert [estimate["method"] for estimate in constrained] == [1, 2, 3, 4]
+    assert data["recommended"] == {"method": 4, "estimator": "constrained"}
     truth = paper_tables().payload.named()
-    for estimate in data["estimates"]:
-        assert estimate["estimator"] == "wls"
+    for estimate in constrained:
+        assert set(estimate) >= {
+            "parameters", "sigma", "sigma_robust", "interval95", "com", "com_interval95", "inertia_com",
+            "inertia_com_interval95", "principal_moments", "principal_moments_interval95", "chi2_rise", "p_value",
+            "active", "min_pseudo_inertia_eigenvalue", "physically_consistent", "solver_status", "gain_sigma",
+        }  # fmt: skip
+        assert estimate["physically_consistent"]
+        assert estimate["min_pseudo_inertia_eigenvalue"] >= 0.0
+        assert estimate["gain_sigma"] is None
+        assert estimate["solver_status"] in ("free", "Solved")
+        for name, (low, high) in estimate["interval95"].items():
+            assert low <= estimate["parameters"][name] <= high
+        assert np.shape(estimate["inertia_com_interval95"]) == (3, 3, 2)
+        assert np.shape(estimate["principal_moments_interval95"]) == (3, 2)
+    for estimate in free:
         assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
         assert estimate["robust"]["blocks"] >= 10
         for name, value in estimate["parameters"].items():
@@ -129,6 +145,49 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     assert "Mass, sigma_robust/sigma" in told
 
 
+def by_estimator(data: dict[str, Any]) -> tuple[list[Any], list[Any]]:
+    """Free and constrained estimates."""
+    free, constrained = (
+        [one for one in data["estimates"] if one["estimator"] == name] for name in ("wls", "constrained")
+    )
+    return free, constrained
+
+
+def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """Weighed mass, bounds, box, ellipsoid and uncertain gains: in the table, the notes and the JSON."""
+    target = tmp_path / "payload.json"
+    known = ("--mass", "7.03", "--mass-sigma", "0.01", "--mass-min", "6", "--mass-max", "8")
+    place = ("--com-within=-0.1,0.1,-0.1,0.1,0,0.3", "--ellipsoid", "0,0,0.15,0.3,0.3,0.3")
+    gains = ("--gain-sigma", "2,2,1,1,1,3%", "--gain-sigma-common", "0.01")
+    status, out, _ = run(*payload_arguments(logs, *known, *place, *gains, "--method", "4", "--json", str(target)))
+    assert status == 0
+    told = " ".join(out.split())
+    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per joint and 1 % common" in told
+    assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in told
+    assert "sigma apart." in told
+    assert "drive gains taken as exact" not in told.split("Free estimates")[0]
+    _, (constrained,) = by_estimator(json.loads(target.read_text()))
+    assert constrained["gain_sigma"] == {"per_joint": [0.02, 0.02, 0.01, 0.01, 0.01, 0.03], "common": 0.01}
+    assert len(constrained["constraints"]) == 5
+    (scale,) = constrained["weighed"]
+    assert abs(scale["z"]) < 4.0
+    assert constrained["sigma_with_gains"]["M"] > constrained["sigma_robust"]["M"]
+    low, high = constrained["interval95"]["M"]
+    assert low < 7.025 < high
+    assert high - low < 0.1
+
+
+def test_a_bound_that_excludes_the_payload_is_named(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    status, out, _ = run(*payload_arguments(logs, "--mass-max", "6", "--json", str(target)))
+    assert status == 1
+    told = " ".join(out.split())
+    assert "Contradicted by method 1, 2, 3, 4: mass from 0 to 6 kg" in told
+    assert "do not use" in told
+    _, constrained = by_estimator(json.loads(target.read_text()))
+    assert all(one["conflict"] and one["interval95"]["M"] == [None, None] for one in constrained)
+
+
 def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     """One block of motion under load: the answer comes, by the formula, and a note says why."""
     target = tmp_path / "payload.json"
@@ -138,8 +197,10 @@ def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Pat
     told = " ".join(out.split())
     assert "by (17)-(19)" in told
     assert "± of method 1, 4 by the formula alone: robust standard deviations need two blocks" in told
-    estimates = json.loads(target.read_text())["estimates"]
+    estimates, constrained = by_estimator(json.loads(target.read_text()))
     assert [estimate["method"] for estimate in estimates] == [1, 4]
+    assert {estimate["interval95_by"] for estimate in constrained} == {"formula"}
+    assert "95 % intervals by the formula (17)-(19) alone" in told
     for estimate in estimates:
         assert estimate["sigma_robust"] is None
         assert "two blocks" in estimate["robust"]["unavailable"]
@@ -155,7 +216,7 @@ def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) 
     used = data["processing"]
     assert (used["cutoff_hz"], used["decimate"], used["coulomb"], used["offsets"]) == (15.0, 5, "paper", True)
     assert data["data"]["base_parameters"] == 60
-    assert [estimate["method"] for estimate in data["estimates"]] == [1]
+    assert [estimate["method"] for estimate in data["estimates"]] == [1, 1]
     assert "method 2" not in out
 
 
@@ -181,10 +242,10 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
         "payload", "--robot", "rx90", "--robot-parameters", str(stored), *loaded, "--json", str(target)
     )
     assert status == 0
-    (later,) = json.loads(target.read_text())["estimates"]
+    ((later,), _) = by_estimator(json.loads(target.read_text()))
     assert later["method"] == 1
     run(*payload_arguments(logs, "--method", "1", "--json", str(target)))
-    (at_once,) = json.loads(target.read_text())["estimates"]
+    ((at_once,), _) = by_estimator(json.loads(target.read_text()))
     assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
     assert later["sigma"] == pytest.approx(at_once["sigma"], rel=1e-9)
     assert later["sigma_robust"] is None
@@ -286,6 +347,18 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
         ("decimate", [*rx90, *pair, "--decimate", "0"], ["decimate"]),
         ("coulomb", ["payload", "--robot", "ur10e", *pair, "--coulomb", "paper"], ["no coupled drives"]),
         ("free friction", [*rx90, *pair, "--method", "3", "--free-friction"], ["--free-friction", "method 1"]),
+        ("mass alone", [*rx90, *pair, "--mass", "7"], ["--mass-sigma", "belong together"]),
+        ("negative mass", [*rx90, *pair, "--mass", "-7", "--mass-sigma", "0.1"], ["both must be positive"]),
+        ("bounds", [*rx90, *pair, "--mass-min", "8", "--mass-max", "7"], ["mass bounds 8 to 7 kg leave nothing"]),
+        ("box", [*rx90, *pair, "--com-within", "0,1,2"], ["--com-within", "6 numbers"]),
+        ("empty box", [*rx90, *pair, "--com-within", "1,0,0,1,0,1"], ["is empty"]),
+        ("flat ellipsoid", [*rx90, *pair, "--ellipsoid", "0,0,0,1,1,0"], ["must be positive"]),
+        ("gain sigma", [*rx90, *pair, "--gain-sigma", "2"], ["'2' is not a share", "2% or 0.02"]),
+        ("gain sigma text", [*rx90, *pair, "--gain-sigma", "2%,a,1"], ["--gain-sigma", "percent sign"]),
+        ("gain sigma count", [*rx90, *pair, "--gain-sigma", "1%,2%"], ["2 uncertainties", "6 joints"]),
+        ("common gain sigma", [*rx90, *pair, "--gain-sigma-common", "150%"], ["--gain-sigma-common", "'150%'"]),
+        ("no body", [*rx90, *pair, "--ellipsoid", "0,0,-0.5,0.1,0.1,0.1", "--com-within", "0,1,0,1,0,1",
+                     "--mass-min", "5"], ["no body holds all constraints", "mass from 5", "ellipsoid", "box"]),
         ("not JSON", [*rx90, "--robot-parameters", "{bare0}", "--loaded", "{loaded0}"], ["cannot be read as JSON"]),
         ("no command", [], ["command"]),
         ("unknown option", [*rx90, *pair, "--speed", "3"], ["--speed"]),
@@ -349,6 +422,7 @@ def test_demo(run: Run, tmp_path: Path) -> None:
     assert status == 0
     assert "…" not in out
     data: dict[str, Any] = json.loads((tmp_path / "demo" / "payload.json").read_text())
+    assert len(data["estimates"]) == 8
     assert {estimate["method"] for estimate in data["estimates"]} == {1, 2, 3, 4}
     for estimate in data["estimates"]:
         assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.03)

@@ -2,8 +2,10 @@
 
 from .answer import PayloadAnswer, answer_payload
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
-from .equations import PAYLOAD, difference_problem, loaded_problem
+from .constrained import ConstrainedPayload, constrain_payload, error_model
+from .equations import difference_problem, loaded_problem
 from .from_change import payload_map
+from .gains import payload_gain_sensitivity
 from .global_fit import combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import FixedWeights, PayloadProblem, payload_problem
@@ -12,7 +14,7 @@ from .robust import Method, robust_covariance
 
 __all__ = [
     "METHODS",
-    "PAYLOAD",
+    "ConstrainedPayload",
     "FixedWeights",
     "Method",
     "PairedMeasurement",
@@ -22,10 +24,13 @@ __all__ = [
     "PayloadProblem",
     "answer_payload",
     "combined",
+    "constrain_payload",
     "difference_problem",
+    "error_model",
     "identify_payload",
     "loaded_problem",
     "payload_blocks",
+    "payload_gain_sensitivity",
     "payload_map",
     "payload_problem",
     "robust_covariance",

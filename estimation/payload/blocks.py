@@ -9,9 +9,10 @@ from typing import NamedTuple
 from ...model import BaseParameters, Measurement, Processing, Robot
 from ...model.arrays import Array
 from ..blocks import block_edges, block_length, cut, leave_one_out
+from ..names import PAYLOAD
 from ..observation import Observation, Observer
 from ..problem import ReducedProblem
-from .equations import PAYLOAD, difference_observer, loaded_observer, torque_change
+from .equations import difference_observer, loaded_observer, torque_change
 
 _Blocks = tuple[ReducedProblem, ...]
 

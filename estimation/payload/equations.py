@@ -2,13 +2,11 @@
 
 from collections.abc import Sequence
 
-from ...model import INERTIAL, BaseParameters, Measurement, Processing, Robot, payload_columns
+from ...model import BaseParameters, Measurement, Processing, Robot, payload_columns
+from ..names import PAYLOAD
 from ..observation import Observer
 from ..problem import ReducedProblem, merged
 from ..reduction import reduced_measurement
-
-PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
-"""Names of the payload's ten parameters chi_L, in the order of (6)."""
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:

@@ -7,7 +7,7 @@ from ...model.arrays import Array
 from ...model.names import parameter_kind
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
-from .equations import PAYLOAD
+from ..names import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
 
 _DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")

@@ -7,8 +7,8 @@ from ...model.arrays import Array
 from ...model.names import parameter_kind
 from ..estimate import Estimate, fit
 from ..least_squares import joint_weights, solve, weighted
+from ..names import PAYLOAD
 from ..problem import ReducedProblem, triangular
-from .equations import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
 
 _FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")

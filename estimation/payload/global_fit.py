@@ -5,8 +5,8 @@ from dataclasses import replace
 from ...model import InputError
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
+from ..names import PAYLOAD
 from ..problem import merged
-from .equations import PAYLOAD
 from .problem import FixedWeights, PayloadProblem
 
 

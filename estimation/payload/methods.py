@@ -34,7 +34,7 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
         InputError: if the problem lacks what the method needs.
         KeyError: for another method.
     """
-    solve: Method = partial(from_robot, free_friction=free_friction) if method == 1 else METHODS[method]
+    solve = method_of(method, free_friction)
     estimate = solve(problem, None)
     reason = problem.without_blocks
     if problem.blocks is not None:
@@ -43,6 +43,11 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
         except InputError as error:
             reason = str(error)
     return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
+
+
+def method_of(number: int, free_friction: bool = False) -> Method:
+    """The method by its number; the first may estimate friction anew under load."""
+    return partial(from_robot, free_friction=free_friction) if number == 1 else METHODS[number]
 
 
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:

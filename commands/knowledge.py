@@ -1,0 +1,102 @@
+"""What the user knows beforehand, from the command line: mass, place, uncertainty of the drive gains."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..estimation import Constraint, GainErrors
+
+
+def knowledge_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options about the payload and the drives; each enters the constrained estimate of every method."""
+    group = parser.add_argument_group("what is known beforehand", "lengths in m, in the frame of the answer")
+    group.add_argument("--mass", type=float, metavar="KG", help="the payload was weighed; needs --mass-sigma")
+    group.add_argument("--mass-sigma", type=float, metavar="KG", help="standard deviation of the scale")
+    group.add_argument("--mass-min", type=float, metavar="KG", help="the payload has at least this mass")
+    group.add_argument("--mass-max", type=float, metavar="KG", help="the payload has at most this mass")
+    group.add_argument(
+        "--com-within",
+        type=six,
+        metavar="X0,X1,Y0,Y1,Z0,Z1",
+        help="box that holds the centre of mass; with = before a list that begins with minus",
+    )
+    group.add_argument(
+        "--ellipsoid", type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"
+    )
+    group.add_argument(
+        "--gain-sigma",
+        type=relative_list,
+        metavar="2%|S1%,S2%,..",
+        help="each joint's error of torque or drive gain",
+    )
+    group.add_argument(
+        "--gain-sigma-common", type=relative, metavar="1%", help="error of the torques that all joints share"
+    )
+
+
+def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
+    """The constraints that the command line names.
+
+    Raises:
+        InputError: if they make no sense.
+    """
+    from ..estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
+    from ..model import InputError
+
+    if (arguments.mass is None) != (arguments.mass_sigma is None):
+        raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
+    found: list[Constraint] = [PossibleBody()]
+    if arguments.mass is not None:
+        found.append(KnownMass(arguments.mass, arguments.mass_sigma))
+    if arguments.mass_min is not None or arguments.mass_max is not None:
+        low = arguments.mass_min if arguments.mass_min is not None else 0.0
+        found.append(MassBounds(low, arguments.mass_max if arguments.mass_max is not None else math.inf))
+    if arguments.com_within is not None:
+        found.append(CentreOfMassInBox(arguments.com_within[::2], arguments.com_within[1::2]))
+    if arguments.ellipsoid is not None:
+        found.append(InEllipsoid(arguments.ellipsoid[:3], arguments.ellipsoid[3:]))
+    return found
+
+
+def gain_errors_of(arguments: argparse.Namespace) -> GainErrors | None:
+    """The uncertainty of the drive gains; None where nothing was said."""
+    from ..estimation import GainErrors
+
+    if arguments.gain_sigma is None and arguments.gain_sigma_common is None:
+        return None
+    return GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
+
+
+def six(text: str) -> tuple[float, ...]:
+    """Six numbers separated by commas."""
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of 6 numbers separated by commas")
+    return numbers
+
+
+def relative(text: str) -> float:
+    """A share: 2% or 0.02."""
+    try:
+        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a share: write 2% or 0.02")
+    return value
+
+
+def relative_list(text: str) -> tuple[float, ...]:
+    """Shares separated by commas; a percent sign at the end stands for all of them."""
+    parts = text.split(",")
+    if text.endswith("%"):
+        parts = [part if part.endswith("%") else f"{part}%" for part in parts]
+    elif text.count("%"):
+        raise argparse.ArgumentTypeError(f"{text!r}: write the percent sign at the end, or after every number")
+    return tuple(relative(part) for part in parts)

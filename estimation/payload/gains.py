@@ -1,0 +1,66 @@
+"""Errors of the drive gains, carried through a whole payload method."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...model import InputError
+from ...model.arrays import Array
+from ..drive_gains import GainErrors, scaled_torque
+from ..estimate import Estimate
+from ..least_squares import weighted
+from .problem import FixedWeights, PayloadProblem
+from .robust import Method
+
+_STEP = 1e-5
+"""Relative change of a torque; every method but the second is linear in it, and that one nearly."""
+
+
+def gain_covariance(problem: PayloadProblem, method: Method, estimate: Estimate, gains: GainErrors) -> Array:
+    """Covariance of a method's result from errors of the drive gains, 10 x 10."""
+    J = payload_gain_sensitivity(problem, method, estimate)
+    return np.asarray(J @ gains.covariance(problem.robot.n) @ J.T)
+
+
+def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: Estimate) -> Array:
+    """Derivatives of a method's result by the relative error of each joint's torque, 10 x n.
+
+    The torque changes in every recording at once, with and without payload, and in the robot's parameters if they
+    were identified earlier: with the same drives, so with the same error. The joints' weights stay.
+
+    Args:
+        problem: the reduced recordings.
+        method: the method.
+        estimate: its result on the problem.
+
+    Raises:
+        InputError: if earlier parameters came without what they owe to each joint's torque.
+    """
+    bare = problem.unloaded
+    weights = FixedWeights(weighted(bare).weights if bare is not None else None, estimate.weights)
+
+    def solved(joint: int, step: float) -> Array:
+        return method(_changed(problem, joint, step), weights).values
+
+    joints = range(problem.robot.n)
+    return np.column_stack([(solved(j, _STEP) - solved(j, -_STEP)) / (2.0 * _STEP) for j in joints])
+
+
+def _changed(problem: PayloadProblem, joint: int, step: float) -> PayloadProblem:
+    """The problem with one joint's torque 1 + step times as large."""
+    factor, known = 1.0 + step, problem.known
+    if known is not None:
+        if known.gain_sensitivity is None:
+            raise InputError(
+                "the stored robot parameters do not tell how they depend on the drive gains: identify the robot "
+                "again with this version to use an uncertainty of the gains"
+            )
+        known = replace(known, values=known.values + step * known.gain_sensitivity[:, joint])
+    bare, difference = problem.unloaded, problem.difference
+    return replace(
+        problem,
+        loaded=scaled_torque(problem.loaded, joint, factor),
+        unloaded=scaled_torque(bare, joint, factor) if bare is not None else None,
+        difference=scaled_torque(difference, joint, factor) if difference is not None else None,
+        known=known,
+    )

@@ -1,0 +1,156 @@
+"""Errors of the drive gains: the same as rescaled recordings, through every method."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    GainErrors,
+    PayloadEstimate,
+    PayloadProblem,
+    constrain_payload,
+    identify,
+    identify_payload,
+    payload_problem,
+    weighted,
+)
+from dynident.estimation.drive_gains import gain_sensitivity
+from dynident.estimation.payload import FixedWeights, payload_gain_sensitivity
+from dynident.estimation.payload.methods import method_of
+from dynident.model import InertialParameters, InputError, Motion, Recording
+from dynident.model.arrays import Array
+from dynident.trajectories import Simulator
+from numpy.typing import ArrayLike
+
+Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
+METHODS = (1, 2, 3, 4)
+JOINTS = [1, 2, 4]  # counted from 0
+
+
+@pytest.fixture(scope="module", params=["rx90", "ur10e"])
+def arm(
+    request: pytest.FixtureRequest,
+    simulated: Callable[[str], Simulator],
+    wander: Callable[..., Motion],
+    payload: InertialParameters,
+) -> tuple[Simulator, Recordings]:
+    """A simulator, and noisy recordings without and with payload whose torques are scaled joint by joint."""
+    simulator = simulated(request.param)
+    noise, motion = [0.5] * 6, wander(6, 4, points=14)
+
+    def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
+        pair = [simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload))]
+        bare, loaded = (replace(one, torque=one.torque * np.asarray(factors)) for one in pair)
+        return bare, loaded
+
+    return simulator, recordings
+
+
+def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> PayloadProblem:
+    bare, loaded = arm[1](factors)
+    return payload_problem(arm[0].robot, [loaded], [bare])
+
+
+def changed(joint: int, step: float) -> Array:
+    return np.asarray(1.0 + step * np.eye(6)[joint])
+
+
+def brute(solve: Callable[[Array], Array], step: float = 1e-5) -> Array:
+    """Central differences by rescaled recordings, columns ``JOINTS``."""
+    return np.column_stack([(solve(changed(j, step)) - solve(changed(j, -step))) / (2 * step) for j in JOINTS])
+
+
+@pytest.fixture(scope="module")
+def problem(arm: tuple[Simulator, Recordings]) -> PayloadProblem:
+    return problem_of(arm, np.ones(6))
+
+
+@pytest.fixture(scope="module")
+def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
+    """The problem for some joints' torque up and down."""
+    factors = [changed(j, step) for j in JOINTS for step in (1e-5, -1e-5)]
+    return {one.tobytes(): problem_of(arm, one) for one in factors}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_is_what_rescaled_recordings_give(
+    problem: PayloadProblem, rescaled: dict[bytes, PayloadProblem], method: int
+) -> None:
+    """To 1e-6 of each parameter's own size; and they add up to the payload, which a common error scales."""
+    solver, estimate = method_of(method), identify_payload(problem, method).estimate
+    J = payload_gain_sensitivity(problem, solver, estimate)
+    assert problem.unloaded is not None
+    weights = FixedWeights(weighted(problem.unloaded).weights, estimate.weights)
+    expected = brute(lambda factors: solver(rescaled[factors.tobytes()], weights).values)
+    size = np.linalg.norm(expected, axis=1)[:, None]
+    assert (np.abs(J[:, JOINTS] - expected) < 1e-6 * size).all()
+    assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
+
+
+def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: PayloadProblem) -> None:
+    """Method 1 by stored parameters is as sensitive as by the recording they came from; without, it is refused."""
+    bare, _ = arm[1](np.ones(6))
+    known = identify(arm[0].robot, [bare]).estimate
+    later = replace(problem, unloaded=None, difference=None, known=known)
+    at_once = identify_payload(problem, 1).estimate
+    both = [payload_gain_sensitivity(p, method_of(1), at_once) for p in (problem, later)]
+    assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
+    old = replace(later, known=replace(known, gain_sensitivity=None))
+    with pytest.raises(InputError, match="identify the robot again"):
+        constrain_payload(old, identify_payload(old, 1), gains=GainErrors((0.02,)))
+
+
+def test_a_robots_parameters_by_rescaled_recordings(problem: PayloadProblem) -> None:
+    assert problem.unloaded is not None
+    estimate = weighted(problem.unloaded)
+    J = gain_sensitivity(problem.unloaded, estimate.weights)
+    assert J.sum(axis=1) == pytest.approx(estimate.values, rel=1e-8, abs=1e-10)
+    from dynident.estimation.drive_gains import scaled_torque
+
+    other = weighted(scaled_torque(problem.unloaded, 2, 1.5), estimate.weights)
+    assert other.values == pytest.approx(estimate.values + 0.5 * J[:, 2], rel=1e-8, abs=1e-10)
+
+
+def test_common_and_own_errors(problem: PayloadProblem) -> None:
+    """A common error widens the mass by its share of it; one number stands for six; both add up."""
+    free = identify_payload(problem, 4)
+
+    def sigma(gains: GainErrors | None) -> Array:
+        return constrain_payload(problem, free, gains=gains).sigma
+
+    alone = sigma(None)
+    assert alone == pytest.approx(free.estimate.sigma)
+    common = sigma(GainErrors(common=0.03))
+    assert np.sqrt(common[9] ** 2 - alone[9] ** 2) == pytest.approx(0.03 * free.mass, rel=1e-6)
+    assert sigma(GainErrors((0.02,))) == pytest.approx(sigma(GainErrors((0.02,) * 6)))
+    J = payload_gain_sensitivity(problem, method_of(4), free.estimate)
+    own = 0.02 * np.linalg.norm(J, axis=1)
+    both = sigma(GainErrors((0.02,), 0.03))
+    assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
+
+
+def test_intervals_hold_a_payload_whose_gains_are_wrong(
+    arm: tuple[Simulator, Recordings], payload: InertialParameters
+) -> None:
+    """Gains 2 to 4 % off: the mass is missed without, held with their uncertainty."""
+    wrong = problem_of(arm, [1.03, 1.04, 1.02, 1.04, 1.03, 1.03])
+    for method in METHODS:
+        free: PayloadEstimate = identify_payload(wrong, method)
+        ends = [
+            constrain_payload(wrong, free, gains=g).intervals.parameters[9]
+            for g in (None, GainErrors((0.01,), 0.03))
+        ]
+        assert not ends[0][0] <= payload.mass <= ends[0][1]
+        assert ends[1][0] <= payload.mass <= ends[1][1]
+
+
+@pytest.mark.parametrize("sigmas", [(-0.01,), (1.0,), (), (float("nan"),)])
+def test_what_is_no_uncertainty_is_refused(sigmas: tuple[float, ...]) -> None:
+    with pytest.raises(InputError, match="drive gains"):
+        GainErrors(sigmas)
+
+
+def test_as_many_as_joints() -> None:
+    with pytest.raises(InputError, match="2 uncertainties of drive gains for 6 joints"):
+        GainErrors((0.01, 0.02)).covariance(6)
