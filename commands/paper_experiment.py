@@ -6,7 +6,7 @@ from rich.console import Console
 
 from ..estimation import Observer, measurement
 from ..estimation.payload import payload_map
-from ..report.documents import payload_document, write_json
+from ..report.documents import identification_document, payload_document, write_json
 from ..report.paper import paper_tables
 from ..report.paper_comparison import constrained_table, experiment_notes, table1, table2
 from ..report.plots import save_torques
@@ -45,7 +45,8 @@ def run_demo(folder: Path, seed: int, trajectories: int, noise: str, gain_error:
     for line in [*notes, *payload_notes(analysis.answer)]:
         terminal.print(line, markup=False, highlight=False)
     _save(folder, analysis)
-    terminal.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
+    written = ", ".join(str(folder / name) for name in ("payload.json", "robot.json", "torques.png"))
+    terminal.print(f"Written: {written}", highlight=False)
     return 0
 
 
@@ -53,6 +54,7 @@ def _save(folder: Path, analysis: Analysis) -> None:
     problem = analysis.answer.problem
     robot, processing = problem.robot, problem.robot.processing
     write_json(folder / "payload.json", payload_document(analysis.answer, processing))
+    write_json(folder / "robot.json", identification_document(analysis.robot, processing, None))
     observer = Observer(robot, problem.base.columns)
     held_out = analysis.experiment.runs[-1].recording
     observation = observer.observe(measurement(held_out, processing), processing)

@@ -37,9 +37,13 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, bar("experiments") as progress:
         jobs = {pool.submit(one_experiment, payload, seed + k, trajectories, gain_error): k for k in range(count)}
-        for job in as_completed(jobs):
-            results[jobs[job]] = job.result()
-            progress(len(results) / count)
+        try:
+            for job in as_completed(jobs):
+                results[jobs[job]] = job.result()
+                progress(len(results) / count)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     scenarios = {name: Scenario.of([results[k][name] for k in range(count)]) for name in results[0]}
     document = repeated_document(scenarios, paper_tables(), trajectories, range(seed, seed + count), gain_error)
     write_text(folder / "simulated_experiment.md", document)
