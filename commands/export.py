@@ -31,7 +31,7 @@ def add_parser(commands: Any) -> None:
         "--method",
         type=int,
         choices=(1, 2, 3, 4),
-        help="whose estimate; by default 4, else 3, 1, 2; the constrained one where it is there",
+        help="whose estimate (default: the recommended, else 4, 3, 1, 2); the constrained one where it is there",
     )
     pose = "metres and degrees, R = Rz Ry Rx"
     parser.add_argument(

@@ -12,7 +12,7 @@ from ..model.files import write_text
 from ..report.documents import write_json
 from ..report.experiment import Scenario, repeated_document, repeated_numbers
 from ..report.paper import paper_tables
-from ..report.plots import save_repetitions
+from ..report.repetition_plot import save_repetitions
 from .paper_analysis import outcome
 from .paper_setup import TRAJECTORIES, levels, paper_robot, simulate_paper
 from .progress import bar

@@ -6,7 +6,7 @@ from .constrained import ConstrainedPayload, constrain_payload, error_model
 from .equations import difference_problem, loaded_problem
 from .from_change import payload_map
 from .gains import payload_gain_sensitivity
-from .global_fit import combined
+from .global_fit import combined, combined_problem, essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
@@ -24,9 +24,11 @@ __all__ = [
     "PayloadProblem",
     "answer_payload",
     "combined",
+    "combined_problem",
     "constrain_payload",
     "difference_problem",
     "error_model",
+    "essential_combined",
     "identify_payload",
     "loaded_problem",
     "payload_blocks",

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from ...model import InputError, Processing, Recording
 from ..constraints import Constraint
 from ..drive_gains import GainErrors
+from ..essential import Elimination, StopRule
 from ..estimate import Fit, fit
 from ..identification import base_problem
 from ..least_squares import weighted
 from ..scaling import POSSIBLE
 from ..verdict import Verdict, verdict
 from .constrained import ConstrainedPayload, constrain_payload
+from .global_fit import essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .problem import PayloadProblem
 from .result import PayloadEstimate
@@ -29,6 +31,7 @@ class PayloadAnswer:
         robot_fit: fit of the robot's own parameters without payload.
         validation: fit of the same parameters on recordings that were held out.
         verdict: whether the numbers may be used.
+        elimination: essential parameters of robot and payload together, where method 4 was used.
     """
 
     problem: PayloadProblem
@@ -38,6 +41,7 @@ class PayloadAnswer:
     robot_fit: Fit | None
     validation: Fit | None
     verdict: Verdict
+    elimination: Elimination | None = None
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -56,6 +60,7 @@ def answer_payload(
     processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
     gains: GainErrors | None = None,
+    essential: StopRule | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -67,6 +72,7 @@ def answer_payload(
         processing: settings for those; the robot's own by default.
         constraints: what is known of the payload; that it can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
+        essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can.
@@ -98,4 +104,8 @@ def answer_payload(
     robot_fit = alone.fit if alone else None
     estimates = tuple(payload.free for payload in constrained)
     judged = verdict(estimates, robot_fit, constrained)
-    return PayloadAnswer(problem, estimates, tuple(constrained), left_out, robot_fit, validation, judged)
+    together = any(estimate.method == 4 for estimate in estimates)
+    elimination = essential_combined(problem, essential) if together else None
+    return PayloadAnswer(
+        problem, estimates, tuple(constrained), left_out, robot_fit, validation, judged, elimination
+    )

@@ -62,9 +62,10 @@ def cache_folder() -> Path:
 
 
 def _wanted_folder() -> Path:
-    wanted, base = os.environ.get("DYNIDENT_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    wanted = os.environ.get("DYNIDENT_CACHE")
     if wanted:
         return Path(wanted)
+    base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "dynident"
 
 
@@ -124,13 +125,22 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
                 command, input=source, capture_output=True, text=True, timeout=_TIMEOUT, check=False
             )
             if answer.returncode == 0:
-                path = folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}"
-                return Path(name).replace(path)
+                return _moved(Path(name), folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}")
         raise CompilerUnavailable(f"the C compiler failed ({answer.stderr.strip()[:200] or answer.returncode})")
     except subprocess.TimeoutExpired:
         raise CompilerUnavailable(f"the C compiler failed to finish within {_TIMEOUT:g} s") from None
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def _moved(finished: Path, place: Path) -> Path:
+    """Move a library to its place; where another process has the same one loaded, Windows keeps that."""
+    try:
+        return finished.replace(place)
+    except PermissionError:
+        if place.is_file():  # the name holds the checksum: it is the same library
+            return place
+        raise
 
 
 @functools.cache

@@ -23,7 +23,7 @@ from . import (
 )
 from .form import ControllerFormat
 from .load import ControllerLoad
-from .payload_file import read_load
+from .payload_file import load_of_document, read_load
 
 _MODULES = (
     abb, kuka, universal_robots, franka, franka_desk, fanuc, yaskawa, staubli, opcua,
@@ -33,4 +33,4 @@ _MODULES = (
 FORMATS: dict[str, ControllerFormat] = {module.FORMAT.name: module.FORMAT for module in _MODULES}
 """Every format by its name on the command line."""
 
-__all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "read_load"]
+__all__ = ["FORMATS", "ControllerFormat", "ControllerLoad", "load_of_document", "read_load"]

@@ -17,35 +17,53 @@ _LEVELS = ("use", "mass_and_com_only", "do_not_use")
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
-    """The payload of a JSON document, in the frame it was identified in.
-
-    Of the methods the one that is asked for, else the first of ``PREFERRED`` that is there; of its estimates the
-    constrained one, which can exist, else the weighted least-squares one.
-
-    Args:
-        path: the document.
-        method: 1 to 4.
-        despite_verdict: take the inertia although the verdict is that only mass and centre of mass may be used.
+    """The payload of a JSON file; see ``load_of_document``.
 
     Raises:
         InputError: if the file is no such document, or the estimate is not of a body that can exist.
     """
-    document = _document(Path(path))
+    path = Path(path)
     try:
-        level, reasons = (
-            document["verdict"]["level"],
-            tuple(str(reason) for reason in document["verdict"]["reasons"]),
-        )
-        estimate = _chosen(document["estimates"], method, Path(path))
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as JSON ({error})") from None
+    return load_of_document(document, path.name, method, despite_verdict)
+
+
+def load_of_document(
+    document: dict[str, Any], name: str, method: int | None = None, despite_verdict: bool = False
+) -> ControllerLoad:
+    """The payload of a document, in the frame it was identified in.
+
+    Of the methods the one that is asked for, else the one that the document recommends, else the first of
+    ``PREFERRED`` that is there; of its estimates the constrained one, which can exist, else the weighted
+    least-squares one.
+
+    Args:
+        document: what ``dynident payload --json`` writes.
+        name: of the document, for messages.
+        method: 1 to 4.
+        despite_verdict: take the inertia although the verdict is that only mass and centre of mass may be used.
+
+    Raises:
+        InputError: if it is no such document, or the estimate is not of a body that can exist.
+    """
+    try:
+        level = document["verdict"]["level"]
+        reasons = tuple(str(reason) for reason in document["verdict"]["reasons"])
+        recommended = (document.get("recommended") or {}).get("method")
+        estimate = _chosen(document["estimates"], method or recommended, name)
         body = InertialParameters(np.array([estimate["parameters"][kind] for kind in INERTIAL], dtype=float))
-        source = f"{Path(path).name}, method {estimate['method']} ({estimate['estimator']})"
+        source = f"{name}, method {estimate['method']} ({estimate['estimator']})"
         frame = str(document["frame"])
-    except (KeyError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: not a document of 'dynident payload --json' ({error!r})") from None
+    except InputError:
+        raise
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{name}: not a document of 'dynident payload --json' ({error!r})") from None
     if level not in _LEVELS:
-        raise InputError(f"{path}: verdict {level!r} is none of {', '.join(_LEVELS)}")
+        raise InputError(f"{name}: verdict {level!r} is none of {', '.join(_LEVELS)}")
     point_mass = level == "mass_and_com_only" and not despite_verdict
     return ControllerLoad(body, frame, source, level, reasons, point_mass)
 
@@ -56,24 +74,12 @@ def is_flange(frame: str) -> bool:
     return bool(words) and words[0] in _FLANGES
 
 
-def _document(path: Path) -> dict[str, Any]:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as JSON ({error})") from None
-    if not isinstance(document, dict):
-        raise InputError(f"{path}: not a document of 'dynident payload --json'")
-    return document
-
-
-def _chosen(estimates: list[dict[str, Any]], method: int | None, path: Path) -> dict[str, Any]:
+def _chosen(estimates: list[dict[str, Any]], method: int | None, name: str) -> dict[str, Any]:
     there = sorted({int(estimate["method"]) for estimate in estimates})
     wanted = next((m for m in PREFERRED if m in there), None) if method is None else method
     of_method = [estimate for estimate in estimates if estimate["method"] == wanted]
     if not of_method:
         raise InputError(
-            f"{path}: no estimate of method {wanted}; there are {', '.join(map(str, there)) or 'none'}"
+            f"{name}: no estimate of method {wanted}; there are {', '.join(map(str, there)) or 'none'}"
         )
     return next((estimate for estimate in of_method if estimate["estimator"] == "constrained"), of_method[0])

@@ -154,6 +154,33 @@ def test_user_without_a_home_has_a_temporary_cache(monkeypatch: pytest.MonkeyPat
     assert cache.cache_folder().is_dir()
 
 
+def test_entry_that_another_process_has_loaded_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows refuses to replace a library in use; the one in use is the same one, its name is its checksum."""
+
+    def refuse(self: Path, target: Path) -> Path:
+        shutil.copy(self, target)
+        raise PermissionError(13, "Access is denied", str(target))
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    assert Path(cache.compiled_library(SOURCE)._name).parent == folder
+    assert len(_entries(folder)) == 1
+    assert list(folder.iterdir()) == _entries(folder), "nothing half done stays"
+
+
+def test_entry_that_cannot_be_moved_goes_to_a_temporary_folder(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    move = Path.replace
+
+    def refuse(self: Path, target: Path) -> Path:
+        if Path(target).parent == folder:
+            raise PermissionError(13, "Access is denied", str(target))
+        return move(self, target)
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    assert Path(cache.compiled_library(SOURCE)._name).parent != folder
+
+
 def test_folder_that_forbids_loading_is_replaced(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     load = ctypes.CDLL
 

@@ -92,6 +92,18 @@ def test_the_constrained_estimate_comes_first(run: Run, payload: Callable[..., s
     assert "method 4 (constrained)" in out
 
 
+def test_the_recommended_method_comes_first_unless_another_is_asked_for(
+    run: Run, payload: Callable[..., str]
+) -> None:
+    estimates = [estimate(m, float(m), kind) for m in (1, 3, 4) for kind in ("wls", "constrained")]
+    path = payload(*estimates, recommended={"method": 3, "estimator": "constrained"})
+    assert "method 3 (constrained)" in run(path, "--to", "ur")[1]
+    assert "method 1 (constrained)" in run(path, "--to", "ur", "--method", "1")[1]
+    status, _, err = run(payload(*estimates, recommended=[4]), "--to", "ur")
+    assert status == 2
+    assert "not a document of" in err
+
+
 def test_no_such_method(run: Run, payload: Callable[..., str]) -> None:
     status, _, err = run(payload(estimate(1, 3.0), estimate(4, 3.0)), "--to", "ur", "--method", "3")
     assert status == 2
