@@ -39,7 +39,7 @@ from .payload import (
     usable_methods,
 )
 from .problem import ReducedProblem, merged
-from .records import read_recording
+from .records import TrajectoryTable, read_recording, read_trajectory
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
@@ -87,6 +87,7 @@ __all__ = [
     "SolverError",
     "StopRule",
     "Tested",
+    "TrajectoryTable",
     "Weighing",
     "aligned",
     "answer_payload",
@@ -119,6 +120,7 @@ __all__ = [
     "payload_system",
     "profile_intervals",
     "read_recording",
+    "read_trajectory",
     "reduced",
     "reduced_measurement",
     "reduced_stream",

@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,6 +64,42 @@ def read_recording(path: str | Path, robot: Robot, drive_gains: Sequence[float] 
         source=str(path),
         notes=tuple(notes),
     )
+
+
+class TrajectoryTable(NamedTuple):
+    """A planned motion as a file holds it: times [s], positions, and speeds and accelerations where it has them."""
+
+    t: Array
+    q: Array
+    qd: Array | None
+    qdd: Array | None
+
+
+def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
+    """Read a planned motion from CSV: header ``t,q1..qn[,qd1..qdn[,qdd1..qddn]]``; other columns are not used.
+
+    Args:
+        path: the file; ``.gz`` is unpacked.
+        robot: tells how many joints there are.
+
+    Raises:
+        InputError: names the file, line and column of whatever cannot be used.
+    """
+    path, n = Path(path), robot.n
+    header = _header(path)
+    wanted = ["t", *_numbered("q", n)]
+    for kind in ("qd", "qdd"):
+        if not set(_numbered(kind, n)) & set(header):
+            break
+        wanted += _numbered(kind, n)
+    _check_names(path, header, wanted, robot)
+    table = _numbers(path, header, wanted)
+    if len(table) < 2:
+        raise InputError(f"{path}: {len(table)} rows of numbers: a trajectory needs more")
+    _check_time(path, table[:, 0])
+    parts = [table[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3)]
+    qd, qdd = (part if part.shape[1] else None for part in parts[1:])
+    return TrajectoryTable(table[:, 0], parts[0], qd, qdd)
 
 
 def _numbered(prefix: str, n: int) -> list[str]:

@@ -13,10 +13,13 @@ from .dynamics import (
     coriolis,
     coriolis_matrix,
     drive_torque,
+    dry_friction_names,
     forward_dynamics,
+    forward_dynamics_base,
     gravity,
     inverse_dynamics_base,
     mass_matrix,
+    smooth_dry_friction,
 )
 from .errors import InputError
 from .inertia import InertialParameters
@@ -24,6 +27,7 @@ from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
+from .payload_file import read_payload
 from .processing import Processing
 from .regressor import (
     base_regressor,
@@ -61,8 +65,10 @@ __all__ = [
     "coriolis",
     "coriolis_matrix",
     "drive_torque",
+    "dry_friction_names",
     "essential_regressor",
     "forward_dynamics",
+    "forward_dynamics_base",
     "forward_kinematics",
     "generate_code",
     "gravity",
@@ -73,8 +79,10 @@ __all__ = [
     "mass_matrix",
     "payload_columns",
     "payload_regressor",
+    "read_payload",
     "regressor",
     "robot_names",
+    "smooth_dry_friction",
     "smooth_regressor",
     "standard_columns",
     "standard_regressor",

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
+from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from .paper import PaperTables
@@ -137,23 +137,6 @@ def paper_payload_table(
         rows = [paper.table1.get(kind), paper.table2.get(kind)]
         cells += [_short(row.value, row.two_sigma) if row else "" for row in rows]
         table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
-    return table
-
-
-def paper_robot_table(estimate: Estimate, truth: dict[str, float], paper: PaperTables) -> Table:
-    """The robot's rows of Table 2: truth of the simulation, identified by method 4, and as printed."""
-    title = "Robot (method 4): simulated truth, identified ± 2 sigma, the paper's Table 2 (SI units)"
-    table = empty_table(title, ("",), ("truth", "identified", "%", "Table 2", "%"))
-    for name, printed in paper.table2_robot.items():
-        k = estimate.names.index(name)
-        table.add_row(
-            name,
-            f"{truth[name]:.3f}",
-            _value(estimate.values[k], 2.0 * estimate.sigma[k]),
-            f"{estimate.relative_sigma_percent[k]:.3f}",
-            f"{printed.value:.3f}±{printed.two_sigma:.3f}",
-            f"{printed.relative_sigma_percent:.3f}",
-        )
     return table
 
 
