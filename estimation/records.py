@@ -172,16 +172,24 @@ def _opened(path: Path) -> Iterator[io.TextIOBase]:
         raise InputError(f"{path}: cannot be read ({error})") from None
 
 
+def _header_line(text: io.TextIOBase) -> tuple[str, int]:
+    """The header and its line's number; lines before it that start with # say something about the file."""
+    line, place = text.readline(), 1
+    while line.startswith("#"):
+        line, place = text.readline(), place + 1
+    return line, place
+
+
 def _header(path: Path) -> list[str]:
     with _opened(path) as text:
-        line = text.readline()
+        line, place = _header_line(text)
     header = [name.strip() for name in line.rstrip("\r\n").split(",")]
     if header == [""]:
         raise InputError(f"{path}: is empty: a header line and rows of numbers are needed")
     if len(header) == 1:
         raise InputError(f"{path}: the header {line.strip()[:40]!r} has one column: separate columns by commas")
     if all(re.fullmatch(r"[-+.\deE]+", name) for name in header):
-        raise InputError(f"{path}: line 1 holds numbers: a header with column names is needed")
+        raise InputError(f"{path}: line {place} holds numbers: a header with column names is needed")
     return header
 
 
@@ -191,7 +199,7 @@ def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
     table: Array | None = None
     _check_width(path, header)
     with _opened(path) as text, warnings.catch_warnings():
-        text.readline()
+        _header_line(text)
         try:
             warnings.simplefilter("ignore", UserWarning)  # an empty table is told below
             table = np.loadtxt(text, delimiter=",", usecols=places, ndmin=2, comments=None)
@@ -205,11 +213,11 @@ def _numbers(path: Path, header: list[str], wanted: list[str]) -> Array:
 def _check_width(path: Path, header: list[str]) -> None:
     """Decimal commas make more cells than names."""
     with _opened(path) as text:
-        text.readline()
+        _, place = _header_line(text)
         cells = text.readline().rstrip("\r\n,").split(",")
     if len(cells) > len(header):
         raise InputError(
-            f"{path}: line 2 has {len(cells)} cells, the header {len(header)} names: numbers need decimal points, "
+            f"{path}: line {place + 1} has {len(cells)} cells, the header {len(header)} names: numbers need decimal points, "
             "not commas"
         )
 
@@ -218,8 +226,9 @@ def _bad_cell(path: Path, header: list[str], wanted: list[str]) -> InputError:
     """Say where the first cell stands that is not a finite number."""
     places = {name: header.index(name) for name in wanted}
     with _opened(path) as text:
-        for line, cells in enumerate(csv.reader(text), 1):
-            if line == 1 or not cells:
+        _, place = _header_line(text)
+        for line, cells in enumerate(csv.reader(text), place + 1):
+            if not cells:
                 continue
             for name, place in places.items():
                 cell = cells[place].strip() if place < len(cells) else ""
@@ -236,12 +245,14 @@ def _bad_cell(path: Path, header: list[str], wanted: list[str]) -> InputError:
 
 
 def _check_time(path: Path, t: Array) -> None:
+    with _opened(path) as text:
+        _, place = _header_line(text)
     steps = np.diff(t)
     if (steps <= 0.0).any():
         k = int(np.argmax(steps <= 0.0))
         what = "stands still" if steps[k] == 0.0 else "runs back"
         raise InputError(
-            f"{path}: line {k + 3}, column 't': time {what} ({t[k]:g} s, then {t[k + 1]:g} s): "
+            f"{path}: line {k + 2 + place}, column 't': time {what} ({t[k]:g} s, then {t[k + 1]:g} s): "
             "remove the repeated rows or split the file"
         )
     if np.median(steps) > 0.5:
@@ -251,6 +262,6 @@ def _check_time(path: Path, t: Array) -> None:
     gap = int(np.argmax(steps))
     if steps[gap] > max(10.0 * np.median(steps), 0.25):
         raise InputError(
-            f"{path}: line {gap + 3}, column 't': {steps[gap]:g} s missing after {t[gap]:g} s: split the file "
+            f"{path}: line {gap + 2 + place}, column 't': {steps[gap]:g} s missing after {t[gap]:g} s: split the file "
             "there and give both parts"
         )
