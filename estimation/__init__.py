@@ -15,6 +15,7 @@ from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
+from .information import Information, read_information, recorded_noise
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
 from .names import PAYLOAD
@@ -66,6 +67,7 @@ __all__ = [
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Information",
     "Intervals",
     "KnownMass",
     "MassBounds",
@@ -119,8 +121,10 @@ __all__ = [
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "read_information",
     "read_recording",
     "read_trajectory",
+    "recorded_noise",
     "reduced",
     "reduced_measurement",
     "reduced_stream",

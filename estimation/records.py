@@ -217,8 +217,8 @@ def _check_width(path: Path, header: list[str]) -> None:
         cells = text.readline().rstrip("\r\n,").split(",")
     if len(cells) > len(header):
         raise InputError(
-            f"{path}: line {place + 1} has {len(cells)} cells, the header {len(header)} names: numbers need decimal points, "
-            "not commas"
+            f"{path}: line {place + 1} has {len(cells)} cells, the header {len(header)} names: numbers need "
+            "decimal points, not commas"
         )
 
 
@@ -262,6 +262,6 @@ def _check_time(path: Path, t: Array) -> None:
     gap = int(np.argmax(steps))
     if steps[gap] > max(10.0 * np.median(steps), 0.25):
         raise InputError(
-            f"{path}: line {gap + 2 + place}, column 't': {steps[gap]:g} s missing after {t[gap]:g} s: split the file "
-            "there and give both parts"
+            f"{path}: line {gap + 2 + place}, column 't': {steps[gap]:g} s missing after {t[gap]:g} s: split "
+            "the file there and give both parts"
         )
