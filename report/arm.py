@@ -77,14 +77,14 @@ def arm_strip(robot: Robot, plan: Plan, poses: int = 8) -> Figure:
     figure = Figure(figsize=(1.45 * poses, 3.4), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, poses, sharex=True, sharey=True, squeeze=False)
+    for axis, t in zip(panels[0], times, strict=True):
+        axis.set_title(f"{t:.1f} s", fontsize=9)
     for row, (name, axes) in zip(panels, _VIEWS, strict=True):
-        for axis, t, pose in zip(row, times, still, strict=True):
+        for axis, pose in zip(row, still, strict=True):
             axis.plot(*path[:, axes].T, color="0.75", linewidth=0.6)
             axis.plot(*pose[:, axes].T, "-o", color="black", linewidth=1.8, markersize=3)
             axis.plot(*pose[-1:, axes].T, "s", color="black", markersize=5, fillstyle="none")
             axis.set(xlim=(-half, half), ylim=(-half, half), aspect="equal", xticks=[], yticks=[])
-            if row is panels[0]:
-                axis.set_title(f"{t:.1f} s", fontsize=9)
         row[0].set_ylabel(name, fontsize=8)
     figure.suptitle(f"{robot.title or robot.name}: poses of the motion, path of the tool in grey", fontsize=10)
     return figure

@@ -42,8 +42,9 @@ def motion_figure(problem: DesignProblem, motion: Motion, title: str) -> Figure:
             axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
         axes[0, k].set_title(f"{name} [{_unit(problem, name)}]", fontsize=10)
         axes[-1, k].set_xlabel("time [s]")
-    handles, labels = axes[0, -1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9)
+    found = [axis.get_legend_handles_labels() for axis in axes[0]]
+    shown = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
+    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown), fontsize=9)
     figure.suptitle(title)
     return figure
 

@@ -73,22 +73,26 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """A descriptor for each segment, into its second point.
 
-    Accelerations as large as the design's, speeds so that a trapezoidal profile takes the segment's time.
+    Accelerations as large as the design's, speeds so that a trapezoidal profile takes the segment's time. Whole
+    percentages: speeds are rounded down.
     """
     limits = [joint.limits for joint in written.robot.joints]
     top = np.array([limit.speed for limit in limits])
     strong = np.array([limit.acceleration for limit in limits])
     strong = np.where(np.isfinite(strong), strong, written.bounds.acceleration)
-    most = float((written.bounds.speed / top).max())
+    most_speed = float((written.bounds.speed / top).min())
+    most_acceleration = float((written.bounds.acceleration / strong).min())
     leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
     knots = np.concatenate([[0.0], np.cumsum(plan.durations)])
     found = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
         _, _, qdd = plan.at(np.linspace(knots[k], knots[k + 1], 200))
-        accel = float(np.clip((np.abs(qdd) / strong).max(), 0.01, 1.0))
-        ramp = plan.rests
-        vel = min(_speed(step / top, step / (accel * strong), T) if ramp else float((step / top).max() / T), most)
-        found.append(Descriptor(_percent(accel), _percent(vel), int(leave[k + 1])))
+        wanted = np.ceil(100.0 * (np.abs(qdd) / strong).max()) / 100.0
+        accel = _percent(min(wanted, most_acceleration, 1.0))
+        slow = (
+            _speed(step / top, step / (0.01 * accel * strong), T) if plan.rests else float((step / top).max() / T)
+        )
+        found.append(Descriptor(accel, _percent(min(slow, most_speed)), int(leave[k + 1])))
     return found
 
 
@@ -97,14 +101,11 @@ def _speed(by_speed: Array, by_acceleration: Array, T: float) -> float:
 
     A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given, shape (n,).
     """
-    slowest = 1.0
-    for a, b in zip(by_speed, by_acceleration, strict=True):
-        if a <= 0.0:
-            continue
-        # a / v + v b / a = T
-        root = T * T - 4.0 * b
-        slowest = min(slowest, (T - np.sqrt(root)) * a / (2.0 * b)) if root > 0.0 else 1.0
-    return float(max(slowest, (by_speed / T).max()))
+    moving = by_speed > 0.0
+    a, b = by_speed[moving], by_acceleration[moving]
+    root = T * T - 4.0 * b  # of a / v + v b / a = T
+    fractions = np.where(root >= 0.0, (T - np.sqrt(np.maximum(root, 0.0))) * a / (2.0 * b), 1.0)
+    return float(min(fractions.max(initial=0.01), 1.0))
 
 
 def _leave(written: WrittenMotion, points: Array) -> Array:
@@ -118,7 +119,7 @@ def _leave(written: WrittenMotion, points: Array) -> Array:
 
 def _percent(fraction: float) -> int:
     """Rounded down, so that no limit is passed."""
-    return max(int(100.0 * fraction), 1)
+    return max(int(100.0 * fraction + 1e-9), 1)
 
 
 def _project(name: str) -> str:
