@@ -17,7 +17,8 @@ class Information(NamedTuple):
 
     Attributes:
         columns: names of its columns, c.
-        factor: k x c; its Gram matrix is W'W, rows weighted or not as asked.
+        factor: k x c; its Gram matrix is W'W, rows weighted or not as asked, and counted as often as
+            their noise is independent.
     """
 
     columns: tuple[str, ...]
@@ -58,7 +59,8 @@ def read_information(path: str | Path, noise: Array | None) -> Information:
         if noise is not None and len(noise) != len(problem.factors):
             raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]
-        return Information(problem.columns, triangular(rows))
+        independent = np.sqrt(sum(problem.effective_rows) / problem.equations)
+        return Information(problem.columns, triangular(independent * rows))
     if noise is None:
         raise InputError(
             f"{path}: a covariance holds no unweighted rows, which condition numbers need: give the --npz of "
