@@ -84,7 +84,14 @@ def run(arguments: argparse.Namespace) -> int:
         methods = None if arguments.method == "all" else (int(arguments.method),)
         try:
             answer = answer_payload(
-                problem, methods, arguments.free_friction, held_out, processing, constraints, gain_errors, rule
+                problem,
+                methods,
+                arguments.free_friction,
+                held_out,
+                processing,
+                constraints=constraints,
+                gains=gain_errors,
+                essential=rule,
             )
         except SolverError as error:
             raise InputError(str(error)) from None

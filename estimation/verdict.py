@@ -114,6 +114,10 @@ def _conflict_reasons(constrained: Sequence[ConstrainedPayload]) -> list[str]:
                 text = f"method {payload.method} identifies {weighing.identified:.4g} kg, weighed were"
                 apart = f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
                 reasons.setdefault(f"weighed {weighing.mass}", f"{text} {apart}")
+    together = [payload for payload in constrained if payload.conflict]
+    if together and not reasons:
+        worst = min(payload.p_value for payload in together)
+        reasons[""] = f"the constraints together contradict the data (p {worst:.1g})"
     return list(reasons.values())
 
 
