@@ -1,4 +1,9 @@
-"""``dynident simulate``: recordings of a robot whose parameters are known."""
+"""``dynident simulate``: recordings of a robot whose parameters are known.
+
+Without noise a recording holds the exact motion and motor torques. What an identification then misses (0.3 % of a
+payload, up to 2 % of dry friction) comes from its filter, and from dry friction that the simulation takes as
+tanh(qd / 0.01 rad/s).
+"""
 
 from __future__ import annotations
 

@@ -13,21 +13,29 @@ from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
+from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .information import Information, read_information, recorded_noise
 from .intervals import Intervals, profile_intervals
+from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
+from .logs import LogMap, TrajectoryTable, read_log_map, read_recording, read_trajectory, stream_samples
+from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .origins import Origin, hidden_directions, origins
 from .payload import (
+    ByJoints,
     ConstrainedPayload,
+    JointShare,
+    JointsMass,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
+    Stretch,
     answer_payload,
     combined,
     constrain_payload,
@@ -36,21 +44,26 @@ from .payload import (
     identify_payload,
     loaded_problem,
     payload_blocks,
+    payload_by_joints,
+    payload_over_time,
     payload_problem,
     usable_methods,
 )
+from .pose_check import PoseCheck, check_pose
 from .problem import ReducedProblem, merged
-from .records import TrajectoryTable, read_recording, read_trajectory
+from .readings import Reading
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
+from .verdict import Verdict
 
 __all__ = [
     "PAYLOAD",
     "Active",
     "AlignedPair",
+    "ByJoints",
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
@@ -58,18 +71,24 @@ __all__ = [
     "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
     "Fit",
     "GainErrors",
+    "GainProblem",
     "Holding",
     "Identification",
     "InEllipsoid",
     "InHull",
     "Information",
     "Intervals",
+    "JointShare",
+    "JointsMass",
+    "KinematicsCheck",
     "KnownMass",
+    "LogMap",
     "MassBounds",
     "Observation",
     "ObservationSystem",
@@ -80,7 +99,10 @@ __all__ = [
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "PoseCheck",
     "PossibleBody",
+    "Ranked",
+    "Reading",
     "ReducedProblem",
     "RobotPrior",
     "RobustCovariance",
@@ -88,13 +110,16 @@ __all__ = [
     "SigmaRatio",
     "SolverError",
     "StopRule",
+    "Stretch",
     "Tested",
     "TrajectoryTable",
+    "Verdict",
     "Weighing",
     "aligned",
     "answer_payload",
     "base_problem",
     "build_constrained",
+    "check_pose",
     "combined",
     "constrain_payload",
     "cylinder_prior",
@@ -104,9 +129,11 @@ __all__ = [
     "elimination_warnings",
     "essential_combined",
     "fit",
+    "gain_problem",
     "hidden_directions",
     "identification_system",
     "identify",
+    "identify_gains",
     "identify_payload",
     "impossible_payload",
     "impossible_robot",
@@ -118,14 +145,20 @@ __all__ = [
     "ordinary",
     "origins",
     "payload_blocks",
+    "payload_by_joints",
+    "payload_over_time",
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "rank_readings",
+    "rank_readings_by_pose",
     "read_information",
+    "read_log_map",
     "read_recording",
     "read_trajectory",
     "recorded_noise",
     "reduced",
+    "reduced_log",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
@@ -133,6 +166,7 @@ __all__ = [
     "solve_constrained",
     "solve_constrained_base",
     "solve_constrained_prior",
+    "stream_samples",
     "usable_methods",
     "weighted",
 ]

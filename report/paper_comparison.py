@@ -9,7 +9,7 @@ from ..estimation import PAYLOAD, Estimate, Fit, Identification, PayloadAnswer
 from ..model import INERTIAL, InertialParameters
 from ..trajectories import Experiment
 from .paper import PaperTables, Printed
-from .tables import _residual, _short, empty_table
+from .tables import empty_table, residual_text, short_value
 
 _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")
@@ -38,7 +38,8 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
         truth: by name.
         paper: the paper's tables.
     """
-    title = "Table 2: essential parameters by method 4, simulated and as printed (SI units)"
+    largest = essential.relative_sigma_percent.max()
+    title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
     table = empty_table(title, ("",), (*_OWN, "all parameters", *_PAPER))
     printed = paper.table2_robot | {f"{kind}_L": row for kind, row in paper.table2.items()}
     names = [name for name in joint.names if name in essential.names or name in printed]
@@ -64,7 +65,7 @@ def constrained_table(answer: PayloadAnswer, truth: InertialParameters) -> Table
         for payload in answer.constrained:
             low, high = payload.intervals.parameters[k]
             half = 0.5 * (high - low)
-            cells.append(_short(payload.body.vector[k], half if np.isfinite(half) else 0.0))
+            cells.append(short_value(payload.body.vector[k], half if np.isfinite(half) else 0.0))
         table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
     return table
 
@@ -95,12 +96,12 @@ def experiment_notes(
         f"(SI units, unweighted; paper: 58), {scaled:.2g} with columns scaled.",
         f"The payload moves the joints by at most {1e3 * max(shift):.2f} mrad (paper: 1 mrad).",
         f"2 sigma with all parameters is within a factor 1.5 of Table 2's in {sum(near)} of {len(near)} rows.",
-        f"The robot alone: {len(robot.essential)} essential parameters of {len(robot.base.columns)} (paper: 28).",
-        f"Relative residual of the robot's model: {_residual(robot.estimate.fit)}",
+        f"The robot alone: {len(robot.essential)} essential parameters by the rule of 1.02 (paper: 28).",
+        f"Relative residual of the robot's model: {residual_text(robot.estimate.fit)}",
     ]
     if robot.validation is not None:
-        lines.append(f"On the held-out trajectory without payload: {_residual(robot.validation)}")
-    lines.append(f"On the held-out trajectory with payload (method 4): {_residual(held_out)}")
+        lines.append(f"On the held-out trajectory without payload: {residual_text(robot.validation)}")
+    lines.append(f"On the held-out trajectory with payload (method 4): {residual_text(held_out)}")
     if experiment.disturbances.gain_error:
         gains = " ".join(f"{100.0 * (gain - 1.0):+.1f}" for gain in experiment.errors.gains)
         lines.append(

@@ -44,7 +44,7 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         right.set_xticks(range(len(names)), names, fontsize=8)
         right.grid(visible=True, axis="y", alpha=0.3)
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
     save_figure(figure, path)
 
 

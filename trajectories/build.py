@@ -101,7 +101,8 @@ def build_design(
     """
     shape, goal = shape or ViaPointShape(), goal or Goal()
     bounds = bounds or JointBounds.of(robot)
-    family = _family(robot, bounds, shape, duration, _start(robot, bounds, start))
+    pose = _start(robot, bounds, start)
+    family = _family(robot, bounds, shape, duration, pose)
     names, noise = goal.names(robot), goal.joint_noise(robot)
     criterion = goal.measure(names)
     limits: list[Limit] = [
@@ -125,6 +126,9 @@ def build_design(
     problem = DesignProblem(
         robot, bounds, family, goal, names, criterion, kernel, places, noise, tuple(limits), known
     )
+    for nearest in problem.clearances(pose[None]) if pose is not None else ():
+        if nearest.room < 0.0:
+            raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
 

@@ -15,7 +15,7 @@ from .lagrangian import Multipliers
 from .minimise import minimised
 from .problem import DesignProblem
 from .samples import Plan
-from .score import FINER, Learnt, Score, score_samples
+from .score import Learnt, Score
 from .settle import FINE_WIDTH, WIDTH, eased_within, settled
 
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
@@ -37,7 +37,7 @@ class Step(NamedTuple):
     evaluations: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """The most informative motion that was found.
 
@@ -179,8 +179,3 @@ def _run(search: _Search, draw: np.random.Generator, starts: int) -> None:
 def _rank(score: Score) -> tuple[float, float]:
     """Feasible motions by their value, the others after them by what they miss."""
     return (0.0, score.value) if score.feasible else (score.max_violation, score.value)
-
-
-def score_design(problem: DesignProblem, x: Array) -> Score:
-    """Judge a member of the problem's family on the fine grid."""
-    return score_samples(problem, problem.family.sample(x, FINER))

@@ -13,12 +13,12 @@ from .collision import Clearance
 from .criterion import Criterion
 from .goal import Goal
 from .lagrangian import Multipliers
-from .limits import Limit, Slopes, State, excess
+from .limits import Limit, LimitCheck, Slopes, State, check
 from .observation import RegressorKernel
 from .samples import Family, Samples
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DesignProblem:
     """What ``solve_design`` solves; made by ``build_design``.
 
@@ -53,10 +53,13 @@ class DesignProblem:
 
     def clear(self, poses: Array) -> bool:
         """Whether poses (N, n) keep clear of obstacles and of each other's bodies."""
+        return all(nearest.room >= 0.0 for nearest in self.clearances(poses))
+
+    def clearances(self, poses: Array) -> list[LimitCheck]:
+        """How near poses (N, n) come to what is in the scene."""
         still = np.zeros_like(poses)
         state = State(Samples(np.ones(len(poses)), poses, still, still), np.zeros((0, len(poses))))
-        scenes = (limit for limit in self.limits if isinstance(limit, Clearance))
-        return all(bool((excess(limit, limit.values(state)) <= 0.0).all()) for limit in scenes)
+        return [check(limit, state) for limit in self.limits if isinstance(limit, Clearance)]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.

@@ -13,8 +13,8 @@ from .score import FINER, TOLERANCE, Score, score_samples
 
 WIDTH, FINE_WIDTH = 0.05, 0.01
 """rad/s or m/s: width of the smoothed sign while optimising, and at the end."""
-_SAFETY = 5e-4  # of a limit: stays free on the fine grid
-_ROOM = 1e-4  # of a limit: for what a motion does between the samples of the fine grid
+_SAFETY = 1e-3  # of a limit: stays free on the fine grid
+_ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fine grid
 _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
 
 

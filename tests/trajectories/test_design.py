@@ -1,6 +1,7 @@
 """Designs: exact gradients, limits kept between samples, honest answers where there is no good one."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -28,7 +29,10 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
+from dynident.trajectories.criterion import Kind
+from dynident.trajectories.free_via_points import FreeViaPoints
 from dynident.trajectories.lagrangian import Multipliers
+from dynident.trajectories.samples import Samples
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
@@ -55,12 +59,26 @@ GOALS = {
     "cond-scaled": Goal("cond-scaled"),
     "payload": Goal("cond-scaled", payload_only=True),
 }
-SHAPES = {"via": ViaPointShape(14), "rest": ViaPointShape(14, passing=False), "fourier": FourierShape(5, 10.0)}
+SHAPES: dict[str, ViaPointShape | FourierShape] = {
+    "via": ViaPointShape(14),
+    "rest": ViaPointShape(14, passing=False),
+    "fourier": FourierShape(5, 10.0),
+}
 
 
-def problem(goal: str, shape: str, **others: object) -> DesignProblem:
-    keywords = {"bounds": BOUNDS, "loads": Loads(ROBOT.parameters, PAYLOAD), "scene": SCENE} | others
-    return build_design(ROBOT, SHAPES[shape], GOALS[goal], **keywords)  # type: ignore[arg-type]
+def problem(
+    goal: str,
+    shape: str,
+    *,
+    bounds: JointBounds = BOUNDS,
+    duration: float | None = None,
+    start: Array | None = None,
+) -> DesignProblem:
+    """With torque limits for two loads, and obstacles."""
+    loads = Loads(ROBOT.parameters, PAYLOAD)
+    return build_design(
+        ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
+    )
 
 
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
@@ -74,10 +92,8 @@ def derivative(function: object, x: Array, direction: Array, step: float = 2e-4)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     """With the terms of every limit that bites: joints, torques of two loads, duration and obstacles."""
-    others: dict[str, object] = {"duration": 12.0} if shape != "fourier" else {}
-    if goal == "payload":
-        others["bounds"] = JointBounds.of(ROBOT)
-    task = problem(goal, shape, **others)
+    bounds = JointBounds.of(ROBOT) if goal == "payload" else BOUNDS
+    task = problem(goal, shape, bounds=bounds, duration=None if shape == "fourier" else 12.0)
     draw = np.random.default_rng(0)
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
@@ -91,7 +107,7 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
 
 def test_limits_have_exact_jacobians() -> None:
     task = problem("d", "via", duration=12.0)
-    task = replace(task, family=type(task.family)(ROBOT, BOUNDS, 3, samples=3))  # type: ignore[call-arg]
+    task = replace(task, family=FreeViaPoints(ROBOT, BOUNDS, 3, samples=3))
     draw = np.random.default_rng(1)
     x = task.family.random(draw) + 0.05 * draw.standard_normal(task.family.size)
     J, direction, step = task.constraint_jacobian(x, 0.5), draw.standard_normal(task.family.size), 1e-5
@@ -148,8 +164,6 @@ def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
 def test_predicted_sigma_is_that_of_the_covariance(guarded: Design) -> None:
     task = guarded.problem
     motion = guarded.motion(task.goal.rate)
-    from dynident.trajectories.samples import Samples
-
     W = task.kernel.matrix(Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd))
     W = W[:, task.places] / np.repeat(NOISE, len(motion.t))[:, None]
     sigma = np.sqrt(np.diag(np.linalg.inv(W.T @ W)))
@@ -174,6 +188,14 @@ def test_same_seed_same_motion() -> None:
     assert not np.array_equal(one.motion(50.0).q, other.motion(50.0).q)
 
 
+def test_half_the_speed_if_the_override_says_so() -> None:
+    bounds = JointBounds.of(ROBOT, override=0.5)
+    design = solve_design(build_design(ROBOT, FourierShape(3, 5.0), GOALS["payload"], bounds=bounds), starts=1)
+    fast = np.abs(design.motion(500.0).qd).max(axis=0) / [joint.limits.speed for joint in ROBOT.joints]
+    assert design.feasible
+    assert 0.45 < fast.max() <= 0.5
+
+
 def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
     """What is known well already needs no more of the motion's time."""
     names = tuple(f"{kind}6" for kind in INERTIAL)
@@ -196,13 +218,17 @@ def test_parameters_that_cannot_be_told_apart_are_named() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Goal("e"), "'e' is not one of d, a, cond, cond-scaled"),  # type: ignore[arg-type]
+        (lambda: Goal(cast(Kind, "e")), "'e' is not one of d, a, cond, cond-scaled"),
         (lambda: Goal("a"), "needs reference values"),
         (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
         (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
         (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
         (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
         (lambda: build_design(ROBOT, start=[9.0] * 6), "6 positions within the limits"),
+        (
+            lambda: build_design(ROBOT, start=[0.0, 1.2, 1.2, 0.0, 0.0, 0.0], scene=SCENE),
+            "another start pose: clearance of .* against 0, violated",
+        ),
         (lambda: build_design(ROBOT, FourierShape(), duration=3.0), "stands in its shape"),
         (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
         (
@@ -247,11 +273,13 @@ def test_interrupted_within_an_evaluation(monkeypatch: pytest.MonkeyPatch) -> No
     task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
     calls, true = [0], type(task).evaluate
 
-    def evaluate(self: DesignProblem, *args: object, **named: object) -> object:
+    def evaluate(
+        self: DesignProblem, x: Array, order: float, width: float, limits: Multipliers | None = None
+    ) -> tuple[float, Array]:
         calls[0] += 1
         if calls[0] > 50:
             raise KeyboardInterrupt
-        return true(self, *args, **named)  # type: ignore[arg-type]
+        return true(self, x, order, width, limits)
 
     monkeypatch.setattr(type(task), "evaluate", evaluate)
     design = solve_design(task)
