@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from .arguments import ANSWERED, gains_list, names_list, number, positive, positive_number, robot_argument, whole
 from .design_outputs import output_arguments
-from .design_problem import acceleration_limit, noise_level
+from .design_problem import acceleration_limit, noise_level, torque_list
 
 if TYPE_CHECKING:
-    from ..model import Motion, Robot
+    from ..model import Motion, Recording, Robot
     from ..trajectories import Design, Floor, Score
     from .design_problem import Request
 
@@ -33,6 +33,7 @@ def add_parser(commands: Any) -> None:
     group.add_argument(
         "--evaluate", metavar="LOG", help="judge the motion of a log or of a CSV instead of designing one"
     )
+    group.add_argument("--log-map", metavar="TOML", help="of --evaluate: columns, units and signs of the log")
     group.add_argument("--cutoff", type=positive_number, metavar="HZ", help="of --evaluate: low-pass on positions")
     output_arguments(parser)
     parser.set_defaults(run=run)
@@ -97,7 +98,12 @@ def _limit_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="A1,A2,..",
         help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
     )
-    group.add_argument("--torque-limits", type=gains_list, metavar="T1,T2,..", help="[N·m or N]")
+    group.add_argument(
+        "--torque-limits",
+        type=torque_list,
+        metavar="T1,T2,..",
+        help="[N·m or N], or none: not even those of the robot's file",
+    )
     group.add_argument("--robot-parameters", metavar="JSON", help="of identify: for torques and relative sigma")
     group.add_argument(
         "--heaviest-payload", metavar="KG[@X,Y,Z]|TOML", help="torque limits hold without it and with it"
@@ -107,13 +113,13 @@ def _limit_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model import load_robot
-    from .design_outputs import check_outputs
+    from .design_outputs import check_formats, check_outputs
     from .design_problem import build_request
 
     _check(arguments)
-    check_outputs(arguments, load_robot(arguments.robot))
+    check_outputs(arguments)
     request = build_request(arguments)
+    check_formats(arguments, request.problem.robot)
     if arguments.evaluate:
         return _evaluate(arguments, request)
     return _design(arguments, request)
@@ -123,8 +129,9 @@ def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
     from ..model import InputError
 
-    if arguments.evaluate is None and arguments.cutoff is not None:
-        raise InputError("--cutoff has no effect without --evaluate")
+    for option in ("cutoff", "log_map"):
+        if arguments.evaluate is None and getattr(arguments, option) is not None:
+            raise InputError(f"--{option.replace('_', '-')} has no effect without --evaluate")
     if arguments.data_length is None and arguments.data_from and not (arguments.fourier or arguments.max_duration):
         raise InputError("--data-from needs --data-length: how long will be recorded next?")
 
@@ -194,16 +201,29 @@ def _logged(arguments: argparse.Namespace, robot: Robot) -> Motion:
     from ..estimation import measurement, read_trajectory
     from ..model import InputError, Motion, Recording
 
-    table = read_trajectory(arguments.evaluate, robot)
-    if table.qd is not None and table.qdd is not None:
-        if arguments.cutoff is not None:
-            raise InputError(f"{arguments.evaluate}: has accelerations and is not filtered: leave --cutoff out")
-        return Motion(table.t, table.q, table.qd, table.qdd)
-    recording = Recording(table.t, table.q, np.zeros_like(table.q), table.qd, arguments.evaluate)
+    if arguments.log_map:
+        recording = _mapped(arguments, robot)
+    else:
+        table = read_trajectory(arguments.evaluate, robot)
+        if table.qd is not None and table.qdd is not None:
+            if arguments.cutoff is not None:
+                raise InputError(f"{arguments.evaluate}: has accelerations and is not filtered: leave --cutoff out")
+            return Motion(table.t, table.q, table.qd, table.qdd)
+        recording = Recording(table.t, table.q, np.zeros_like(table.q), table.qd, arguments.evaluate)
     processing = robot.processing
     if arguments.cutoff is not None:
         processing = replace(processing, cutoff=arguments.cutoff)
     return measurement(recording, processing).motion
+
+
+def _mapped(arguments: argparse.Namespace, robot: Robot) -> Recording:
+    """A log as its map says; of currents the motion counts alone, whatever the gains."""
+    from ..estimation import read_log_map, read_recording
+    from ..estimation.logs import holds_currents_only
+
+    log_map = read_log_map(arguments.log_map)
+    currents = holds_currents_only(arguments.evaluate, robot, log_map)
+    return read_recording(arguments.evaluate, robot, (1.0,) * robot.n if currents else None, log_map)
 
 
 def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor:

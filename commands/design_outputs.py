@@ -38,14 +38,13 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def check_outputs(arguments: argparse.Namespace, robot: Robot) -> None:
-    """Refuse before any work is done what could not be written, or would be ignored.
+def check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse options that would be ignored, and folders that are none.
 
     Raises:
         InputError: one line.
     """
     from ..model import InputError
-    from ..report.motions import check_joint_names, check_urscript, check_val3
 
     for option, needs in (
         ("joint_names", ("ros2",)),
@@ -59,16 +58,26 @@ def check_outputs(arguments: argparse.Namespace, robot: Robot) -> None:
         for option in ("csv", "ros2", "val3", "urscript"):
             if getattr(arguments, option):
                 raise InputError(f"--{option} writes a designed motion: leave it out with --evaluate")
+    for option in ("val3", "plots"):
+        folder = getattr(arguments, option)
+        if folder and Path(folder).exists() and not Path(folder).is_dir():
+            raise InputError(f"--{option} {folder!r}: is not a folder")
+
+
+def check_formats(arguments: argparse.Namespace, robot: Robot) -> None:
+    """Refuse what a format has no place for, before the search.
+
+    Raises:
+        InputError: one line.
+    """
+    from ..report.motions import CONTROLLER_RATE, check_joint_names, check_urscript, check_val3
+
     if arguments.ros2:
         check_joint_names(arguments.joint_names or (), robot.n)
     if arguments.val3:
         check_val3(robot, not arguments.fourier, Path(arguments.val3).name)
     if arguments.urscript:
-        check_urscript(robot, arguments.controller_rate or 500.0)
-    for option in ("val3", "plots"):
-        folder = getattr(arguments, option)
-        if folder and Path(folder).exists() and not Path(folder).is_dir():
-            raise InputError(f"--{option} {folder!r}: is not a folder")
+        check_urscript(robot, arguments.controller_rate or CONTROLLER_RATE)
 
 
 def write_motion(arguments: argparse.Namespace, design: Design) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -37,10 +38,11 @@ def build_request(arguments: argparse.Namespace) -> Request:
         InputError: for whatever does not fit; one line.
     """
     from ..estimation.stored import read_stored_robot
-    from ..model import base_parameters, load_robot
+    from ..model import base_parameters
     from ..trajectories import build_design, read_scene
+    from .arguments import chosen_robot
 
-    robot = load_robot(arguments.robot)
+    robot = chosen_robot(arguments)
     known: Mapping[str, float] = {}
     if arguments.robot_parameters:
         stored = read_stored_robot(arguments.robot_parameters)
@@ -102,9 +104,8 @@ def _bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
         given = [arguments.acceleration * joint.limits.speed for joint in robot.joints]
     elif arguments.acceleration is not None:
         given = in_si(arguments.acceleration, robot).tolist()
-    return JointBounds.of(
-        robot, override=arguments.speed_override, acceleration=given, torque=arguments.torque_limits
-    )
+    torque = (math.inf,) * robot.n if arguments.torque_limits == "none" else arguments.torque_limits
+    return JointBounds.of(robot, override=arguments.speed_override, acceleration=given, torque=torque)
 
 
 def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, reference: Mapping[str, float]) -> Goal:
@@ -221,7 +222,7 @@ def _payload(text: str, robot: Robot) -> InertialParameters:
     if not place:
         print(
             f"dynident: note: --heaviest-payload {text} is taken as a point at the origin of "
-            f"{robot.payload_frame}: give kg@x,y,z or a TOML file to put it where it hangs",
+            "the last link's frame: give kg@x,y,z or a TOML file to put it where it hangs",
             file=sys.stderr,
         )
     return InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))
@@ -240,6 +241,13 @@ def acceleration_limit(text: str) -> Any:
             raise argparse.ArgumentTypeError(f"{text!r} is not a factor such as 3x")
         return factor
     return gains_list(text)
+
+
+def torque_list(text: str) -> tuple[float, ...] | str:
+    """ "none"; or a number per joint."""
+    from .arguments import gains_list
+
+    return text if text == "none" else gains_list(text)
 
 
 def noise_level(text: str) -> Any:

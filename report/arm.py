@@ -9,13 +9,12 @@ from itertools import count
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
-import casadi as ca
 import numpy as np
 
-from ..model import Robot
+from ..model import Robot, frames_at
 from ..model.arrays import Array
-from ..model.kinematics import joint_transform
 from ..trajectories.samples import Plan
+from .drawing import outline
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,18 +26,17 @@ _VIEWS = (("side view (x, z)", (0, 2)), ("from above (x, y)", (0, 1)))
 
 
 def arm_points(robot: Robot, q: Array) -> Array:
-    """Points of the stick figure in frame 0 [m], (N, n + 3, 3): foot, origin, the frames' origins, a tool's end.
+    """Points of the stick figure in the base's axes [m], (N, 2 n + 5, 3): foot, ``outline``, the end of a tool.
 
-    The lines of foot and tool are drawn, not measured: a description holds neither.
+    Foot and tool are drawn, not measured: a description holds neither.
     """
-    outputs, joints = _frames(robot)
-    found = np.array([outputs(pose).full().reshape(joints + 2, 3) for pose in np.atleast_2d(q)])
-    origins, axis = found[:, :-1], found[:, -1]
-    reach = _reach(robot)
-    still = np.zeros((len(origins), 1, 3))
-    foot = still - np.array([0.0, 0.0, _FOOT * reach])
-    tool = origins[:, -1:] + _TOOL * reach * axis[:, None]
-    return np.concatenate([foot, origins, tool], axis=1)
+    reach, lines = _reach(robot), []
+    for pose in np.atleast_2d(q):
+        arm = outline(robot, pose.tolist())
+        foot = arm[0] - [0.0, 0.0, _FOOT * reach]
+        tool = arm[-1] + _TOOL * reach * frames_at(robot, pose.tolist())[-1].R[:, 2]
+        lines.append(np.vstack([foot, arm, tool]))
+    return np.array(lines)
 
 
 def arm_animation(robot: Robot, plan: Plan, identifier: str = "arm") -> str:
@@ -122,18 +120,6 @@ def _view(points: Array, half: float, left: float, name: str, duration: float) -
 
 def _points(line: Array) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in line)
-
-
-def _frames(robot: Robot) -> tuple[ca.Function, int]:
-    """Origins of frames 0 to n and the last z axis, one below the other."""
-    q = ca.SX.sym("q", robot.n)
-    R, p = ca.SX.eye(3), ca.SX([0, 0, 0])
-    rows = [p]
-    for j, joint in enumerate(robot.joints):
-        rotation, origin = joint_transform(joint, q[j])
-        R, p = R @ rotation, p + R @ origin
-        rows.append(p)
-    return ca.Function("frames", [q], [ca.vertcat(*rows, R[:, 2])]), robot.n
 
 
 def _reach(robot: Robot) -> float:

@@ -251,7 +251,8 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 def test_data_from_earlier_recordings(run: Run, tmp_path: Path, identified: dict[str, str]) -> None:
     """NPZ and JSON hold the same information; with it less is left to learn."""
-    target, found = tmp_path / "m.json", {}
+    target = tmp_path / "m.json"
+    found: dict[str, dict[str, Any]] = {}
     shape = ("--fourier", "2", "--duration", "4", "--starts", "1")
     for name, options in {
         "npz": ("--data-from", identified["npz"]),

@@ -93,7 +93,7 @@ def urscript(text: str) -> UrProgram:
             known += r'|popup\("[^"]*", title="dynident", error=True, blocking=True\)|dynident_motion\(\)'
             assert re.fullmatch(known, line), line
     assert len(set(steps)) == 1
-    return UrProgram(first, moves, limits, Read(np.arange(len(q)) * steps[0], np.array(q)))
+    return UrProgram(first, moves, limits, Read(np.array([k * steps[0] for k in range(len(q))]), np.array(q)))
 
 
 class Val3(NamedTuple):
