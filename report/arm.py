@@ -5,7 +5,6 @@ The animation is SMIL, which browsers play without a script. Seen from the side 
 
 from __future__ import annotations
 
-from itertools import count
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
 _FRAMES = 12.0  # per second
 _SIZE, _GAP = 260, 20  # px: of a view, and between views
+_STILL = 0.1  # px: a joint that moves less, or lies so near to the one before, is not drawn
 _TOOL, _FOOT = 0.12, 0.3  # of the reach: line along the last joint's z, and down to the floor
 _VIEWS = (("side view (x, z)", (0, 2)), ("from above (x, y)", (0, 1)))
 
@@ -71,7 +71,7 @@ def arm_strip(robot: Robot, plan: Plan, poses: int = 8) -> Figure:
     times = np.linspace(0.0, plan.duration, poses)
     still = arm_points(robot, plan.at(times)[0])
     path = arm_points(robot, plan.at(np.linspace(0.0, plan.duration, 400))[0])[:, -1]
-    half = float(np.abs(still).max()) * 1.1
+    half = 1.1 * float(max(np.abs(still).max(), np.abs(path).max()))
     figure = Figure(figsize=(1.45 * poses, 3.4), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, poses, sharex=True, sharey=True, squeeze=False)
@@ -106,11 +106,12 @@ def _view(points: Array, half: float, left: float, name: str, duration: float) -
         'stroke-linejoin="round" stroke-linecap="round">',
         f'<animate attributeName="points" {moves} values="{";".join(poses)}"/></polyline>',
     ]
-    for k, track in zip(count(), xy.transpose(1, 0, 2), strict=False):
-        if np.ptp(track, axis=0).max() > 0.0:
+    tracks = xy.transpose(1, 0, 2)
+    for k, track in enumerate(tracks):
+        if np.ptp(track, axis=0).max() > _STILL and (k == 0 or np.abs(track - tracks[k - 1]).max() > _STILL):
             x, y = (";".join(f"{value:.1f}" for value in track[:, axis]) for axis in (0, 1))
             lines += [
-                f'<circle cx="{track[0, 0]:.1f}" cy="{track[0, 1]:.1f}" r="{3 if k < len(xy[0]) - 1 else 5}" '
+                f'<circle cx="{track[0, 0]:.1f}" cy="{track[0, 1]:.1f}" r="{3 if k < len(tracks) - 1 else 5}" '
                 'fill="white" stroke="currentColor" stroke-width="1.5">',
                 f'<animate attributeName="cx" {moves} values="{x}"/>',
                 f'<animate attributeName="cy" {moves} values="{y}"/></circle>',
