@@ -146,6 +146,22 @@ def positive(text: str) -> int:
     return int(text)
 
 
+def number(text: str) -> float:
+    """Any number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def share(text: str) -> float:
+    """A number from 0 to below 1."""
+    value = number(text)
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a share from 0 to below 1")
+    return value
+
+
 def gains_or_file(text: str) -> tuple[float, ...] | str:
     """Numbers separated by commas, or the path of a JSON file."""
     return text if text.lower().endswith(".json") else gains_list(text)
@@ -196,6 +212,22 @@ def gains_list(text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
+
+
+def names_list(text: str) -> tuple[str, ...]:
+    """Names separated by commas."""
+    names = tuple(part.strip() for part in text.split(","))
+    if not all(names) or len(set(names)) != len(names):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different names separated by commas")
+    return names
+
+
+def positive_number(text: str) -> float:
+    """A number above 0."""
+    value = number(text)
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
 
 
 def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
