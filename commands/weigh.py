@@ -24,18 +24,18 @@ def add_parser(commands: Any) -> None:
         "--loaded",
         action="append",
         required=True,
-        metavar="CSV",
+        metavar="LOG",
         help="the motion with the payload; give it again for repeated recordings, in the order they were made",
     )
     parser.add_argument(
         "--unloaded",
         action="append",
         default=[],
-        metavar="CSV",
+        metavar="LOG",
         help="the same motion without it: one for all of --loaded, or one for each",
     )
     parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify', instead")
-    parser.add_argument("--joints", type=joint_list, metavar="J1,J2,..", help="that move; seen by default")
+    parser.add_argument("--moving", type=joint_list, metavar="J1,J2,..", help="joints that move; seen by default")
     parser.add_argument(
         "--inertia", metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
     )
@@ -73,10 +73,11 @@ def run(arguments: argparse.Namespace) -> int:
 
     if not arguments.unloaded and not arguments.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
-    constraints, gains = constraints_of(arguments), gain_errors_of(arguments)
+    constraints = constraints_of(arguments)
     stand_in = StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
+    gains = gain_errors_of(arguments)
     with Console(stderr=True).status("reading") as status:
         problem, others = _problems(arguments, robot, processing, stored, status.update)
         status.update("estimating")
@@ -114,14 +115,14 @@ def _problems(
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     from ..estimation import difference_weighing, known_robot_weighing
 
-    told = set(robot.snapped)
-    loaded = read_recordings(arguments.loaded, robot, arguments.drive_gains, told)
-    unloaded = read_recordings(arguments.unloaded, robot, arguments.drive_gains, told)
+    told = set[str]()
+    loaded = read_recordings(arguments.loaded, robot, arguments.drive_gains, told, arguments)
+    unloaded = read_recordings(arguments.unloaded, robot, arguments.drive_gains, told, arguments)
     problems = []
     if unloaded:
-        problems.append(difference_weighing(robot, loaded, unloaded, processing, arguments.joints, progress))
+        problems.append(difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress))
     if stored is not None:
         problems.append(
-            known_robot_weighing(robot, loaded, stored.estimate, processing, arguments.joints, progress)
+            known_robot_weighing(robot, loaded, stored.estimate, processing, arguments.moving, progress)
         )
     return problems[0], problems[1:]

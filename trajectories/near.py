@@ -1,12 +1,12 @@
 """Designs a short motion near a pose that tells a payload, and what it will tell."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..model import (
-    BaseParameters,
     InertialParameters,
     InputError,
     PayloadVisibility,
@@ -63,6 +63,8 @@ class NearRequest:
         second: another pose at which the motion is done again [rad or m], shape (n,).
         bounds: limits of the joints; the description's if None.
         scene: what must keep clear.
+        parameters: of the robot by name, for its torque limits; the description's if None. Without either the
+            torque limits are not kept, and ``torque_limited`` says so.
     """
 
     robot: Robot
@@ -77,6 +79,7 @@ class NearRequest:
     second: Array | None = None
     bounds: JointBounds | None = None
     scene: Scene | None = None
+    parameters: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be moved."""
@@ -101,6 +104,19 @@ class NearRequest:
     def poses(self) -> Array:
         """One pose, or two, poses x n."""
         return np.array([self.pose] if self.second is None else [self.pose, self.second], dtype=float)
+
+    @cached_property
+    def loads(self) -> Loads | None:
+        """What the torques are computed from; None where the limits or the robot's parameters are not known."""
+        known = self.robot.parameters if self.parameters is None else self.parameters
+        if not known or not np.isfinite(self.limits.torque).any():
+            return None
+        return Loads(known, self.expected)
+
+    @property
+    def torque_limited(self) -> bool:
+        """Whether the motion keeps torque limits."""
+        return self.loads is not None
 
     @property
     def visibility(self) -> PayloadVisibility:
@@ -175,7 +191,8 @@ def near_problem(request: NearRequest, visibility: PayloadVisibility) -> DesignP
     """The design problem of a request."""
     robot, moving = request.robot.with_offsets(True), [joint - 1 for joint in request.joints]
     bounds, family = request.limits, _family(request)
-    base = _limiting_base(request)
+    loads = request.loads
+    base = base_parameters(request.robot) if loads is not None else None
     wanted = (*payload_columns(robot), *friction_columns(robot))
     kernel = regressor_kernel(robot, regressor_columns(robot, wanted, base))
     limits: list[Limit] = [
@@ -184,7 +201,6 @@ def near_problem(request: NearRequest, visibility: PayloadVisibility) -> DesignP
         StateLimit("acceleration", -bounds.acceleration, bounds.acceleration),
     ]
     if base is not None:
-        loads = Loads(robot.parameters, request.expected)
         cases = load_coefficients(request.robot, base, kernel.columns, loads)
         limits += [TorqueLimit(kernel, chi, bounds.torque, load) for load, chi in cases.items()]
     if request.scene is not None:
@@ -217,14 +233,6 @@ def near_problem(request: NearRequest, visibility: PayloadVisibility) -> DesignP
     return DesignProblem(
         robot, bounds, family, goal, names, goal.measure(names), kernel, places, noise, tuple(limits), scale
     )
-
-
-def _limiting_base(request: NearRequest) -> BaseParameters | None:
-    """Base parameters by which torque limits are kept; None where the description has no limits or parameters."""
-    if not np.isfinite(request.limits.torque).any():
-        return None
-    base = base_parameters(request.robot)
-    return base if all(name in request.robot.parameters for name in base.standard) else None
 
 
 def spread_of(request: NearRequest, motion: NearMotion) -> PayloadSpread:

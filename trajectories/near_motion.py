@@ -58,18 +58,21 @@ class NearMotion:
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
         t = np.arange(int(self.duration * rate * (1.0 + 1e-12)) + 1) / rate
-        stay = self.repeats * self.period
-        place = np.minimum((t / (stay + self.transfer)).astype(int), len(self.poses) - 1)
+        return Motion(t, *self.at(t))
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the end."""
+        t = np.clip(t, 0.0, self.duration)
+        stay, count = self.repeats * self.period, len(self.poses)
+        place = np.minimum((t / (stay + self.transfer)).astype(int), count - 1)
         own = t - place * (stay + self.transfer)
         q, qd, qdd = (np.empty((len(t), self.poses.shape[1])) for _ in range(3))
         for p, pose in enumerate(self.poses):
-            here = (place == p) & (own <= stay)
+            here, away = (place == p) & (own <= stay), (place == p) & (own > stay)
             q[here], qd[here], qdd[here] = self._series(p, own[here])
-            away = (place == p) & (own > stay)
-            q[away], qd[away], qdd[away] = self._transfer(
-                pose, self.poses[(p + 1) % len(self.poses)], own[away] - stay
-            )
-        return Motion(t, q, qd, qdd)
+            to = self.poses[(p + 1) % count]
+            q[away], qd[away], qdd[away] = self._transfer(pose, to, np.minimum(own[away] - stay, self.transfer))
+        return q, qd, qdd
 
     def slowed(self, speed: float) -> "NearMotion":
         """The same way once, at a fraction of the speed: to be watched before the real run."""
@@ -83,7 +86,9 @@ class NearMotion:
         return self.poses[p] + (B - first) @ c, Bd @ c, Bdd @ c
 
     def _transfer(self, start: Array, end: Array, t: Array) -> tuple[Array, Array, Array]:
-        B, Bd, Bdd = (b[:, -1:] for b in quintic_basis(t / max(self.transfer, 1e-300)))
+        if self.transfer == 0.0:
+            return np.tile(start, (len(t), 1)), np.zeros((len(t), len(start))), np.zeros((len(t), len(start)))
+        B, Bd, Bdd = (b[:, -1:] for b in quintic_basis(t / self.transfer))
         way = (end - start)[None]
         return start + B * way, Bd * way / self.transfer, Bdd * way / self.transfer**2
 
