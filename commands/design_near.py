@@ -195,7 +195,7 @@ def _noise(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds) -> 
             f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give --torque-noise"
         )
     print(
-        f"dynident: note: no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz is assumed",
+        f"dynident: note: no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed",
         file=sys.stderr,
     )
     return _NOISE * limits, _NOISE_RATE

@@ -39,7 +39,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--inertia", metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
     )
-    parser.add_argument("--details", action="store_true", help="the second page: parameters, joints, condition numbers")
+    parser.add_argument(
+        "--details", action="store_true", help="the second page: parameters, joints, condition numbers"
+    )
     parser.add_argument(
         "--max-mismatch", type=float, metavar="RAD", help="largest difference of position with and without payload"
     )

@@ -153,7 +153,7 @@ def payload_visibility(
 
 
 def friction_columns(robot: Robot) -> tuple[str, ...]:
-    """Names of constant torques and Coulomb friction, of the robot ``with_offsets(True)``: what changes by the day."""
+    """Constant torques and Coulomb friction, of the robot ``with_offsets(True)``: what changes by the day."""
     names = standard_columns(robot.with_offsets(True))
     return tuple(name for name in names if parameter_kind(name) in ("OFF", "FS", "FSM"))
 

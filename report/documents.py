@@ -162,6 +162,7 @@ def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
 
 
 def free_estimate_document(result: PayloadEstimate) -> Document:
+    """A method's own estimate."""
     estimate, body = result.estimate, result.body
     return {
         "method": result.method,
@@ -185,6 +186,7 @@ def free_estimate_document(result: PayloadEstimate) -> Document:
 
 
 def constrained_estimate_document(payload: ConstrainedPayload) -> Document:
+    """The payload that can exist, with intervals."""
     free, result, intervals = payload.free.estimate, payload.result, payload.intervals
     p_values = {id(one.constraint): one.p_value for one in payload.tested}
     return {

@@ -41,7 +41,9 @@ def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Tab
 def near_notes(found: NearDesign) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
     motion, request = found.motion, found.request
-    two = f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
+    two = (
+        f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
+    )
     lines = [
         f"{motion.duration:.1f} s: {motion.repeats} periods of {motion.period:.2f} s{two}; "
         f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s.",

@@ -73,7 +73,7 @@ def repeat_notes(answer: WeighAnswer) -> list[str]:
     repeats = answer.repeats
     if repeats is None:
         return []
-    k, masses, sigmas = repeats.seen
+    _, masses, sigmas = repeats.seen
     each = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(masses, sigmas, strict=True))
     lines = [f"{len(repeats.masses)} recordings, each alone [kg]: {each}; spread {repeats.spread:.2g} kg."]
     if repeats.drift is not None:
@@ -81,7 +81,9 @@ def repeat_notes(answer: WeighAnswer) -> list[str]:
         told = "a drift" if repeats.drifts else "no clear drift"
         lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {told}.")
     if repeats.excess > 1.0:
-        lines.append(f"They scatter {repeats.excess:.2g} times as much as each says: all intervals are widened by that.")
+        lines.append(
+            f"They scatter {repeats.excess:.2g} times as much as each says: all intervals are widened by that."
+        )
     return lines
 
 
@@ -109,11 +111,13 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     """Condition numbers, residuals, chi-squared: the second page."""
     problem, found = answer.problem, answer.found
     raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
-    joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in found.estimate.fit.relative_per_joint)
+    joints = " ".join(
+        "-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in found.estimate.fit.relative_per_joint
+    )
     robust = found.estimate.robust
     lines = [
-        f"Joints {', '.join(map(str, problem.joints))} move; {problem.problem.equations} equations, condition number "
-        f"{raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
+        f"Joints {', '.join(map(str, problem.joints))} move; {problem.problem.equations} equations, condition "
+        f"number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Relative residual of the payload's torque, constant and Coulomb torque taken out: "
         f"{100 * found.estimate.fit.relative:.1f} % (joints {joints} %).",
     ]
@@ -126,7 +130,9 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
         lines.append(f"Visible only as a sum: {sums}.")
     if answer.constrained is not None:
         result = answer.constrained.result
-        lines.append(f"Nearest payload that can exist: chi2 rises by {result.chi2_rise:.3g} (p {result.p_value:.2g}).")
+        lines.append(
+            f"Nearest payload that can exist: chi2 rises by {result.chi2_rise:.3g} (p {result.p_value:.2g})."
+        )
     for pair in problem.pairs:
         lines.append(
             f"Aligned by {pair.lag:.4f} s; positions then differ by at most {1e3 * pair.max_mismatch:.2f} mrad."

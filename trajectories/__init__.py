@@ -21,10 +21,10 @@ from .goal import Earlier, Goal
 from .integrator import Ripple
 from .limits import LimitCheck
 from .load import load_torques
-from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .near import NearDesign, NearRequest, check_mass_visible, design_near, second_pose
 from .near_motion import NearMotion
 from .near_prediction import predicted_spread
+from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory
 from .scene_file import read_scene

@@ -121,7 +121,7 @@ class NearRequest:
     @property
     def visibility(self) -> PayloadVisibility:
         """What torques near the poses will show, before any motion."""
-        return payload_visibility(self.robot, self.poses, self.joints, self.ranges.tolist())
+        return payload_visibility(self.robot, list(self.poses), self.joints, self.ranges.tolist())
 
 
 @dataclass(frozen=True, eq=False)

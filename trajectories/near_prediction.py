@@ -66,4 +66,4 @@ def _covariance(W: Array, chosen: tuple[int, ...], mass_sigma: float | None) -> 
     R = np.asarray(np.linalg.qr(W, mode="r"))
     size = np.linalg.norm(R, axis=0)
     inverse = np.linalg.inv(R / size) / size[:, None]
-    return inverse @ inverse.T
+    return np.asarray(inverse @ inverse.T)

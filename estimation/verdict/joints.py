@@ -36,12 +36,12 @@ class JointReading(NamedTuple):
 
 
 def worst_joint(found: ByJoints, mass: float) -> JointReading | None:
-    """The joint that agrees least with the answer's mass [kg] or with the other joints; None where none can tell."""
+    """The joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
     readings = [
         JointReading(
             one.joint,
             abs(one.share - 1.0) / one.sigma,
-            f"joint {one.joint} shows {one.share:.3f} ± {one.sigma:.2g} times what the others' payload demands there",
+            f"joint {one.joint} shows {one.share:.3f} ± {one.sigma:.2g} times what the others demand there",
         )
         for one in found.shares
         if one.share is not None

@@ -1,6 +1,7 @@
 """A payload from a short motion of a few joints near a pose."""
 
 from .answer import Agreement, WeighAnswer, answer_weighing
+from .following import Change, Following, FollowingChange, following_change, read_following
 from .judge import USABLE, Judged
 from .problem import WeighProblem, difference_weighing, known_robot_weighing
 from .repeats import Repeats
@@ -11,6 +12,9 @@ from .stand_in import StandIn
 __all__ = [
     "USABLE",
     "Agreement",
+    "Change",
+    "Following",
+    "FollowingChange",
     "Judged",
     "Repeats",
     "Run",
@@ -20,7 +24,9 @@ __all__ = [
     "WeighProblem",
     "answer_weighing",
     "difference_weighing",
+    "following_change",
     "known_robot_weighing",
+    "read_following",
     "solve_weighing",
     "weigh_by_joints",
 ]

@@ -173,7 +173,9 @@ def answer_weighing(
     judged = {
         "mass": judge_mass(ten[9], spread, found.from_scale),
         "centre of mass": judge_com(ten, spread),
-        "inertia": judge_inertia(np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), spread),
+        "inertia": judge_inertia(
+            np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), spread
+        ),
     }
     verdict = verdict_of(model, found.from_scale, constrained, judged, by_joints, repeats, agreement)
     answer = WeighAnswer(

@@ -73,8 +73,8 @@ def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
         return Judged("use")
     return Judged(
         "not measured well enough",
-        f"1 sigma of {', '.join(vague)}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist faster, or "
-        "give its size by --inertia",
+        f"1 sigma of {', '.join(vague)}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist faster, "
+        "or give its size by --inertia",
     )
 
 
@@ -87,5 +87,3 @@ def with_scale(values: Array, covariance: Array, places: tuple[int, ...], sigma:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share < 10.0 else "more than tenfold its size"
-
-

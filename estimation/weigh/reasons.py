@@ -100,12 +100,17 @@ def _conflicts(payload: ConstrainedPayload | None) -> list[Reason]:
     if not told and payload.conflict:
         told.append(f"what is known beforehand contradicts the torques (p {payload.p_value:.1g})")
     held = [one for one in payload.tested if not isinstance(one.constraint, PossibleBody) and not one.conflict]
-    at = [against_inertia(f"the answer is held at a bound that was given: {one.constraint.description}") for one in held]
+    at = [
+        against_inertia(f"the answer is held at a bound that was given: {one.constraint.description}")
+        for one in held
+    ]
     return [*map(against_all, told), *at]
 
 
 def _ways(mass: float, agreement: "Sequence[Agreement]") -> list[Reason]:
-    off = [way for way in agreement if way.name != "friction not freed" and abs(way.mass - mass) > _APART * abs(mass)]
+    off = [
+        way for way in agreement if way.name != "friction not freed" and abs(way.mass - mass) > _APART * abs(mass)
+    ]
     return [against_all(f"by the {way.name} the mass is {way.mass:.4g} kg, not {mass:.4g} kg") for way in off]
 
 

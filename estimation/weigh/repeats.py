@@ -1,6 +1,5 @@
 """Several recordings of one payload: their spread, their drift, and what both mean for the common answer."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from ...model import InputError
 from ..constraints import KnownMass
 from ..estimate import Estimate
-from ..names import PAYLOAD
 from ..payload.constrained import error_model
 from ..robust import student95
 from ..scaling import rise_p_value
@@ -124,5 +122,3 @@ def widened(found: WeighEstimate, factor: float) -> WeighEstimate:
         robust = replace(robust, covariance=robust.covariance * factor**2)
     estimate = replace(estimate, covariance=estimate.covariance * factor**2, robust=robust)
     return replace(found, estimate=estimate)
-
-
