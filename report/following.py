@@ -29,7 +29,7 @@ def following_notes(found: FollowingChange) -> list[str]:
     low, high = (100 * x for x in total.interval)
     if found.kind == "torque":
         return [
-            "The logs hold neither qref1.. (commanded positions) nor tauref1.. (torque that the controller predicts): "
+            "The logs hold neither qref1.. (positions commanded) nor tauref1.. (torque it expects): "
             "the torque itself is compared, which says nothing about the number entered, for the same motion needs "
             "the same torque. Log one of them to verify.",
             f"Torque changed by {-100 * total.fall:+.1f} % ({-high:+.1f} to {-low:+.1f} %).",

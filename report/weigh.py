@@ -111,15 +111,14 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     """Condition numbers, residuals, chi-squared: the second page."""
     problem, found = answer.problem, answer.found
     raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
-    joints = " ".join(
-        "-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in found.estimate.fit.relative_per_joint
-    )
+    shares = found.unexplained(problem.torque_rms)
+    joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in shares)
     robust = found.estimate.robust
     lines = [
         f"Joints {', '.join(map(str, problem.joints))} move; {problem.problem.equations} equations, condition "
         f"number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
-        f"Relative residual of the payload's torque, constant and Coulomb torque taken out: "
-        f"{100 * found.estimate.fit.relative:.1f} % (joints {joints} %).",
+        f"Not explained: {joints} % of the joints' torque, {100 * found.estimate.fit.relative:.1f} % of the "
+        "payload's own.",
     ]
     if robust is not None:
         lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")

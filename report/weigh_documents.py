@@ -10,7 +10,7 @@ from ..estimation import PayloadEstimate, WeighAnswer
 from ..model import INERTIAL, PayloadVisibility, Processing
 from ..model.arrays import Array
 from .by_joints import mass_by_joints_document
-from .documents import constrained_estimate_document, free_estimate_document, processing_document, residual_document
+from .documents import constrained_estimate_document, free_estimate_document, processing_document
 
 Document = dict[str, Any]
 
@@ -29,7 +29,11 @@ def weigh_document(answer: WeighAnswer, processing: Processing, drive_gains: Seq
         "frame": problem.robot.payload_frame,
         "joints": list(problem.joints),
         "processing": processing_document(problem.robot, processing, drive_gains),
-        "relative_residual": {**residual_document(found.estimate.fit), "validation": None},
+        "relative_residual": {
+            "all": found.estimate.fit.relative,
+            "per_joint": found.unexplained(problem.torque_rms),
+            "validation": None,
+        },
         "data": {
             "equations": problem.problem.equations,
             "rate_hz": problem.rate,

@@ -177,7 +177,8 @@ def answer_weighing(
             np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), spread
         ),
     }
-    verdict = verdict_of(model, found.from_scale, constrained, judged, by_joints, repeats, agreement)
+    unexplained = found.unexplained(problem.torque_rms)
+    verdict = verdict_of(model, unexplained, found.from_scale, constrained, judged, by_joints, repeats, agreement)
     answer = WeighAnswer(
         problem, found, model, constrained, scale, gains, spread, judged, agreement, by_joints, repeats, verdict
     )

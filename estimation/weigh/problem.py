@@ -17,13 +17,14 @@ from ...model import (
     base_parameters,
     visibility_of,
 )
+from ...model.arrays import Array
 from ..alignment import AlignedPair, aligned
 from ..blocks import block_edges, block_length, cut
 from ..estimate import Estimate
 from ..filtering import measurement
 from ..identification import check_lengths
 from ..names import PAYLOAD
-from ..observation import Observation
+from ..observation import Mask, Observation
 from ..payload.equations import torque_change
 from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem, merged
@@ -45,6 +46,7 @@ class WeighProblem:
         block_length: shortest length of a block [s].
         pairs: how recordings with and without payload were aligned.
         rate: at which the first recording was processed [Hz].
+        torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
     """
 
     robot: Robot
@@ -55,6 +57,7 @@ class WeighProblem:
     block_length: float
     pairs: tuple[AlignedPair, ...]
     rate: float
+    torque_rms: Array
 
     @cached_property
     def problem(self) -> ReducedProblem:
@@ -109,13 +112,15 @@ def difference_weighing(
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = _moving([both[1] for both in measured], processing, joints, robot)
     observer = run_observer(robot, None)
-    observations = []
+    observations, masks = [], []
     for before, after in measured:
         a, b = at_rest(before, moving), at_rest(after, moving)
         keep = used_rows(b.motion, moving, processing) & used_rows(a.motion, moving, processing)
         observations.append(observer.observe_rows(torque_change(robot, a, b), keep, processing.decimate))
+        masks.append(keep)
     runs, length = _runs([pair.loaded.source for pair in pairs], observations)
-    return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate)
+    rms = _torque_rms([both[1] for both in measured], masks)
+    return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
 
 
 def known_robot_weighing(
@@ -149,12 +154,13 @@ def known_robot_weighing(
     moving = _moving(measured, processing, joints, robot)
     observer = run_observer(robot, base)
     still = [at_rest(data, moving) for data in measured]
+    masks = [used_rows(data.motion, moving, processing) for data in still]
     observations = [
-        observer.observe_rows(data, used_rows(data.motion, moving, processing), processing.decimate)
-        for data in still
+        observer.observe_rows(data, keep, processing.decimate) for data, keep in zip(still, masks, strict=True)
     ]
     runs, length = _runs([recording.source for recording in loaded], observations)
-    return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate)
+    rms = _torque_rms(still, masks)
+    return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
 
 
 def _runs(sources: Sequence[str], observations: Sequence[Observation]) -> tuple[tuple[Run, ...], float]:
@@ -166,6 +172,15 @@ def _runs(sources: Sequence[str], observations: Sequence[Observation]) -> tuple[
         Run(source, tuple(cut(recording, block_edges(recording, length))))
         for source, recording in zip(sources, observations, strict=True)
     ), length
+
+
+def _torque_rms(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:
+    """Of each joint over the rows that are used; 0 where there are none."""
+    squares = sum(
+        np.where(keep, data.torque**2, 0.0).sum(axis=0) for data, keep in zip(measured, masks, strict=True)
+    )
+    rows = sum(keep.sum(axis=0) for keep in masks)
+    return np.asarray(np.sqrt(squares / np.maximum(rows, 1)))
 
 
 def _moving(

@@ -4,15 +4,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ...model.arrays import Array
 from ..constraints import PossibleBody
 from ..estimate import Estimate
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..robust import student95
-from ..verdict import Level, Reason, Verdict, fit_reasons
+from ..verdict import Level, Reason, Verdict
 from ..verdict.joints import by_joints_reasons
 from ..verdict.mass import SIGMAS
 from ..verdict.reasons import against_all, against_inertia
+from ..verdict.residual import JOINT_RESIDUAL
 from .judge import Judged
 from .repeats import Repeats
 
@@ -25,6 +29,7 @@ _APART = 0.05
 
 def verdict_of(
     model: Estimate,
+    unexplained: Array,
     from_scale: bool,
     constrained: ConstrainedPayload | None,
     judged: dict[str, Judged],
@@ -36,6 +41,7 @@ def verdict_of(
 
     Args:
         model: the free estimate with the covariance of its errors.
+        unexplained: each joint's error over its torque, nan for held ones.
         from_scale: whether the mass is the scale's.
         constrained: the payload that can exist, where all ten are determined.
         judged: quantity by quantity.
@@ -46,7 +52,7 @@ def verdict_of(
     mass, k = model["M_L"], model.names.index("M_L")
     found = [against_all(f"mass: {judged['mass'].why}")] if judged["mass"].use == "not measured well enough" else []
     found += _sign(mass, float(model.sigma[k]), from_scale)
-    found += [against_all(text) for text in fit_reasons(model.fit, "the payload's model")]
+    found += _unexplained(unexplained)
     found += by_joints_reasons(_allowing(by_joints), mass)
     found += _conflicts(constrained)
     found += _ways(mass, agreement)
@@ -60,6 +66,19 @@ def verdict_of(
         level = "do_not_use" if any(one.against == "everything" for one in found) else "mass_and_com_only"
     told = sorted(found, key=lambda one: one.against != "everything")
     return Verdict(level, tuple(dict.fromkeys(one.text for one in told)))
+
+
+def _unexplained(shares: Array) -> list[Reason]:
+    """Torque that neither payload, friction nor the recording without payload explain."""
+    joints = [j for j, share in enumerate(shares, 1) if share > JOINT_RESIDUAL]
+    if not joints:
+        return []
+    return [
+        against_all(
+            f"up to {100 * np.nanmax(shares):.0f} % of the torque of joint {', '.join(map(str, joints))} is not "
+            "explained: check its sign, unit and drive gain, and that both recordings are of one motion"
+        )
+    ]
 
 
 def _allowing(by_joints: ByJoints) -> ByJoints:

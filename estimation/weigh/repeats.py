@@ -97,6 +97,7 @@ def repeats_of(problem: WeighProblem, scale: KnownMass | None) -> Repeats | None
             problem.block_length,
             (),
             problem.rate,
+            problem.torque_rms,
         )
         mass, sigma = float("nan"), float("nan")
         try:

@@ -36,6 +36,12 @@ class WeighEstimate:
     without_robust: str
     from_scale: bool
 
+    def unexplained(self, torque_rms: Array) -> Array:
+        """Each joint's error over its torque with payload (rms), shape (n,); nan for joints that were held."""
+        rows = np.array(self.estimate.fit.rows, dtype=float)
+        torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
+        return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
+
     @property
     def complete(self) -> bool:
         """Whether all ten are determined."""
