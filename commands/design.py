@@ -137,13 +137,15 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _design(arguments: argparse.Namespace, request: Request) -> int:
-    from .design_outputs import figure_motion, write_motion, write_plots
+    from .design_outputs import figure_motion, replayed, write_motion, write_plots
 
     design = _solved(arguments, request)
     floor = _floor(arguments, request, design.score) if arguments.bound else None
-    _print(request, design.score, f"Motion of {request.problem.robot.title or request.problem.robot.name}", floor)
+    replay = replayed(design) if arguments.val3 else None
+    title = f"Motion of {request.problem.robot.title or request.problem.robot.name}"
+    _print(request, design.score, title, floor, replay)
     write_motion(arguments, design)
-    _write_json(arguments, request, design.score, floor, design)
+    _write_json(arguments, request, design.score, floor, design, replay)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, design.score, design, figure_motion(design))
     return ANSWERED
@@ -186,7 +188,7 @@ def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
     score = score_motion(request.problem, motion)
     floor = _floor(arguments, request, score) if arguments.bound else None
     _print(request, score, f"Motion of {arguments.evaluate}", floor)
-    _write_json(arguments, request, score, floor, None)
+    _write_json(arguments, request, score, floor)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, score, None, motion)
     return ANSWERED
@@ -235,8 +237,8 @@ def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Flo
         return floor_under(request.problem, score.value, seed=arguments.seed)
 
 
-def _print(request: Request, score: Score, title: str, floor: Floor | None) -> None:
-    from ..report.design_results import criterion_text, floor_note, score_table, sigma_table
+def _print(request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None) -> None:
+    from ..report.design_results import criterion_text, floor_note, replay_note, score_table, sigma_table
     from ..report.tables import console
 
     sigmas = sigma_table(score, request.reference, request.labels)
@@ -247,12 +249,19 @@ def _print(request: Request, score: Score, title: str, floor: Floor | None) -> N
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
     if floor is not None:
         lines.append(floor_note(kind, floor))
+    if replay is not None:
+        lines.append(replay_note(kind, replay))
     for line in lines:
         terminal.print(line, markup=False, highlight=False)
 
 
 def _write_json(
-    arguments: argparse.Namespace, request: Request, score: Score, floor: Floor | None, design: Design | None
+    arguments: argparse.Namespace,
+    request: Request,
+    score: Score,
+    floor: Floor | None,
+    design: Design | None = None,
+    replay: Score | None = None,
 ) -> None:
     if not arguments.json:
         return
@@ -261,6 +270,6 @@ def _write_json(
 
     evaluated = arguments.evaluate
     document = design_document(
-        request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated
+        request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated, replay=replay
     )
     write_json(arguments.json, document)

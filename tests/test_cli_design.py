@@ -80,6 +80,9 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     assert np.allclose(read.urscript((tmp_path / "m.script").read_text()).first, plan.points[0], atol=1e-8)
     application = {path.name: path.read_text() for path in (tmp_path / "excite").iterdir()}
     assert np.allclose(read.val3(application).points, np.degrees(plan.points), atol=1e-5)
+    replay = data["val3_replay"]
+    assert replay["condition_number_scaled"] > data["condition_number_scaled"] > 1.0
+    assert f"{replay['duration_s']:.4g} s" in " ".join(out.split())
     plots = {path.name for path in (tmp_path / "plots").iterdir()}
     assert plots == {"arm.svg"} | {
         f"{name}.{ending}" for name in ("motion", "predicted_sigma", "poses") for ending in ("png", "svg")
