@@ -69,7 +69,7 @@ def _goal_arguments(parser: argparse.ArgumentParser) -> None:
         "--data-from",
         action="append",
         metavar="F",
-        help="what was learnt before: --npz of identify, or its --json (d and a); repeatable",
+        help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable",
     )
     group.add_argument("--data-length", type=positive_number, metavar="S", help="of the recording to come")
     group.add_argument(

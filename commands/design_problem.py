@@ -114,7 +114,7 @@ def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, refe
     noise, earlier = _noise(arguments, bounds), None
     length = arguments.data_length
     if arguments.data_from:
-        earlier = _earlier(arguments, noise)
+        earlier = _earlier(arguments, robot, noise)
         period = (arguments.duration or FourierShape().duration) if arguments.fourier else arguments.max_duration
         length = length or period
     return Goal(
@@ -149,17 +149,19 @@ def _noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | None:
     return found
 
 
-def _earlier(arguments: argparse.Namespace, noise: Array | None) -> Earlier:
+def _earlier(arguments: argparse.Namespace, robot: Robot, noise: Array | None) -> Earlier:
     import numpy as np
 
     from ..estimation import read_information
-    from ..model import InputError
+    from ..model import InputError, payload_columns
     from ..trajectories import Earlier
 
     weighted = arguments.criterion in ("d", "a")
     if weighted and noise is None:
         raise InputError(f"{arguments.data_from[0]}: carries no weights: give --torque-noise")
     found = [read_information(path, noise if weighted else None) for path in arguments.data_from]
+    if arguments.payload_only:
+        found = [one.of_payload(payload_columns(robot)) for one in found]
     columns = found[0].columns
     for path, other in zip(arguments.data_from, found, strict=True):
         if set(other.columns) != set(columns):
