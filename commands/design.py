@@ -228,13 +228,18 @@ def _mapped(arguments: argparse.Namespace, robot: Robot) -> Recording:
     return read_recording(arguments.evaluate, robot, (1.0,) * robot.n if currents else None, log_map)
 
 
-def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor:
+def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor | None:
+    """The floor; None if it was interrupted, which costs no motion."""
     from rich.console import Console
 
     from ..trajectories import floor_under
 
-    with Console(stderr=True).status("estimating the floor"):
-        return floor_under(request.problem, score.value, seed=arguments.seed)
+    try:
+        with Console(stderr=True).status("estimating the floor"):
+            return floor_under(request.problem, score.value, seed=arguments.seed)
+    except KeyboardInterrupt:
+        print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
+        return None
 
 
 def _print(request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None) -> None:

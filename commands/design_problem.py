@@ -58,7 +58,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
         bounds=bounds,
         loads=_loads(robot, known, payload, bounds, arguments.payload_only),
         duration=arguments.max_duration,
-        start=in_si(arguments.start, robot) if arguments.start else None,
+        start=_start(arguments.start, robot) if arguments.start else None,
         scene=read_scene(arguments.scene) if arguments.scene else None,
     )
     base = base_parameters(robot)
@@ -75,6 +75,22 @@ def in_si(values: Sequence[float], robot: Robot) -> Array:
     if len(values) != robot.n:
         raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])
+
+
+def _start(values: Sequence[float], robot: Robot) -> Array:
+    """The pose where the motion begins, checked in the units it was given in."""
+    from ..model import InputError
+
+    pose = in_si(values, robot)
+    for j, (joint, given, position) in enumerate(zip(robot.joints, values, pose, strict=True), 1):
+        low, high = joint.limits.position
+        if not low <= position <= high:
+            unit = "deg" if joint.revolute else "m"
+            shown = [math.degrees(limit) if joint.revolute else limit for limit in (low, high)]
+            raise InputError(
+                f"--start: joint {j} at {given:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
+            )
+    return pose
 
 
 def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
