@@ -73,7 +73,7 @@ def _goal_arguments(parser: argparse.ArgumentParser) -> None:
         "--data-from",
         action="append",
         metavar="F",
-        help="what was learnt before: --npz of identify, or its --json (d and a); repeatable",
+        help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable",
     )
     group.add_argument("--data-length", type=positive_number, metavar="S", help="of the recording to come")
     group.add_argument(
@@ -144,13 +144,15 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _design(arguments: argparse.Namespace, request: Request) -> int:
-    from .design_outputs import figure_motion, write_motion, write_plots
+    from .design_outputs import figure_motion, replayed, write_motion, write_plots
 
     design = _solved(arguments, request)
     floor = _floor(arguments, request, design.score) if arguments.bound else None
-    _print(request, design.score, f"Motion of {request.problem.robot.title or request.problem.robot.name}", floor)
+    replay = replayed(design) if arguments.val3 else None
+    title = f"Motion of {request.problem.robot.title or request.problem.robot.name}"
+    _print(request, design.score, title, floor, replay)
     write_motion(arguments, design)
-    _write_json(arguments, request, design.score, floor, design)
+    _write_json(arguments, request, design.score, floor, design, replay)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, design.score, design, figure_motion(design))
     return ANSWERED
@@ -193,7 +195,7 @@ def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
     score = score_motion(request.problem, motion)
     floor = _floor(arguments, request, score) if arguments.bound else None
     _print(request, score, f"Motion of {arguments.evaluate}", floor)
-    _write_json(arguments, request, score, floor, None)
+    _write_json(arguments, request, score, floor)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, score, None, motion)
     return ANSWERED
@@ -233,17 +235,22 @@ def _mapped(arguments: argparse.Namespace, robot: Robot) -> Recording:
     return read_recording(arguments.evaluate, robot, (1.0,) * robot.n if currents else None, log_map)
 
 
-def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor:
+def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor | None:
+    """The floor; None if it was interrupted, which costs no motion."""
     from rich.console import Console
 
     from ..trajectories import floor_under
 
-    with Console(stderr=True).status("estimating the floor"):
-        return floor_under(request.problem, score.value, seed=arguments.seed)
+    try:
+        with Console(stderr=True).status("estimating the floor"):
+            return floor_under(request.problem, score.value, seed=arguments.seed)
+    except KeyboardInterrupt:
+        print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
+        return None
 
 
-def _print(request: Request, score: Score, title: str, floor: Floor | None) -> None:
-    from ..report.design_results import criterion_text, floor_note, score_table, sigma_table
+def _print(request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None) -> None:
+    from ..report.design_results import criterion_text, floor_note, replay_note, score_table, sigma_table
     from ..report.tables import console
 
     sigmas = sigma_table(score, request.reference, request.labels)
@@ -254,12 +261,19 @@ def _print(request: Request, score: Score, title: str, floor: Floor | None) -> N
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
     if floor is not None:
         lines.append(floor_note(kind, floor))
+    if replay is not None:
+        lines.append(replay_note(kind, replay))
     for line in lines:
         terminal.print(line, markup=False, highlight=False)
 
 
 def _write_json(
-    arguments: argparse.Namespace, request: Request, score: Score, floor: Floor | None, design: Design | None
+    arguments: argparse.Namespace,
+    request: Request,
+    score: Score,
+    floor: Floor | None,
+    design: Design | None = None,
+    replay: Score | None = None,
 ) -> None:
     if not arguments.json:
         return
@@ -268,6 +282,6 @@ def _write_json(
 
     evaluated = arguments.evaluate
     document = design_document(
-        request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated
+        request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated, replay=replay
     )
     write_json(arguments.json, document)

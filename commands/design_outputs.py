@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..trajectories import Design, Score
     from .design_problem import Request
 
-_FIGURE_RATE = 100.0  # Hz
+_FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
 
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--ros2", metavar="F.yaml", help="JointTrajectory of ROS 2")
     group.add_argument("--joint-names", type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)")
     group.add_argument(
-        "--val3", metavar="DIR", help="VAL3 application: via points and a movej program; made if missing"
+        "--val3", metavar="DIR", help="VAL3 application of via points, best with --rest; made if missing"
     )
     group.add_argument("--urscript", metavar="F", help="servoj program")
     group.add_argument(
@@ -106,6 +106,16 @@ def write_formats(arguments: argparse.Namespace, written: WrittenMotion) -> None
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in val3_files(written, folder.name).items():
             write_text(folder / name, text)
+
+
+def replayed(design: Design) -> Score:
+    """What a controller would make of the via points if its profiles are trapezoidal, as ``--val3`` asks for."""
+    from ..report.motions import WrittenMotion, val3_replay
+    from ..trajectories import score_motion
+
+    problem = design.problem
+    written = WrittenMotion(problem.robot, design.plan, problem.bounds, ())
+    return score_motion(problem, val3_replay(written).motion(_REPLAY_RATE))
 
 
 def write_plots(folder: Path, request: Request, score: Score, design: Design | None, motion: Motion) -> None:

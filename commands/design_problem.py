@@ -58,7 +58,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
         bounds=bounds,
         loads=_loads(robot, known, payload, bounds, arguments.payload_only),
         duration=arguments.max_duration,
-        start=in_si(arguments.start, robot) if arguments.start else None,
+        start=_start(arguments.start, robot) if arguments.start else None,
         scene=read_scene(arguments.scene) if arguments.scene else None,
     )
     base = base_parameters(robot)
@@ -75,6 +75,22 @@ def in_si(values: Sequence[float], robot: Robot) -> Array:
     if len(values) != robot.n:
         raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])
+
+
+def _start(values: Sequence[float], robot: Robot) -> Array:
+    """The pose where the motion begins, checked in the units it was given in."""
+    from ..model import InputError
+
+    pose = in_si(values, robot)
+    for j, (joint, given, position) in enumerate(zip(robot.joints, values, pose, strict=True), 1):
+        low, high = joint.limits.position
+        if not low <= position <= high:
+            unit = "deg" if joint.revolute else "m"
+            shown = [math.degrees(limit) if joint.revolute else limit for limit in (low, high)]
+            raise InputError(
+                f"--start: joint {j} at {given:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
+            )
+    return pose
 
 
 def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
@@ -115,7 +131,7 @@ def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, refe
     noise, earlier = asked_noise(arguments, bounds), None
     length = arguments.data_length
     if arguments.data_from:
-        earlier = _earlier(arguments, noise)
+        earlier = _earlier(arguments, robot, noise)
         period = (arguments.duration or FourierShape().duration) if arguments.fourier else arguments.max_duration
         length = length or period
     return Goal(
@@ -150,17 +166,19 @@ def asked_noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | N
     return found
 
 
-def _earlier(arguments: argparse.Namespace, noise: Array | None) -> Earlier:
+def _earlier(arguments: argparse.Namespace, robot: Robot, noise: Array | None) -> Earlier:
     import numpy as np
 
     from ..estimation import read_information
-    from ..model import InputError
+    from ..model import InputError, payload_columns
     from ..trajectories import Earlier
 
     weighted = arguments.criterion in ("d", "a")
     if weighted and noise is None:
         raise InputError(f"{arguments.data_from[0]}: carries no weights: give --torque-noise")
     found = [read_information(path, noise if weighted else None) for path in arguments.data_from]
+    if arguments.payload_only:
+        found = [one.of_payload(payload_columns(robot)) for one in found]
     columns = found[0].columns
     for path, other in zip(arguments.data_from, found, strict=True):
         if set(other.columns) != set(columns):

@@ -1,6 +1,7 @@
 """What earlier recordings have taught, as a plain triangular factor: for designing the next motion."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from ..model import InputError
 from ..model.arrays import Array
+from .names import PAYLOAD
 from .problem import ReducedProblem, triangular
 from .stored import read_stored_robot
 
@@ -24,12 +26,29 @@ class Information(NamedTuple):
     columns: tuple[str, ...]
     factor: Array
 
+    def of_payload(self, names: Sequence[str]) -> "Information":
+        """The payload's columns under other names, all other parameters taken as known.
+
+        Args:
+            names: of the ten, in the order of (6).
+
+        Raises:
+            InputError: if there was no payload.
+        """
+        missing = [name for name in PAYLOAD if name not in self.columns]
+        if missing:
+            raise InputError(
+                "the earlier recordings have no payload: give the --npz of 'dynident payload', or leave them out"
+            )
+        places = [self.columns.index(name) for name in PAYLOAD]
+        return Information(tuple(names), triangular(self.factor[:, places]))
+
 
 def recorded_noise(path: str | Path) -> Array | None:
     """Standard deviation of the torque error of each joint [N·m or N] in a file of ``dynident identify``.
 
     Args:
-        path: NPZ of ``--npz`` or JSON of ``--json``.
+        path: NPZ of ``--npz`` (of ``dynident payload`` too) or JSON of ``--json``.
 
     Returns:
         Shape (n,); None if an NPZ file carries no weights.
@@ -48,7 +67,7 @@ def read_information(path: str | Path, noise: Array | None) -> Information:
     """Read what recordings have taught.
 
     Args:
-        path: NPZ of ``dynident identify --npz`` or JSON of ``--json``.
+        path: NPZ of ``--npz`` of ``dynident identify`` or ``payload``, or JSON of ``identify --json``.
         noise: torque noise per joint that rows are divided by [N·m or N], shape (n,); None for rows as they are.
 
     Raises:

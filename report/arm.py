@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES = 12.0  # per second
+_FINER = 3  # the path of the tool, than that
 _SIZE, _GAP = 260, 20  # px: of a view, and between views
 _STILL = 0.1  # px: a joint that moves less, or lies so near to the one before, is not drawn
 _TOOL, _FOOT = 0.12, 0.3  # of the reach: line along the last joint's z, and down to the floor
@@ -49,9 +50,10 @@ def arm_animation(robot: Robot, plan: Plan, identifier: str = "arm") -> str:
     """
     frames = max(int(plan.duration * _FRAMES), 2) + 1
     points = arm_points(robot, plan.at(np.linspace(0.0, plan.duration, frames))[0])
+    path = arm_points(robot, plan.at(np.linspace(0.0, plan.duration, _FINER * frames))[0])[:, -1]
     title = f"{robot.title or robot.name}: {plan.duration:.1f} s of motion as a stick figure"
     size = (len(_VIEWS) * (_SIZE + _GAP) + _GAP, _SIZE + 2 * _GAP)
-    half = float(np.abs(points).max()) * 1.05
+    half = 1.05 * float(max(np.abs(points).max(), np.abs(path).max()))
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" id={quoteattr(identifier)} viewBox="0 0 {size[0]} {size[1]}" '
         f'width="{size[0]}" role="img" aria-label={quoteattr(title)} style="max-width:100%;height:auto">',
@@ -59,7 +61,7 @@ def arm_animation(robot: Robot, plan: Plan, identifier: str = "arm") -> str:
     ]
     for k, (name, axes) in enumerate(_VIEWS):
         left = _GAP + k * (_SIZE + _GAP)
-        lines += _view(points[:, :, axes], half, left, name, plan.duration)
+        lines += _view(points[:, :, axes], path[:, axes], half, left, name, plan.duration)
     return "\n".join([*lines, "</svg>"]) + "\n"
 
 
@@ -88,19 +90,18 @@ def arm_strip(robot: Robot, plan: Plan, poses: int = 8) -> Figure:
     return figure
 
 
-def _view(points: Array, half: float, left: float, name: str, duration: float) -> list[str]:
+def _view(points: Array, path: Array, half: float, left: float, name: str, duration: float) -> list[str]:
     """One view: frame, path of the tool, the moving arm with its joints."""
-    scale = 0.5 * _SIZE / half
-    xy = np.empty_like(points)
-    xy[..., 0] = left + 0.5 * _SIZE + scale * points[..., 0]
-    xy[..., 1] = _GAP + 0.5 * _SIZE - scale * points[..., 1]
+    scale = 0.5 * _SIZE / half * np.array([1.0, -1.0])
+    middle = np.array([left, _GAP]) + 0.5 * _SIZE
+    xy, track_of_tool = middle + scale * points, middle + scale * path
     poses = [_points(pose) for pose in xy]
     moves = f'dur="{duration:.3f}s" repeatCount="indefinite"'
     lines = [
         f'<rect x="{left}" y="{_GAP}" width="{_SIZE}" height="{_SIZE}" fill="none" stroke="currentColor" '
         'stroke-width="0.5"/>',
         f'<text x="{left + 6}" y="{_GAP + 14}" font-size="11" fill="currentColor">{escape(name)}</text>',
-        f'<polyline points="{_points(xy[:, -1])}" fill="none" stroke="currentColor" stroke-opacity="0.3" '
+        f'<polyline points="{_points(track_of_tool)}" fill="none" stroke="currentColor" stroke-opacity="0.3" '
         'stroke-width="0.7"/>',
         f'<polyline points="{poses[0]}" fill="none" stroke="currentColor" stroke-width="4" '
         'stroke-linejoin="round" stroke-linecap="round">',

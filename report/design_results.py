@@ -84,6 +84,15 @@ def floor_note(kind: str, floor: Floor) -> str:
     )
 
 
+def replay_note(kind: str, replay: Score) -> str:
+    """What a controller's own profiles between the via points would make of the motion."""
+    limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
+    return (
+        f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
+        f"{replay.duration:.4g} s, {limits}. Score the controller's log by --evaluate."
+    )
+
+
 def design_document(
     problem: DesignProblem,
     score: Score,
@@ -92,6 +101,7 @@ def design_document(
     design: Design | None = None,
     floor: Floor | None = None,
     evaluated: str | None = None,
+    replay: Score | None = None,
 ) -> dict[str, Any]:
     """What ``dynident design --json`` writes.
 
@@ -102,6 +112,7 @@ def design_document(
         design: the motion, if one was designed.
         floor: if it was asked for.
         evaluated: the log whose motion was judged instead.
+        replay: what a controller's own profiles would make of it.
     """
     learnt, relative = score.learnt, score.relative_sigma(dict(reference))
     document: dict[str, Any] = {
@@ -127,6 +138,7 @@ def design_document(
         },
         "floor": _floor(floor),
         "evaluated": evaluated,
+        "val3_replay": _replay(replay),
         "version": __version__,
     }
     if design is not None:
@@ -158,6 +170,19 @@ def _floor(floor: Floor | None) -> dict[str, Any] | None:
     if floor is None:
         return None
     return {"criterion_value": floor.value, "gap": floor.gap, "states": floor.states}
+
+
+def _replay(replay: Score | None) -> dict[str, Any] | None:
+    if replay is None:
+        return None
+    return {
+        "criterion_value": replay.value,
+        "condition_number": replay.learnt.condition_number,
+        "condition_number_scaled": replay.learnt.condition_number_scaled,
+        "duration_s": replay.duration,
+        "limits_met": replay.feasible,
+        "violations": list(replay.violations),
+    }
 
 
 def _violated(score: Score) -> list[Any]:

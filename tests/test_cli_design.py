@@ -80,6 +80,9 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     assert np.allclose(read.urscript((tmp_path / "m.script").read_text()).first, plan.points[0], atol=1e-8)
     application = {path.name: path.read_text() for path in (tmp_path / "excite").iterdir()}
     assert np.allclose(read.val3(application).points, np.degrees(plan.points), atol=1e-5)
+    replay = data["val3_replay"]
+    assert replay["condition_number_scaled"] > data["condition_number_scaled"] > 1.0
+    assert f"{replay['duration_s']:.4g} s" in " ".join(out.split())
     plots = {path.name for path in (tmp_path / "plots").iterdir()}
     assert plots == {"arm.svg"} | {
         f"{name}.{ending}" for name in ("motion", "predicted_sigma", "poses") for ending in ("png", "svg")
@@ -141,6 +144,26 @@ def test_a_log_is_judged(run: Run, tmp_path: Path) -> None:
         found.append(document(tmp_path / "e.json")["condition_number"])
     assert 20.0 < found[0] < 500.0
     assert found[1] == pytest.approx(found[0], rel=0.1)
+
+
+def test_a_log_in_other_words_is_judged(run: Run, tmp_path: Path) -> None:
+    """Degrees, other names, currents: a map tells; gains do not matter to a motion."""
+    write_log(tmp_path / "log.csv", 0.0)
+    lines = (tmp_path / "log.csv").read_text().splitlines()
+    table = np.loadtxt(lines[1:], delimiter=",")
+    table[:, 1:7] = np.degrees(table[:, 1:7])
+    header = ",".join(["s", *(f"{kind}_{j}" for kind in ("deg", "amp") for j in range(6))])
+    np.savetxt(tmp_path / "own.csv", table, delimiter=",", header=header, comments="")
+    (tmp_path / "map.toml").write_text(
+        '[time]\ncolumn = "s"\n[position]\ncolumns = "deg_{0}"\nunit = "deg"\n[current]\ncolumns = "amp_{0}"\n'
+    )
+    found = []
+    for options in (("log.csv",), ("own.csv", "--log-map", str(tmp_path / "map.toml"))):
+        log, *more = options
+        status, _, err = run("--evaluate", str(tmp_path / log), *more, "--json", str(tmp_path / "e.json"))
+        assert status == 0, err
+        found.append(document(tmp_path / "e.json")["condition_number"])
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
 
 
 def test_limits_torques_scene_and_start(run: Run, tmp_path: Path) -> None:
@@ -213,6 +236,20 @@ def test_ctrl_c_keeps_the_best_motion(run: Run, tmp_path: Path, monkeypatch: pyt
     assert data["interrupted"]
     assert data["limits"]["met"]
     assert "interrupted" in (tmp_path / "m.csv").read_text().split("\n")[2]
+
+
+def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dynident.trajectories.floor_under", stopped)
+    target = tmp_path / "m.json"
+    options = ("--torque-noise", "1,1,1,1,1,1", "--json", str(target), "--csv", str(tmp_path / "m.csv"))
+    status, _, err = run(*QUICK, *options, "--bound")
+    assert status == 0
+    assert "interrupted: the floor is not known" in err
+    assert document(target)["floor"] is None
+    assert (tmp_path / "m.csv").exists()
 
 
 def test_criterion_a_for_some_parameters(run: Run, tmp_path: Path) -> None:
@@ -291,7 +328,7 @@ def test_data_from_earlier_recordings(run: Run, tmp_path: Path, identified: dict
         (("--torque-noise", "10%"), "needs a torque limit of every joint"),
         (("--torque-noise", "1,2"), "needs 6 positive numbers"),
         (("--start", "1,2,3"), "3 numbers for the 6 joints"),
-        (("--start", "500,0,0,0,0,0"), "within the limits"),
+        (("--start", "0,0,0,0,121,0"), "joint 5 at 121 deg is outside -105 to 120 deg"),
         (("--parameters", "XX9"), "XX9"),
         (("--parameters", "FV1,FV1"), "not a list of different names"),
         (("--columns", "XX1,ZZ1"), "XX1 has no effect"),

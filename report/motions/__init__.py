@@ -3,7 +3,7 @@
 from .csv_samples import csv_text
 from .ros2 import check_joint_names, ros2_text
 from .urscript import CONTROLLER_RATE, check_urscript, urscript_text
-from .val3 import check_val3, val3_files
+from .val3 import check_val3, val3_files, val3_replay
 from .written import WrittenMotion, design_head
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "ros2_text",
     "urscript_text",
     "val3_files",
+    "val3_replay",
 ]

@@ -15,7 +15,7 @@ import numpy as np
 from ...model import InputError, Robot
 from ...model.arrays import Array
 from ...model.kinematics import forward_kinematics
-from ...trajectories import ViaPoints
+from ...trajectories import PointToPoint, ViaPoints, plan_point_to_point
 from .written import WrittenMotion, require_six_turning
 
 _XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
@@ -23,6 +23,10 @@ _SPACE = "http://www.staubli.com/robotics/VAL3"
 _FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 _APPROACH = 10  # % of the speed, to the first point
 _BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing point is left and rejoined
+_WARNING = (
+    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
+    "motion, not for that. Run it slowly first, and score its log by dynident design --evaluate.",
+)
 
 
 class Descriptor(NamedTuple):
@@ -55,6 +59,22 @@ def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
     }
 
 
+def val3_replay(written: WrittenMotion) -> PointToPoint:
+    """What a controller does with these moves if its profiles are trapezoidal: an estimate to be scored.
+
+    Raises:
+        ValueError: if two neighbouring points are the same.
+    """
+    plan = written.plan
+    assert isinstance(plan, ViaPoints)
+    moves = _descriptors(written, plan)
+    speed = 0.01 * np.array([[move.vel] for move in moves])
+    into = 0.01 * np.array([[move.accel] for move in moves])
+    at_points = np.minimum(np.vstack([into[:1], into]), np.vstack([into, into[-1:]]))
+    blend = 0.0 if plan.rests else 1.0
+    return plan_point_to_point(written.described, plan.points, speed, at_points, blend)
+
+
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
     """Refuse what has no place in a VAL3 application, before any work is done.
 
@@ -73,26 +93,20 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """A descriptor for each segment, into its second point.
 
-    Accelerations as large as the design's, speeds so that a trapezoidal profile takes the segment's time. Whole
-    percentages: speeds are rounded down.
+    Accelerations as large as the design's limits allow, speeds so that a trapezoidal profile takes the segment's
+    time; whole percentages, rounded down.
     """
-    limits = [joint.limits for joint in written.robot.joints]
+    limits = [joint.limits for joint in written.described.joints]
     top = np.array([limit.speed for limit in limits])
     strong = np.array([limit.acceleration for limit in limits])
-    strong = np.where(np.isfinite(strong), strong, written.bounds.acceleration)
     most_speed = float((written.bounds.speed / top).min())
-    most_acceleration = float((written.bounds.acceleration / strong).min())
+    accel = _percent(min(float((written.bounds.acceleration / strong).min()), 1.0))
     leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
-    knots = np.concatenate([[0.0], np.cumsum(plan.durations)])
     found = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
-        _, _, qdd = plan.at(np.linspace(knots[k], knots[k + 1], 200))
-        wanted = np.ceil(100.0 * (np.abs(qdd) / strong).max()) / 100.0
-        accel = _percent(min(wanted, most_acceleration, 1.0))
-        slow = (
-            _speed(step / top, step / (0.01 * accel * strong), T) if plan.rests else float((step / top).max() / T)
-        )
-        found.append(Descriptor(accel, _percent(min(slow, most_speed)), int(leave[k + 1])))
+        resting = _speed(step / top, step / (0.01 * accel * strong), T)
+        speed = resting if plan.rests else float((step / top).max() / T)
+        found.append(Descriptor(accel, _percent(min(speed, most_speed)), int(leave[k + 1])))
     return found
 
 
@@ -147,7 +161,7 @@ def _data(degrees: Array, descriptors: list[Descriptor], head: tuple[str, ...]) 
     for accel, vel, leave in descriptors:
         blend = f'blend="joint" leave="{leave}" reach="{leave}"' if leave else 'blend="off"'
         motions.append(f'accel="{accel}" vel="{vel}" decel="{accel}" tmax="99999" rmax="99999" {blend}')
-    remarks = "\n".join(f"  {line}" for line in head).replace("--", "- -")
+    remarks = "\n".join(f"  {line}" for line in (*head, *_WARNING)).replace("--", "- -")
     return "\n".join(
         [
             _FIRST,
@@ -175,7 +189,7 @@ def _array(name: str, kind: str, values: list[str]) -> list[str]:
 def _start(head: tuple[str, ...], count: int) -> list[str]:
     return [
         "begin",
-        *(f"  // {line}".replace("]]>", "]] >") for line in head),
+        *(f"  // {line}".replace("]]>", "]] >") for line in (*head, *_WARNING)),
         f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
         "  movej(jPoint[0], tFlange, mMotion[0])",
         "  waitEndMove()",

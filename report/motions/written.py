@@ -1,6 +1,6 @@
 """What every motion file starts from: the motion, its robot and the words at its head."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,16 @@ class WrittenMotion:
     plan: Plan
     bounds: JointBounds
     head: tuple[str, ...]
+
+    @property
+    def described(self) -> Robot:
+        """The robot with an acceleration limit for every joint: the description's, else that of the design."""
+        joints = []
+        for joint, acceleration in zip(self.robot.joints, self.bounds.acceleration, strict=True):
+            finite = np.isfinite(joint.limits.acceleration)
+            limits = joint.limits if finite else replace(joint.limits, acceleration=float(acceleration))
+            joints.append(replace(joint, limits=limits))
+        return replace(self.robot, joints=tuple(joints))
 
     def sampled(self, rate: float) -> Motion:
         """Samples at ``rate`` [Hz], and one at the very end, where the robot rests."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import ReducedProblem, read_information, recorded_noise, weighted
+from dynident.estimation import PAYLOAD, ReducedProblem, read_information, recorded_noise, weighted
 from dynident.model import InputError
 
 COLUMNS = ("A", "B", "C")
@@ -72,6 +72,19 @@ def test_json_holds_the_covariance(problem: ReducedProblem, tmp_path: Path) -> N
     assert np.allclose(np.linalg.inv(factor.T @ factor), estimate.covariance)
     with pytest.raises(InputError, match="holds no unweighted rows"):
         read_information(path, None)
+
+
+def test_payload_with_the_robot_known(problem: ReducedProblem, tmp_path: Path) -> None:
+    draw = np.random.default_rng(1)
+    factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
+    ReducedProblem(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
+    names = tuple("abcdefghij")
+    found = read_information(tmp_path / "p.npz", None).of_payload(names)
+    assert found.columns == names
+    assert np.allclose(found.factor.T @ found.factor, factor[:, 1:11].T @ factor[:, 1:11])
+    problem.save(tmp_path / "r.npz")
+    with pytest.raises(InputError, match="have no payload"):
+        read_information(tmp_path / "r.npz", None).of_payload(names)
 
 
 def test_files_that_are_neither(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from dynident.report.motions import (
     ros2_text,
     urscript_text,
     val3_files,
+    val3_replay,
 )
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
@@ -136,6 +137,25 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
             quicker = read.trapezoid_time(distance, (vel + 0.01) * V, accel * A)
             assert time > 0.999 * plan.durations[k]
             assert quicker < 1.001 * plan.durations[k] or vel + 0.01 > 0.5, "no slower than a percent's rounding"
+
+
+@pytest.mark.parametrize("kind", ["passing", "rest"])
+def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design], kind: str) -> None:
+    """It passes or rests as they say, no faster than their percentages, in about the designed time."""
+    design = designs[kind]
+    assert isinstance(design.plan, ViaPoints)
+    limits = [joint.limits for joint in design.problem.robot.joints]
+    found = read.val3(val3_files(written(design), "excite"))
+    replay = val3_replay(written(design))
+    motion = replay.motion(500.0)
+    fastest = max(float(entry["vel"]) for entry in found.motions[1:]) / 100.0
+    assert (np.abs(motion.qd) <= fastest * np.array([x.speed for x in limits]) + 1e-9).all()
+    accel = float(found.motions[1]["accel"]) / 100.0
+    assert (np.abs(motion.qdd) <= accel * np.array([x.acceleration for x in limits]) * (1 + 1e-9)).all()
+    assert 0.7 * design.plan.duration < replay.duration < 1.3 * design.plan.duration
+    nearest = [np.abs(motion.q - point).max(axis=1).min() for point in design.plan.points]
+    assert max(nearest[0], nearest[-1]) < 1e-2
+    assert (max(nearest) < 1e-2) == (kind == "rest"), "blending passes the inner points at a distance"
 
 
 def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
