@@ -138,7 +138,7 @@ def coverage(found: list[NearDesign], seeds: int) -> None:
             errors.append(answer.found.ten[9] - BODY.mass)
             sigmas.append(answer.found.estimate.sigma[9])
         print(
-            f"  {case.robot} joints {','.join(map(str, case.joints))}: {100 * held / seeds:.0f} %; error of the mass "
+            f"  {case.robot} joints {','.join(map(str, case.joints))}: {100 * held / seeds:.0f} %; error of mass "
             f"{np.mean(errors):+.3f} +- {np.std(errors):.3f} kg, sigma by the formula {np.mean(sigmas):.3f} kg "
             "(two noisy recordings)"
         )
@@ -164,7 +164,7 @@ def windows(folder: Path) -> None:
     moving = np.flatnonzero(np.abs(bare.qd).max(axis=1) > 5e-3)
     moving = moving[bare.t[moving] > 2.0]  # before that it jogs to the start
     first, last = bare.t[moving[[0, -1]]] - bare.t[0]
-    for length, step in ((10.0, 1.0), (20.0, 1.0), (30.0, 1.0)):
+    for length, step in ((10.0, 0.5), (20.0, 0.5), (30.0, 1.0)):
         masses, held = [], 0
         for start in np.arange(first, last - length + 1e-9, step):
             both = part(bare, start, length), part(loaded, start + lag, length)

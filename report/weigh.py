@@ -120,6 +120,11 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
         f"Not explained: {joints} % of the joints' torque, {100 * found.estimate.fit.relative:.1f} % of the "
         "payload's own.",
     ]
+    held = any(run.stiffness.any() for run in problem.runs)
+    lines.append(
+        "Coulomb friction is free in each recording; constant torques "
+        + ("of the arm's joints may change by about 1 % of their torque." if held else "are free too.")
+    )
     if robust is not None:
         lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
         lines += [robust.warning] * bool(robust.warning)

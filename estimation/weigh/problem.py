@@ -30,6 +30,7 @@ from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
 from .moving import at_rest, moving_joints, used_rows
+from .offsets import offset_stiffness
 from .run import Run, observed_friction_free, run_observer
 
 
@@ -118,8 +119,10 @@ def difference_weighing(
         keep = used_rows(b.motion, moving, processing) & used_rows(a.motion, moving, processing)
         observations.append(observer.observe_rows(torque_change(robot, a, b), keep, processing.decimate))
         masks.append(keep)
-    runs, length = _runs([pair.loaded.source for pair in pairs], observations)
+    _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
+    stiffness = offset_stiffness(observations, rms)
+    runs, length = _runs([pair.loaded.source for pair in pairs], observations, stiffness)
     return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
 
 
@@ -155,23 +158,30 @@ def known_robot_weighing(
     observer = run_observer(robot, base)
     still = [at_rest(data, moving) for data in measured]
     masks = [used_rows(data.motion, moving, processing) for data in still]
+    _check_rows([recording.source for recording in loaded], masks)
     observations = [
         observer.observe_rows(data, keep, processing.decimate) for data, keep in zip(still, masks, strict=True)
     ]
-    runs, length = _runs([recording.source for recording in loaded], observations)
+    # The robot's parameters are of another day: constant torques are free.
+    runs, length = _runs([recording.source for recording in loaded], observations, np.zeros(robot.n))
     rms = _torque_rms(still, masks)
     return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
 
 
-def _runs(sources: Sequence[str], observations: Sequence[Observation]) -> tuple[tuple[Run, ...], float]:
-    for source, recording in zip(sources, observations, strict=True):
-        if not sum(len(y) for y in recording.Y):
-            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
+def _runs(
+    sources: Sequence[str], observations: Sequence[Observation], stiffness: Array
+) -> tuple[tuple[Run, ...], float]:
     length = block_length([[observed_friction_free(recording)] for recording in observations])
     return tuple(
-        Run(source, tuple(cut(recording, block_edges(recording, length))))
+        Run(source, tuple(cut(recording, block_edges(recording, length))), stiffness)
         for source, recording in zip(sources, observations, strict=True)
     ), length
+
+
+def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
+    for source, keep in zip(sources, masks, strict=True):
+        if not keep.any():
+            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
 
 
 def _torque_rms(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:

@@ -25,15 +25,17 @@ class Run:
         source: of the recording with payload.
         blocks: equations in the robot's base parameters (none where the unloaded torque was subtracted), what is
             free in this recording, and ``PAYLOAD``.
+        stiffness: weights of the equations that hold constant torques near zero, shape (n,); all zero: wholly free.
     """
 
     source: str
     blocks: tuple[ReducedProblem, ...]
+    stiffness: Array
 
     @cached_property
     def problem(self) -> ReducedProblem:
         """The equations of the whole recording without what is free in it."""
-        return friction_free(merged(self.blocks))
+        return friction_free(merged(self.blocks), self.stiffness)
 
     @cached_property
     def frictional(self) -> ReducedProblem:
@@ -43,7 +45,8 @@ class Run:
 
     def without_block(self, k: int) -> ReducedProblem:
         """As ``problem``, of all blocks but one."""
-        return friction_free(merged([block for i, block in enumerate(self.blocks) if i != k]))
+        others = [block for i, block in enumerate(self.blocks) if i != k]
+        return friction_free(merged(others), self.stiffness)
 
 
 def run_observer(robot: Robot, base: BaseParameters | None) -> Observer:
@@ -55,19 +58,26 @@ def run_observer(robot: Robot, base: BaseParameters | None) -> Observer:
     return Observer(free, columns, (*own, *(f"{_FREE}{name}" for name in friction), *PAYLOAD))
 
 
-def friction_free(problem: ReducedProblem) -> ReducedProblem:
+def friction_free(problem: ReducedProblem, stiffness: Array) -> ReducedProblem:
     """The equations less all that constant torques and Coulomb friction can explain, joint by joint.
 
     Each joint has friction parameters of its own, so that this is exact: what is left are the equations of the
     same least-squares problem after those unknowns were solved for.
+
+    Args:
+        problem: with free columns.
+        stiffness: weight of one more equation for each joint, "its constant torque is zero", shape (n,).
     """
     free = [k for k, name in enumerate(problem.columns) if name.startswith(_FREE)]
     rest = [k for k in range(len(problem.columns)) if k not in free]
     factors, taken = [], []
-    for factor in problem.factors:
-        own = factor[:, free]
-        factors.append(triangular(without(factor[:, [*rest, -1]], own)))
-        taken.append(_rank(own))
+    for j, factor in enumerate(problem.factors):
+        offset = problem.columns.index(f"{_FREE}OFF{j + 1}")
+        held = np.zeros((1, factor.shape[1]))
+        held[0, offset] = stiffness[j]
+        rows = np.vstack([factor, held]) if stiffness[j] > 0.0 else factor
+        factors.append(triangular(without(rows[:, [*rest, -1]], rows[:, free])))
+        taken.append(_rank(factor[:, free]))
     pairs = list(zip(problem.rows, problem.effective_rows, taken, strict=True))
     return ReducedProblem(
         tuple(problem.columns[k] for k in rest),
