@@ -316,7 +316,7 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
     rx90 = ["payload", "--robot", "rx90"]
     identify = ["identify", "--robot", "rx90", "--data"]
     return [
-        ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90, tx40, ur10e"]),
+        ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90", "tx40", "ur10e"]),
         ("broken robot", ["payload", "--robot", "{broken_robot}", *pair], ["'joints[1].alpha'", "alpha_deg"]),
         ("no file", [*rx90, "--unloaded", "none.csv", "--loaded", "{loaded0}"], ["none.csv", "no such file"]),
         ("nan", [*rx90, "--unloaded", "{nan}", "--loaded", "{loaded0}"], ["nan.csv", "line 100", "'q4'"]),
