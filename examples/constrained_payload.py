@@ -1,4 +1,4 @@
-"""A payload that can exist, with what is known about it beforehand: a scale, a box for the centre of mass, gains."""
+"""A payload that can exist, with what is known beforehand: a scale, a box for the centre of mass, drive gains."""
 
 from dynident import InertialParameters, Simulator, load_robot, payload_problem, random_via_points
 from dynident.estimation import CentreOfMassInBox, GainErrors, KnownMass, answer_payload

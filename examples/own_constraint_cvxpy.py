@@ -1,4 +1,4 @@
-"""A constraint of one's own, in CVXPY: a tool that is symmetric about the flange's axis, and hangs below a plane."""
+"""A constraint of one's own, in CVXPY: a tool that is symmetric about the axis of the flange, and not long."""
 
 import cvxpy
 import numpy as np
