@@ -2,7 +2,7 @@
 
 - ``console``: commands, one a line. Those of ``dynident`` run here; ``make X`` must be a target of the Makefile.
   A command that does not exit with 0 says so: ``# exit status 1``.
-- ``python``: runs in one namespace per page. ``toml``: a file, if the first line is its name: ``# payload.toml``.
+- ``python``: runs in one namespace per page. ``toml``: a file, if its first line is its name: ``# name.toml``; written, or compared if there.
 - ``output``: lines that what ran just before has printed, numbers to 5 %; a line ``...`` stands for any lines.
 - ``text``, ``bibtex``: not run: needs the network, a robot, a licence or recordings that are not here.
 """
@@ -74,7 +74,7 @@ class Reader:
         for block in blocks(page):
             where = f"{name}:{block.line}"
             if block.language == "toml":
-                self._file(block.text)
+                self._file(block.text, where)
             elif block.language == "console":
                 self.printed = "".join(self._command(line, where) for line in _lines(block.text))
             elif block.language == "python":
@@ -84,9 +84,11 @@ class Reader:
                 assert missing is None, f"{where}: not printed: {missing!r}; printed was\n{self.printed}"
 
     @staticmethod
-    def _file(text: str) -> None:
-        name = re.match(r"# (\w[\w.-]*\.toml)\b", text)
-        if name:
+    def _file(text: str, where: str) -> None:
+        name = re.match(r"# (\w[\w./-]*\.toml)\b", text)
+        if name and Path(name[1]).exists():
+            assert Path(name[1]).read_text(encoding="utf-8") == text, f"{where}: the file says something else"
+        elif name:
             Path(name[1]).write_text(text, encoding="utf-8")
 
     def _command(self, line: str, where: str) -> str:
