@@ -16,7 +16,7 @@ known = [KnownMass(7.02, 0.01), CentreOfMassInBox([-0.02, -0.02, 0.05], [0.02, 0
 gains = GainErrors(per_joint=[0.01], common=0.005)
 
 for title, constraints in (("nothing known", []), ("scale and drawing", known)):
-    payload = answer_payload(problem, constraints=constraints, gains=gains).recommended
+    payload = answer_payload(problem, [4], constraints=constraints, gains=gains).recommended
     low, high = payload.intervals.parameters[9]
     print(f"{title} (method {payload.method}):")
     print(f"  mass {payload.mass:.3f} kg, 95 % from {low:.3f} to {high:.3f}")
@@ -28,5 +28,5 @@ for title, constraints in (("nothing known", []), ("scale and drawing", known)):
         print(f"  held back by: {active.constraint.description}")
 
 # A constraint that contradicts the data is named, not obeyed in silence.
-wrong = answer_payload(problem, constraints=[KnownMass(5.0, 0.01)]).verdict
+wrong = answer_payload(problem, [4], constraints=[KnownMass(5.0, 0.01)]).verdict
 print(wrong.level, wrong.reasons[0])

@@ -77,6 +77,13 @@ def test_every_page_is_in_the_table_of_contents() -> None:
     assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES if page.name != "README.md"}
 
 
+def test_every_example_is_run_by_a_page_and_is_short() -> None:
+    commands = "".join(block.text for page in RUN for block in blocks(page) if block.language == "console")
+    for example in sorted((ROOT / "examples").glob("*.py")):
+        assert f"python examples/{example.name}\n" in commands
+        assert len(example.read_text(encoding="utf-8").splitlines()) <= 60
+
+
 def test_folders_of_the_readme_exist() -> None:
     for folder in re.findall(r"`([a-z/]+)/`", (ROOT / "README.md").read_text(encoding="utf-8")):
         assert (ROOT / folder).is_dir(), folder
