@@ -1,6 +1,7 @@
 """A robot's dynamics as CasADi functions: base parameters, matrices, a use of one's own, and C for a controller."""
 
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -37,7 +38,7 @@ print("eigenvalues of the mass matrix:", np.linalg.eigvalsh(np.array(mass_matrix
 angles = ca.SX.sym("angles", 2)
 pose = ca.vertcat(0.0, angles, np.zeros(3))
 weight = gravity(robot)(pose, chi)[1]
-quiet = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0}
+quiet: dict[str, Any] = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0}
 solver = ca.nlpsol("heaviest", "ipopt", {"x": angles, "f": -(weight**2)}, quiet)
 found = solver(x0=[0.1, 1.0])
 worst = np.degrees(np.array(found["x"])).ravel().round(1)

@@ -1,4 +1,4 @@
-"""An arm from a URDF: what was understood, what can be identified, and whether its prior moves like the file says."""
+"""An arm from a URDF: what was understood, what can be identified, and what its masses would weigh."""
 
 from pathlib import Path
 
@@ -11,8 +11,8 @@ print(f"{robot.title}: {robot.n} joints; payloads are given in {robot.payload_fr
 for j, joint in enumerate(robot.joints, start=1):
     low, high = np.degrees(joint.limits.position)
     print(
-        f"  joint {j}: alpha {np.degrees(joint.alpha):6.1f} deg, d {joint.d:.3f} m, theta {np.degrees(joint.theta):6.1f} "
-        f"deg, r {joint.r:.3f} m, from {low:.0f} to {high:.0f} deg"
+        f"  joint {j}: alpha {np.degrees(joint.alpha):6.1f} deg, d {joint.d:.3f} m, "
+        f"theta {np.degrees(joint.theta):6.1f} deg, r {joint.r:.3f} m, from {low:.0f} to {high:.0f} deg"
     )
 for note in robot.snapped:
     print("  note:", note)

@@ -69,7 +69,7 @@ def load_of_document(
 
 
 def is_flange(frame: str) -> bool:
-    """Whether the frame of a payload is the robot's flange: it begins with "tool0", "flange" or "the bare flange"."""
+    """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
     words = frame.lower().replace(":", " ").replace(",", " ").split()
     first = next((word for word in words if word not in ("the", "bare")), "")
     return first in _FLANGES

@@ -2,7 +2,8 @@
 
 - ``console``: commands, one a line. Those of ``dynident`` run here; ``make X`` must be a target of the Makefile.
   A command that does not exit with 0 says so: ``# exit status 1``.
-- ``python``: runs in one namespace per page. ``toml``: a file, if its first line is its name: ``# name.toml``; written, or compared if there.
+- ``python``: runs in one namespace per page.
+- ``toml``: a file, if its first line is its name (``# name.toml``): written, or compared where it is there.
 - ``output``: lines that what ran just before has printed, numbers to 5 %; a line ``...`` stands for any lines.
 - ``text``, ``bibtex``: not run: needs the network, a robot, a licence or recordings that are not here.
 """
