@@ -17,12 +17,16 @@ from .least_squares import ordinary, weighted
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .payload import (
+    ByJoints,
     ConstrainedPayload,
+    JointShare,
+    JointsMass,
     PairedMeasurement,
     PayloadAnswer,
     PayloadBlocks,
     PayloadEstimate,
     PayloadProblem,
+    Stretch,
     answer_payload,
     combined,
     constrain_payload,
@@ -30,6 +34,8 @@ from .payload import (
     identify_payload,
     loaded_problem,
     payload_blocks,
+    payload_by_joints,
+    payload_over_time,
     payload_problem,
     usable_methods,
 )
@@ -39,11 +45,13 @@ from .reduction import reduced, reduced_measurement, reduced_stream
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
+from .verdict import Verdict
 
 __all__ = [
     "PAYLOAD",
     "Active",
     "AlignedPair",
+    "ByJoints",
     "CentreOfMassInBox",
     "ConstrainedBase",
     "ConstrainedEstimate",
@@ -58,6 +66,8 @@ __all__ = [
     "InEllipsoid",
     "InHull",
     "Intervals",
+    "JointShare",
+    "JointsMass",
     "KnownMass",
     "MassBounds",
     "Observation",
@@ -72,7 +82,9 @@ __all__ = [
     "ReducedProblem",
     "RobustCovariance",
     "SolverError",
+    "Stretch",
     "Tested",
+    "Verdict",
     "Weighing",
     "aligned",
     "answer_payload",
@@ -93,6 +105,8 @@ __all__ = [
     "noise_bandwidth",
     "ordinary",
     "payload_blocks",
+    "payload_by_joints",
+    "payload_over_time",
     "payload_problem",
     "payload_system",
     "profile_intervals",

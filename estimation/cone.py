@@ -48,12 +48,14 @@ class SolverError(RuntimeError):
     Attributes:
         status: what the solver says.
         problem: the cone program.
+        demands: what the constraints demand, in words.
     """
 
     def __init__(self, status: str, problem: ConeProgram, demands: Sequence[str] = ()) -> None:
         """Say what happened and what may be the reason; ``demands`` describe the constraints."""
         self.status = status
         self.problem = problem
+        self.demands = tuple(demands)
         infeasible = "Infeasible" in status
         text = "no body holds all constraints" if infeasible else "the constrained estimate was not found"
         told = f": {'; '.join(demands)}" if demands else ""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import InputError, Recording, Robot
 
@@ -11,6 +12,14 @@ _BEYOND_LIMITS = 0.1  # of the range
 _MOST_TORQUE = 1e5  # N·m or N: no arm's joint has more
 _OVER_LIMIT = 3.0  # times the torque limit: sensors and currents overshoot, units are off by more
 _MOVES = 1e-3  # rad or m: a joint that covers less does not move
+_WEAKEST = 1.0  # N·m per cubic metre of reach: the lightest arms carry themselves with a hundred times this
+_STRONGEST = 2e4  # N·m per cubic metre of reach: the strongest arms have a tenth of this
+_OVER_SPEED = 3.0  # times the speed limit: noise and overshoot reach less
+_MOST_SPEED = 50.0  # rad/s or m/s, for a joint without a limit
+_WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
+_PLATEAU = 5  # samples in a row at the very extreme
+_PLATEAU_SHARE = 0.01  # of the recording at the extreme
+_PLATEAU_EXCESS = 20.0  # times as many samples as another level has: coarse numbers repeat everywhere
 
 
 def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
@@ -29,7 +38,10 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
                     "more certain; give it once"
                 )
         _check_positions(robot, recording)
+        _check_steps(robot, recording)
         _check_torques(robot, recording)
+        _check_reach(robot, recording)
+        _check_saturation(recording)
         if recording.qd is not None:
             _check_speeds(recording)
 
@@ -68,6 +80,66 @@ def _check_torques(robot: Robot, recording: Recording) -> None:
             )
 
 
+def _check_steps(robot: Robot, recording: Recording) -> None:
+    """No joint jumps from one sample to the next."""
+    window = max(1, int(_WINDOW * (len(recording.t) - 1) / (recording.t[-1] - recording.t[0])))
+    if len(recording.t) <= window:
+        return
+    elapsed = recording.t[window:] - recording.t[:-window]
+    speed = np.abs(recording.q[window:] - recording.q[:-window]) / elapsed[:, None]
+    for j, joint in enumerate(robot.joints):
+        most = _OVER_SPEED * joint.limits.speed if np.isfinite(joint.limits.speed) else _MOST_SPEED
+        k = int(np.argmax(speed[:, j]))
+        if speed[k, j] > most:
+            step = recording.q[k + window, j] - recording.q[k, j]
+            raise InputError(
+                f"{recording.source}: q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed[k]:.3g} s at "
+                f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck "
+                "encoder, poses without the motion between them, or another unit; record the motion itself"
+            )
+
+
+def _check_reach(robot: Robot, recording: Recording) -> None:
+    """Torques of an arm lie between its own weight and what any arm of its size can give."""
+    if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
+        return
+    reach = sum(abs(joint.d) + abs(joint.r) for joint in robot.joints[1:])
+    worst = np.abs(recording.torque).max(axis=0)
+    if 0.0 < worst.max() < _WEAKEST * reach**3:
+        raise InputError(
+            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
+            "reach to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the "
+            "joint"
+        )
+    if worst.max() > _STRONGEST * reach**3:
+        joint = int(np.argmax(worst)) + 1
+        raise InputError(
+            f"{recording.source}: the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
+            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
+        )
+
+
+def _check_saturation(recording: Recording) -> None:
+    """A torque that stays at its very extreme was cut off."""
+    for j, torque in enumerate(recording.torque.T):
+        levels = len(np.unique(torque))
+        for extreme in (torque.min(), torque.max()):
+            there = torque == extreme
+            share = float(there.mean())
+            if share < max(_PLATEAU_SHARE, _PLATEAU_EXCESS / levels) or _longest_run(there) < _PLATEAU:
+                continue
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} stays at its extreme {extreme:.4g} for "
+                f"{100 * share:.0f} % of the recording: it is saturated; record a gentler motion"
+            )
+
+
+def _longest_run(mask: NDArray[np.bool_]) -> int:
+    """Most true values in a row."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return int(np.max(edges[1::2] - edges[::2], initial=0))
+
+
 def _check_speeds(recording: Recording) -> None:
     assert recording.qd is not None
     span = recording.t[-1] - recording.t[0]
@@ -89,6 +161,21 @@ def _check_speeds(recording: Recording) -> None:
                 f"{recording.source}: qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: both must be in "
                 "the same unit (rad and rad/s) and on the same time"
             )
+
+
+def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
+    """Refuse one recording given both with and without payload.
+
+    Raises:
+        InputError: names both.
+    """
+    for a in loaded:
+        for b in unloaded:
+            if np.array_equal(a.torque, b.torque) and np.array_equal(a.q, b.q):
+                raise InputError(
+                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
+                    "one with and one without the payload"
+                )
 
 
 def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:

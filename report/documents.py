@@ -21,6 +21,7 @@ from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
 from ..model.files import write_text
+from .by_joints import mass_by_joints_document
 
 Document = dict[str, Any]
 
@@ -84,6 +85,7 @@ def payload_document(
             *(_constrained_document(payload) for payload in answer.constrained),
         ],
         "recommended": {"method": answer.recommended.method, "estimator": "constrained"},
+        "mass_by_joints": mass_by_joints_document(answer.by_joints),
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
         "verdict": {"level": answer.verdict.level, "reasons": list(answer.verdict.reasons)},
     }

@@ -11,6 +11,7 @@ from rich.table import Table
 from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
+from .by_joints import mass_by_joints_note
 from .paper import PaperTables
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -61,6 +62,7 @@ def payload_notes(answer: PayloadAnswer) -> list[str]:
         lines.append(f"The same on the validation recording: {_residual(validation)}")
     if problem.pairs:
         lines.append(_alignment(problem))
+    lines.append(mass_by_joints_note(answer.by_joints))
     lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
     lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
     return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]

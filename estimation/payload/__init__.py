@@ -2,26 +2,32 @@
 
 from .answer import PayloadAnswer, answer_payload
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
+from .by_joints import ByJoints, JointShare, JointsMass, payload_by_joints
 from .constrained import ConstrainedPayload, constrain_payload, error_model
 from .equations import difference_problem, loaded_problem
 from .from_change import payload_map
 from .gains import payload_gain_sensitivity
 from .global_fit import combined
 from .methods import METHODS, identify_payload, usable_methods
+from .over_time import Stretch, payload_over_time
 from .problem import FixedWeights, PayloadProblem, payload_problem
 from .result import PayloadEstimate
 from .robust import Method, robust_covariance
 
 __all__ = [
     "METHODS",
+    "ByJoints",
     "ConstrainedPayload",
     "FixedWeights",
+    "JointShare",
+    "JointsMass",
     "Method",
     "PairedMeasurement",
     "PayloadAnswer",
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "Stretch",
     "answer_payload",
     "combined",
     "constrain_payload",
@@ -30,8 +36,10 @@ __all__ = [
     "identify_payload",
     "loaded_problem",
     "payload_blocks",
+    "payload_by_joints",
     "payload_gain_sensitivity",
     "payload_map",
+    "payload_over_time",
     "payload_problem",
     "robust_covariance",
     "usable_methods",

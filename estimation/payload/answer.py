@@ -4,16 +4,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...model import InputError, Processing, Recording
+from ..cone import SolverError
 from ..constraints import Constraint
 from ..drive_gains import GainErrors
 from ..estimate import Fit, fit
 from ..identification import base_problem
 from ..least_squares import weighted
+from ..problem import ReducedProblem
 from ..scaling import POSSIBLE
-from ..verdict import Verdict, verdict
+from ..verdict import Evidence, Verdict, verdict
+from .by_joints import ByJoints, payload_by_joints
 from .constrained import ConstrainedPayload, constrain_payload
 from .methods import METHODS, identify_payload, usable_methods
-from .problem import PayloadProblem
+from .over_time import payload_over_time
+from .problem import FixedWeights, PayloadProblem
 from .result import PayloadEstimate
 
 
@@ -23,11 +27,13 @@ class PayloadAnswer:
 
     Attributes:
         problem: the reduced recordings.
-        estimates: one per method, in the order of the methods.
+        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
+            left out.
         constrained: for each of ``estimates`` the nearest payload that holds the constraints, with intervals.
         left_out: method -> why it gave no estimate.
         robot_fit: fit of the robot's own parameters without payload.
         validation: fit of the same parameters on recordings that were held out.
+        by_joints: the payload as single joints see it.
         verdict: whether the numbers may be used.
     """
 
@@ -37,6 +43,7 @@ class PayloadAnswer:
     left_out: dict[int, str]
     robot_fit: Fit | None
     validation: Fit | None
+    by_joints: ByJoints
     verdict: Verdict
 
     @property
@@ -45,7 +52,12 @@ class PayloadAnswer:
 
         The order is fixed: to choose the shortest interval would choose too short ones.
         """
-        return min(self.constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
+        return recommended(self.constrained)
+
+
+def recommended(constrained: Sequence[ConstrainedPayload]) -> ConstrainedPayload:
+    """As ``PayloadAnswer.recommended``."""
+    return min(constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
 
 
 def answer_payload(
@@ -70,9 +82,40 @@ def answer_payload(
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can.
-        SolverError: if no payload holds the constraints.
+        SolverError: if by no method a payload was found that holds the constraints; what speaks against the
+            recordings is told with it.
     """
+    free, left_out = _identified(problem, methods, free_friction)
     constrained: list[ConstrainedPayload] = []
+    failures: list[SolverError] = []
+    for estimate in free:
+        try:
+            constrained.append(constrain_payload(problem, estimate, constraints, gains, free_friction))
+        except SolverError as error:
+            failures.append(error)
+            left_out[estimate.method] = str(error)
+    evidence = _evidence(problem, free, constrained, _validation(problem, held_out, processing))
+    judged = verdict(evidence)
+    if not constrained:
+        against = judged.reasons if judged.level == "do_not_use" else ()
+        raise failures[0].naming(*failures[0].demands, *against)
+    return PayloadAnswer(
+        problem=problem,
+        estimates=tuple(payload.free for payload in constrained),
+        constrained=tuple(constrained),
+        left_out=left_out,
+        robot_fit=evidence.robot_fit,
+        validation=evidence.validation,
+        by_joints=evidence.by_joints,
+        verdict=judged,
+    )
+
+
+def _identified(
+    problem: PayloadProblem, methods: Sequence[int] | None, free_friction: bool
+) -> tuple[list[PayloadEstimate], dict[int, str]]:
+    """The methods' own estimates, and why there is none of a method."""
+    estimates: list[PayloadEstimate] = []
     left_out: dict[int, str] = {}
     usable = usable_methods(problem)
     for method in methods or METHODS:
@@ -81,21 +124,43 @@ def answer_payload(
                 left_out[method] = problem.without_difference
             continue
         try:
-            free = identify_payload(problem, method, free_friction)
-            constrained.append(constrain_payload(problem, free, constraints, gains, free_friction))
+            estimates.append(identify_payload(problem, method, free_friction))
         except InputError as error:
             if methods is not None:
                 raise
             left_out[method] = str(error)
-    if not constrained:
+    if not estimates:
         raise InputError(next(iter(left_out.values()), "no recordings without payload and no robot parameters"))
-    alone = weighted(problem.unloaded) if problem.unloaded else problem.known
-    validation = None
-    if held_out and alone is not None:
-        settings = processing or problem.robot.processing
-        check = base_problem(problem.robot, problem.base, held_out, settings, check=False)
-        validation = fit(check, alone.values)
-    robot_fit = alone.fit if alone else None
-    estimates = tuple(payload.free for payload in constrained)
-    judged = verdict(estimates, robot_fit, constrained)
-    return PayloadAnswer(problem, estimates, tuple(constrained), left_out, robot_fit, validation, judged)
+    return estimates, left_out
+
+
+def _validation(
+    problem: PayloadProblem, held_out: Sequence[Recording], processing: Processing | None
+) -> ReducedProblem | None:
+    if not held_out:
+        return None
+    settings = processing or problem.robot.processing
+    return base_problem(problem.robot, problem.base, held_out, settings, check=False)
+
+
+def _evidence(
+    problem: PayloadProblem,
+    free: Sequence[PayloadEstimate],
+    constrained: Sequence[ConstrainedPayload],
+    validation: ReducedProblem | None,
+) -> Evidence:
+    """What the verdict looks at."""
+    bare = weighted(problem.unloaded) if problem.unloaded else None
+    alone = bare or problem.known
+    best = recommended(constrained) if constrained else None
+    weights = FixedWeights(bare.weights if bare else None, (best.free if best else free[-1]).estimate.weights)
+    return Evidence(
+        problem=problem,
+        estimates=tuple(free),
+        constrained=tuple(constrained),
+        recommended=best,
+        robot=alone,
+        validation=fit(validation, alone.values) if validation and alone else None,
+        by_joints=payload_by_joints(problem, weights),
+        stretches=payload_over_time(problem, weights),
+    )

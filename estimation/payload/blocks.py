@@ -6,13 +6,17 @@ from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
+import numpy as np
+
 from ...model import BaseParameters, Measurement, Processing, Robot
 from ...model.arrays import Array
-from ..blocks import block_edges, block_length, cut, leave_one_out
+from ..blocks import block_edges, block_length, cut, leave_one_out, span
 from ..names import PAYLOAD
 from ..observation import Observation, Observer
 from ..problem import ReducedProblem
 from .equations import difference_observer, loaded_observer, torque_change
+
+_STRETCHES = 4  # of all loaded recordings together
 
 _Blocks = tuple[ReducedProblem, ...]
 
@@ -38,12 +42,14 @@ class PayloadBlocks:
         unloaded: of those without; with ``difference`` the k-th is the same stretch of the motion as the k-th of
             ``loaded``.
         difference: of the torque differences; empty where the recordings form no pairs.
+        stretches: the loaded recordings once more, in a few long pieces.
     """
 
     length: float
     loaded: _Blocks
     unloaded: _Blocks = ()
     difference: _Blocks = ()
+    stretches: _Blocks = ()
 
     def __post_init__(self) -> None:
         """Blocks that are left out together must be as many."""
@@ -99,8 +105,13 @@ def payload_blocks(
         other = [own - lag for own, lag in zip(edges, lags, strict=True)]
     else:
         other = [block_edges(recording, length) for recording in without]
+    pieces = max(1, _STRETCHES // max(len(with_payload), 1))
     return PayloadBlocks(
-        length, _cut(with_payload, edges), _cut(without, other), _cut(changes, edges) if pairs else ()
+        length=length,
+        loaded=_cut(with_payload, edges),
+        unloaded=_cut(without, other),
+        difference=_cut(changes, edges) if pairs else (),
+        stretches=_cut(with_payload, [block_edges(one, np.ptp(span(one)) / pieces) for one in with_payload]),
     )
 
 

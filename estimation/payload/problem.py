@@ -18,10 +18,11 @@ from ...model import (
 )
 from ...model.arrays import Array
 from ..alignment import AlignedPair, aligned
+from ..causes import Source
 from ..estimate import Estimate
 from ..filtering import measurement
 from ..identification import base_problem, check_lengths, check_moving
-from ..plausibility import check_recordings
+from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem
 from ..progress import Progress, silent
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
@@ -54,6 +55,7 @@ class PayloadProblem:
         rate: at which the (first) loaded recording was processed [Hz].
         blocks: the same equations cut in blocks of time, for robust standard deviations.
         without_blocks: why there are none although they were asked for.
+        source: the recordings themselves, in which the verdict looks for causes.
     """
 
     robot: Robot
@@ -67,6 +69,7 @@ class PayloadProblem:
     rate: float | None = None
     blocks: PayloadBlocks | None = None
     without_blocks: str = ""
+    source: Source | None = None
 
     def __post_init__(self) -> None:
         """Refuse a robot whose parameters are not those of this model."""
@@ -106,6 +109,7 @@ def payload_problem(
     base = base_parameters(robot)
     check_visible(robot, base)
     check_recordings(robot, loaded)
+    check_apart(loaded, unloaded)
     check_lengths(loaded, processing)
     check_moving(robot, base, loaded)
     bare = base_problem(robot, base, unloaded, processing, progress=progress) if unloaded else None
@@ -137,7 +141,10 @@ def payload_problem(
         except InputError as error:
             unavailable = str(error)
     rate = measured[0].motion.rate
-    return PayloadProblem(robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable)
+    source = Source(tuple(loaded), tuple(unloaded), processing)
+    return PayloadProblem(
+        robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable, source
+    )
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:

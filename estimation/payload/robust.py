@@ -35,11 +35,11 @@ def robust_covariance(problem: PayloadProblem, method: Method, estimate: Estimat
     def solve(part: PayloadProblem) -> Array:
         return method(part, weights).values
 
-    robust = jackknife(solve, _deletions(problem), estimate.values, problem.blocks.length)
+    robust = jackknife(solve, deletions(problem), estimate.values, problem.blocks.length)
     return replace(robust, covariance=robust.covariance + _robots_share(problem, method, estimate, weights))
 
 
-def _deletions(problem: PayloadProblem) -> list[Iterator[PayloadProblem]]:
+def deletions(problem: PayloadProblem) -> list[Iterator[PayloadProblem]]:
     """The problem without each block; blocks that share no motion are left out one recording at a time."""
     blocks = problem.blocks
     assert blocks is not None

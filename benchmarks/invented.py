@@ -1,0 +1,145 @@
+"""Robots with invented parameters, payloads and recordings of them, for benchmarks and tests of the verdict.
+
+The shipped TX40 and UR10e know their geometry only. Here they get links, drives and friction that can exist and are
+of the right order; they are no figures of those arms.
+"""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+from dynident.model import InertialParameters, Joint, Limits, Motion, Recording, Robot, load_robot, standard_columns
+from dynident.model.arrays import Array
+from dynident.trajectories import Simulator, random_via_points
+from scipy.signal import lfilter
+
+NAMES = ("rx90", "ur10e", "tx40")
+PAYLOADS = ("gripper", "disc", "cube", "bar", "offset")
+RATE = {"rx90": 250.0, "ur10e": 125.0, "tx40": 250.0}
+CAPACITY = {"rx90": 6.0, "ur10e": 8.0, "tx40": 1.7}
+"""Mass of a usual payload [kg]."""
+RELATIVE_NOISE = 0.12
+"""Standard deviation of white torque noise, of each joint's torque."""
+
+_UR10E = (  # mass [kg], centre of mass [m], size of a box [m]
+    (7.4, (0.0, 0.0, -0.03), (0.15, 0.15, 0.2)),
+    (13.0, (-0.3, 0.0, 0.17), (0.7, 0.12, 0.12)),
+    (4.0, (-0.28, 0.0, 0.05), (0.6, 0.1, 0.1)),
+    (2.1, (0.0, -0.01, 0.01), (0.1, 0.12, 0.1)),
+    (2.0, (0.0, 0.01, 0.01), (0.1, 0.12, 0.1)),
+    (0.6, (0.0, 0.0, -0.03), (0.08, 0.08, 0.05)),
+)
+_UR10E_DRIVES = {  # per joint
+    "IA": (3.5, 3.5, 1.5, 0.5, 0.5, 0.5), "FS": (8.0, 9.0, 6.0, 2.5, 2.5, 2.0),
+    "FV": (12.0, 13.0, 8.0, 3.0, 3.0, 2.5), "OFF": (0.6, -0.8, 0.4, 0.2, -0.1, 0.1),
+}  # fmt: skip
+_TX40_SHARE = {"inertia": 0.08, "moment": 0.15, "mass": 0.3, "drive": 0.06, "friction": 0.2}
+"""Of the RX90's parameters, whose shape and drives the TX40 has at half the length."""
+
+
+@functools.cache
+def robot(name: str) -> Robot:
+    """A shipped robot with standard parameters, and limits of speed where the file has none."""
+    known = load_robot(name)
+    if name == "rx90":
+        return known
+    if name == "ur10e":
+        return replace(known, parameters=_ur10e())
+    joints = tuple(map(_lively, known.joints, load_robot("rx90").joints))
+    return replace(known, joints=joints, parameters=_tx40(), processing=replace(known.processing, decimate=10))
+
+
+def _lively(joint: Joint, like: Joint) -> Joint:
+    """With speed and acceleration limits of another."""
+    limits = Limits(joint.limits.position, like.limits.speed, like.limits.acceleration, joint.limits.torque)
+    return replace(joint, limits=limits)
+
+
+def _ur10e() -> dict[str, float]:
+    values: dict[str, float] = {}
+    for link, (mass, com, size) in enumerate(_UR10E, 1):
+        values |= box(mass, com, size).named(str(link))
+        values |= {f"{kind}{link}": drives[link - 1] for kind, drives in _UR10E_DRIVES.items()}
+    return values
+
+
+def _tx40() -> dict[str, float]:
+    share = dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), "inertia") | dict.fromkeys(
+        ("MX", "MY", "MZ"), "moment"
+    )
+    share |= {"M": "mass", "IA": "drive"} | dict.fromkeys(("FS", "FV", "FVM", "FSM"), "friction")
+    values = load_robot("rx90").parameters
+    return {name: _TX40_SHARE[share[name.rstrip("0123456789")]] * value for name, value in values.items()}
+
+
+def box(mass: float, com: tuple[float, ...], size: tuple[float, ...]) -> InertialParameters:
+    """A homogeneous box [kg, m], its edges along the axes."""
+    a, b, c = np.square(size)
+    return InertialParameters.from_com(mass, com, mass / 12.0 * np.diag([b + c, a + c, a + b]))
+
+
+def payload(name: str, kind: str, draw: np.random.Generator) -> InertialParameters:
+    """A payload of one kind that suits a robot, its mass and place drawn."""
+    m = CAPACITY[name] * float(draw.uniform(0.7, 1.3))
+    x, y = draw.uniform(-0.02, 0.02, 2)
+    size = float(np.cbrt(CAPACITY[name] / 6.0))  # small arms carry small things
+    if kind == "gripper":
+        return box(0.3 * m, (x, y, 0.07 * size), (0.08 * size, 0.1 * size, 0.14 * size))
+    if kind == "disc":
+        return box(m, (x, y, 0.14 * size), (0.3 * size, 0.3 * size, 0.03 * size))
+    if kind == "cube":
+        return box(m, (x, y, 0.1 * size), (0.2 * size,) * 3)
+    if kind == "bar":
+        return box(0.7 * m, (x, y, 0.08 * size), (1.4 * size, 0.06 * size, 0.06 * size))
+    return box(m, (0.2 * size + x, -0.12 * size + y, 0.15 * size), (0.5 * size, 0.4 * size, 0.3 * size))
+
+
+@functools.cache
+def simulator(name: str) -> Simulator:
+    """Simulator of such a robot."""
+    return Simulator(robot(name))
+
+
+def motion(name: str, seed: int, points: int = 14, speed: float = 0.6) -> Motion:
+    """A random motion within the limits."""
+    return random_via_points(robot(name), points, seed, speed, span=0.8 if name != "ur10e" else 0.3).motion(
+        RATE[name]
+    )
+
+
+def recorded(
+    name: str,
+    moved: Motion,
+    load: InertialParameters | None,
+    seed: int,
+    noise: float = RELATIVE_NOISE,
+    memory: float = 0.0,
+) -> Recording:
+    """A recording with white noise, or with a third of it that remembers ``memory`` samples (AR(1))."""
+    exact = simulator(name).record(moved, load)
+    sigma = noise * np.sqrt(np.mean(exact.torque**2, axis=0))
+    label = f"{'loaded' if load else 'unloaded'}.csv"
+    return Recording(moved.t, moved.q, exact.torque + sigma * _noise(moved.q.shape, memory, seed), None, label)
+
+
+def _noise(shape: tuple[int, ...], memory: float, seed: int) -> Array:
+    steps = np.random.default_rng([seed, 77]).standard_normal(shape)
+    if not memory:
+        return steps
+    phi = float(np.exp(-1.0 / memory))
+    steps[1:] *= np.sqrt(1.0 - phi**2)
+    return np.asarray(lfilter([1.0], [1.0, -phi], steps, axis=0)) / 3.0
+
+
+def check_links_can_exist(name: str) -> None:
+    """Raise ValueError where an invented link cannot exist."""
+    known = robot(name)
+    for link in range(1, known.n + 1):
+        vector = np.array([known.parameters[column] for column in standard_columns(known) if _of(column, link)])
+        if not InertialParameters(vector).physically_consistent:
+            raise ValueError(f"link {link} of {name} cannot exist")
+
+
+def _of(column: str, link: int) -> bool:
+    kind = column.rstrip("0123456789")
+    return column.endswith(str(link)) and kind in ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")

@@ -1,0 +1,150 @@
+"""What good recordings are answered with: 200 of them, over all robots, payloads and kinds of noise.
+
+Run: python benchmarks/verdicts.py [--runs 200] [--first 0] [--jobs 2]
+
+Each run draws a robot, a payload, one or two motions (each without and with payload, on the same or on different
+motions), the size of the torque noise and whether it is white or remembers (AR(1), 20 samples). A run is answered
+unless it ends in an error or in "do not use". The level must be "use" where the robust standard deviation of the
+inertia at the centre of mass is under 30 % and "mass and centre of mass only" where it is not. Thresholds were set
+with seeds from 10,000 on.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from dynident.benchmarks import invented
+from dynident.estimation import PayloadAnswer, SolverError, answer_payload, payload_problem
+from dynident.model import InputError
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+LIMIT = 0.30
+MEMORY = 20.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """One good set of recordings and what it was answered with.
+
+    Attributes:
+        seed, robot, payload: which.
+        level: of the verdict, or "error".
+        expected: level by the robust standard deviation alone; empty for an error.
+        mass_error: relative.
+        inertia_error: largest error of a moment of inertia at the centre of mass, relative to it.
+        text: reasons, or the error.
+    """
+
+    seed: int
+    robot: str
+    payload: str
+    level: str
+    expected: str
+    mass_error: float
+    inertia_error: float
+    text: str
+
+    @property
+    def answered(self) -> bool:
+        """Whether it was."""
+        return self.level in ("use", "mass_and_com_only")
+
+
+def run(seed: int) -> Run:
+    """Draw one set of good recordings and answer it."""
+    draw = np.random.default_rng([seed, 2026])
+    name, kind = invented.NAMES[seed % 3], invented.PAYLOADS[seed // 3 % 5]
+    body = invented.payload(name, kind, draw)
+    noise, memory = float(draw.uniform(0.05, 0.25)), MEMORY * int(draw.integers(2))
+    pairs, apart = int(draw.integers(1, 3)), bool(draw.random() < 0.25)
+    seeds = [int(s) for s in draw.integers(1_000_000, size=2 * pairs)]
+    bare = [invented.motion(name, s) for s in seeds[:pairs]]
+    moved = [invented.motion(name, s) for s in seeds[pairs:]] if apart else bare
+    unloaded = [invented.recorded(name, m, None, 2 * seed + k, noise, memory) for k, m in enumerate(bare)]
+    loaded = [invented.recorded(name, m, body, 2 * seed + k + 10**6, noise, memory) for k, m in enumerate(moved)]
+    try:
+        answer = answer_payload(payload_problem(invented.robot(name), loaded, unloaded, robust=True))
+    except (InputError, SolverError) as error:
+        return Run(seed, name, kind, "error", "", np.nan, np.nan, str(error))
+    found = answer.recommended.body
+    off = np.diag(found.inertia_com) / np.diag(body.inertia_com) - 1.0
+    return Run(
+        seed, name, kind, answer.verdict.level, expected(answer), found.mass / body.mass - 1.0,
+        float(np.abs(off).max()), "; ".join(answer.verdict.reasons),
+    )  # fmt: skip
+
+
+def expected(answer: PayloadAnswer) -> str:
+    """Level by the robust standard deviation of the inertia at the centre of mass."""
+    payload = answer.recommended
+    sigma = payload.free.sigma_inertia_com_robust
+    assert sigma is not None
+    relative = np.diag(sigma) / np.maximum(np.diag(payload.body.inertia_com), 1e-12)
+    return "use" if relative.max() < LIMIT else "mass_and_com_only"
+
+
+def runs(seeds: range, jobs: int = 1) -> list[Run]:
+    """All of them, in order."""
+    if jobs == 1:
+        return [run(seed) for seed in track(seeds, "runs")]
+    with ProcessPoolExecutor(jobs) as pool:
+        return list(track(pool.map(run, seeds, chunksize=5), "runs", total=len(seeds)))
+
+
+def table(done: list[Run]) -> Table:
+    """Counts by robot and payload."""
+    result = Table(title=f"{len(done)} good sets of recordings", box=None)
+    headings = (
+        "robot",
+        "payload",
+        "runs",
+        "use",
+        "mass, com",
+        "do not use",
+        "error",
+        "as sigma says",
+        "mass error %",
+    )
+    for heading in (*headings, "inertia error % where use"):
+        result.add_column(heading, justify="left" if heading in headings[:2] else "right")
+    for group, members in _grouped(done):
+        levels = Counter(one.level for one in members)
+        used = [100 * one.inertia_error for one in members if one.level == "use"]
+        right = sum(one.level == one.expected for one in members if one.answered)
+        worst = max((abs(100 * one.mass_error) for one in members if one.answered), default=np.nan)
+        counts = [levels[level] for level in ("use", "mass_and_com_only", "do_not_use", "error")]
+        result.add_row(
+            *group, str(len(members)), *map(str, counts), f"{right}", f"{worst:.2f}",
+            f"{max(used):.0f}" if used else "",
+        )  # fmt: skip
+    return result
+
+
+def _grouped(done: list[Run]) -> Iterator[tuple[tuple[str, str], list[Run]]]:
+    for name in invented.NAMES:
+        for kind in invented.PAYLOADS:
+            yield (name, kind), [one for one in done if (one.robot, one.payload) == (name, kind)]
+    yield ("all", ""), done
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--runs", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, metavar="SEED")
+    parser.add_argument("--jobs", type=int, default=2)
+    given = parser.parse_args()
+    done = runs(range(given.first, given.first + given.runs), given.jobs)
+    console = Console(width=120)
+    console.print(table(done))
+    for one in done:
+        if one.level != one.expected:
+            console.print(f"seed {one.seed} {one.robot} {one.payload}: {one.level}: {one.text}", markup=False)
+
+
+if __name__ == "__main__":
+    main()

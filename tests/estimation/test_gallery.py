@@ -1,0 +1,57 @@
+"""A gallery of wrong inputs: each ends in an error or in a verdict that names the cause."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.benchmarks import verdicts
+from dynident.model.arrays import Array
+from dynident.tests.estimation import gallery
+
+CASES = {case.name: case for case in gallery.cases()}
+
+
+def test_the_gallery_is_large_and_its_good_recordings_are_good() -> None:
+    """The cases are made from recordings which, as they are, give the mass and no contradiction."""
+    assert len(CASES) >= 45
+    for name in ("rx90", "ur10e", "tx40"):
+        good = gallery.both(name, "as it is", "", gallery.same)
+        end = gallery.ending(good)
+        assert end.level in ("use", "mass_and_com_only"), end.text
+        assert "joint" not in end.text
+        assert "looks as if" not in end.text
+        assert abs(end.mass / good.mass - 1.0) < 0.03
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
+    case = CASES[name]
+    end = gallery.ending(case)
+    assert re.search(case.words, end.text), end.text
+    assert end.level != "use"
+    if end.level == "mass_and_com_only":
+        assert abs(end.mass / case.mass - 1.0) < 0.03
+
+
+@pytest.mark.parametrize(
+    ("words", "spoil"),
+    [
+        ("ms", lambda t: 1000.0 * t),
+        ("runs back", lambda t: t[::-1]),
+        ("stands still", lambda t: np.repeat(t[::2], 2)[: len(t)]),
+    ],
+)
+def test_wrong_columns_of_time_are_refused(tmp_path: Path, words: str, spoil: Callable[[Array], Array]) -> None:
+    end = gallery.reading(tmp_path / "log.csv", spoil)
+    assert end.level == "error"
+    assert words in end.text
+
+
+@pytest.mark.parametrize("seed", range(20, 30))
+def test_good_recordings_are_answered_as_far_as_they_determine(seed: int) -> None:
+    """Ten of the benchmark's two hundred; more would take too long here."""
+    one = verdicts.run(seed)
+    assert one.level == one.expected, one.text
+    assert abs(one.mass_error) < 0.06
