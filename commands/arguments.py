@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ..estimation import StopRule
     from ..estimation.stored import StoredRobot
     from ..model import Processing, Recording, Robot
 
@@ -32,6 +33,40 @@ def processing_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--offsets", action=argparse.BooleanOptionalAction, help="a constant torque per joint")
     group.add_argument("--coulomb", choices=("sum", "paper"), help="Coulomb friction of coupled drives")
     group.add_argument("--json", metavar="F", help="write the result as JSON")
+
+
+def essential_arguments(parser: argparse.ArgumentParser) -> None:
+    """When the elimination of parameters ends: one rule or the other."""
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument(
+        "--essential-ratio",
+        type=float,
+        metavar="RATIO",
+        help="eliminate parameters until the error's standard deviation has grown by this (default: 1.02)",
+    )
+    either.add_argument(
+        "--essential-sigma",
+        type=fraction,
+        metavar="PERCENT",
+        help="or until all relative standard deviations are within this, such as 10%%",
+    )
+
+
+def essential_rule(arguments: argparse.Namespace) -> StopRule | None:
+    """The rule asked for; None for the default."""
+    from ..estimation import SigmaBound, SigmaRatio
+
+    if arguments.essential_sigma is not None:
+        return SigmaBound(arguments.essential_sigma)
+    return SigmaRatio(arguments.essential_ratio) if arguments.essential_ratio is not None else None
+
+
+def fraction(text: str) -> float:
+    """A percentage, "10%" or "10", as a fraction."""
+    try:
+        return float(text.strip().removesuffix("%")) / 100.0
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage such as 10%") from None
 
 
 def whole(text: str) -> int:

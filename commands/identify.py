@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .arguments import (
+    ANSWERED,
+    DO_NOT_USE,
+    essential_arguments,
+    essential_rule,
+    processing_arguments,
+    read_recordings,
+    robot_argument,
+    settings,
+)
 from .results import result_arguments, write_results
+
+if TYPE_CHECKING:
+    from ..estimation import ConstrainedBase, ConstrainedRobot, Identification
 
 
 def add_parser(commands: Any) -> None:
@@ -15,6 +28,23 @@ def add_parser(commands: Any) -> None:
     robot_argument(parser)
     parser.add_argument("--data", action="append", required=True, metavar="CSV", help="recording without payload")
     parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
+    essential_arguments(parser)
+    group = parser.add_argument_group("a robot that can exist", "beside the free estimate")
+    group.add_argument(
+        "--constrained",
+        choices=("none", "base", "prior"),
+        default="base",
+        help="base parameters of the nearest robot that can exist (default), or all standard parameters, those "
+        "that no data show by a prior",
+    )
+    group.add_argument(
+        "--prior-mass", type=float, metavar="KG", help="prior: cylinders of this mass instead of the robot's file"
+    )
+    group.add_argument(
+        "--prior-budget", type=float, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
+    )
+    group.add_argument("--total-mass", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]")
+    parser.add_argument("--plots", metavar="DIR", help="write figures as PNG and SVG; made if missing")
     processing_arguments(parser)
     result_arguments(parser)
     parser.set_defaults(run=run)
@@ -24,24 +54,84 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import identification_system, identify
+    from ..estimation import ConstrainedRobot, identification_system, identify, impossible_robot
     from ..estimation.verdict import fit_reasons
+    from ..report.robot_tables import constrained_notes, elimination_notes, standard_table
     from ..report.tables import console, robot_notes, robot_table
 
     robot, processing = settings(arguments)
+    _check(arguments)
     told: set[str] = set()
     recordings = read_recordings(arguments.data, robot, arguments.drive_gains, told)
     held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told)
     with Console(stderr=True).status("reading") as status:
-        result = identify(robot, recordings, processing, held_out, progress=status.update)
-    table = robot_table(result)
-    terminal = console(table)
-    terminal.print(table)
-    for line in robot_notes(result):
+        rule = essential_rule(arguments)
+        result = identify(robot, recordings, processing, held_out, progress=status.update, essential=rule)
+        constrained = _constrained(arguments, result)
+        warnings = impossible_robot(robot, result.base, result.estimate, result.elimination)
+    tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
+    if isinstance(constrained, ConstrainedRobot):
+        tables.append(standard_table(constrained, robot.title or robot.name))
+    terminal = console(*tables)
+    terminal.print(*tables)
+    notes = [*robot_notes(result), *elimination_notes(result.elimination, warnings)]
+    for line in [*notes, *(constrained_notes(constrained) if constrained else [])]:
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
         from ..report.documents import identification_document, write_json
 
-        write_json(arguments.json, identification_document(result, processing, arguments.drive_gains))
-    write_results(arguments, [table], lambda: identification_system(result, recordings, processing))
+        gains = arguments.drive_gains
+        document = identification_document(result, processing, gains, constrained, warnings)
+        write_json(arguments.json, document)
+    if arguments.plots:
+        _plot(Path(arguments.plots), result)
+    write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
     return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse options that would have no effect."""
+    from ..model import InputError
+
+    for option, gauges in (
+        ("prior_mass", ("prior",)),
+        ("prior_budget", ("prior",)),
+        ("total_mass", ("base", "prior")),
+    ):
+        if getattr(arguments, option) is not None and arguments.constrained not in gauges:
+            name = f"--{option.replace('_', '-')}"
+            raise InputError(f"{name} belongs to --constrained {' or '.join(gauges)}, not {arguments.constrained}")
+
+
+def _constrained(
+    arguments: argparse.Namespace, result: Identification
+) -> ConstrainedBase | ConstrainedRobot | None:
+    """The robot that can exist, as asked for."""
+    from ..estimation import MassBounds, SolverError, robot_prior, solve_constrained_base, solve_constrained_prior
+    from ..estimation.constrained_prior import BUDGET
+    from ..model import InputError
+
+    if arguments.constrained == "none":
+        return None
+    robot, base, estimate = result.robot, result.base, result.estimate
+    mass = MassBounds(*arguments.total_mass) if arguments.total_mass else None
+    try:
+        if arguments.constrained == "base":
+            return solve_constrained_base(robot, base, estimate, mass)
+        budget = BUDGET if arguments.prior_budget is None else arguments.prior_budget
+        prior = robot_prior(robot, arguments.prior_mass)
+        return solve_constrained_prior(robot, base, estimate, prior, budget, mass)
+    except SolverError as error:
+        raise InputError(f"{error}; --constrained none leaves it out") from error
+
+
+def _plot(folder: Path, result: Identification) -> None:
+    """Figures of the result."""
+    from ..report.essential_plot import essential_figure
+    from ..report.plots import save_figure
+
+    folder.mkdir(parents=True, exist_ok=True)
+    labels = dict(zip(result.base.columns, result.base.names, strict=True))
+    figure = essential_figure(result.elimination, result.robot.title or result.robot.name, labels)
+    for ending in ("png", "svg"):
+        save_figure(figure, folder / f"essential_path.{ending}")

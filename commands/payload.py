@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .arguments import (
+    ANSWERED,
+    DO_NOT_USE,
+    essential_arguments,
+    essential_rule,
+    processing_arguments,
+    read_recordings,
+    robot_argument,
+    settings,
+)
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
 from .results import result_arguments, write_results
 
@@ -34,6 +43,7 @@ def add_parser(commands: Any) -> None:
         "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
     )
     knowledge_arguments(parser)
+    essential_arguments(parser)
     processing_arguments(parser)
     result_arguments(parser)
     parser.set_defaults(run=run)
@@ -43,17 +53,21 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import SolverError, answer_payload, payload_problem, payload_system
+    from ..estimation import SolverError, answer_payload, elimination_warnings, payload_problem, payload_system
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
     from ..report.constrained import recommended_notes, recommended_table
     from ..report.documents import payload_document, write_json
+    from ..report.robot_tables import combined_notes
     from ..report.tables import console, payload_notes, payload_table
 
     if not arguments.unloaded and not arguments.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if arguments.free_friction and arguments.method not in ("1", "all"):
         raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    rule = essential_rule(arguments)
+    if rule is not None and arguments.method not in ("4", "all"):
+        raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
     constraints, gain_errors = constraints_of(arguments), gain_errors_of(arguments)
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
@@ -70,18 +84,20 @@ def run(arguments: argparse.Namespace) -> int:
         methods = None if arguments.method == "all" else (int(arguments.method),)
         try:
             answer = answer_payload(
-                problem, methods, arguments.free_friction, held_out, processing, constraints, gain_errors
+                problem, methods, arguments.free_friction, held_out, processing, constraints, gain_errors, rule
             )
         except SolverError as error:
             raise InputError(str(error)) from None
+        warnings = elimination_warnings(answer)
     best, free = recommended_table(answer), payload_table(answer.estimates)
+    free_notes = [*combined_notes(answer, warnings), *payload_notes(answer)]
     terminal = console(best, free)
-    for table, notes in ((best, recommended_notes(answer)), (free, payload_notes(answer))):
+    for table, notes in ((best, recommended_notes(answer)), (free, free_notes)):
         terminal.print(table)
         for line in notes:
             terminal.print(line, markup=False, highlight=False)
         terminal.print()
     if arguments.json:
-        write_json(arguments.json, payload_document(answer, processing, gains))
+        write_json(arguments.json, payload_document(answer, processing, gains, warnings))
     write_results(arguments, [best, free], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED

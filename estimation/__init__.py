@@ -6,16 +6,20 @@ from .cone import SolverError
 from .conflicts import Tested, Weighing
 from .constrained import ConstrainedEstimate, CvxpyProblem, build_constrained, solve_constrained
 from .constrained_base import ConstrainedBase, Holding, solve_constrained_base
+from .constrained_prior import ConstrainedRobot, solve_constrained_prior
 from .constraints import CentreOfMassInBox, Constraint, KnownMass, MassBounds, PossibleBody
 from .decimation import decimated, noise_bandwidth
 from .drive_gains import GainErrors
+from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
+from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
 from .names import PAYLOAD
 from .observation import Observation, Observer
+from .origins import Origin, hidden_directions, origins
 from .payload import (
     ByJoints,
     ConstrainedPayload,
@@ -31,6 +35,7 @@ from .payload import (
     combined,
     constrain_payload,
     difference_problem,
+    essential_combined,
     identify_payload,
     loaded_problem,
     payload_blocks,
@@ -42,6 +47,7 @@ from .payload import (
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
+from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
 from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
@@ -56,8 +62,11 @@ __all__ = [
     "ConstrainedBase",
     "ConstrainedEstimate",
     "ConstrainedPayload",
+    "ConstrainedRobot",
     "Constraint",
     "CvxpyProblem",
+    "Elimination",
+    "EliminationPath",
     "Estimate",
     "Fit",
     "GainErrors",
@@ -73,6 +82,7 @@ __all__ = [
     "Observation",
     "ObservationSystem",
     "Observer",
+    "Origin",
     "PairedMeasurement",
     "PayloadAnswer",
     "PayloadBlocks",
@@ -80,8 +90,12 @@ __all__ = [
     "PayloadProblem",
     "PossibleBody",
     "ReducedProblem",
+    "RobotPrior",
     "RobustCovariance",
+    "SigmaBound",
+    "SigmaRatio",
     "SolverError",
+    "StopRule",
     "Stretch",
     "Tested",
     "Verdict",
@@ -92,18 +106,26 @@ __all__ = [
     "build_constrained",
     "combined",
     "constrain_payload",
+    "cylinder_prior",
     "decimated",
     "difference_problem",
+    "eliminate",
+    "elimination_warnings",
+    "essential_combined",
     "fit",
+    "hidden_directions",
     "identification_system",
     "identify",
     "identify_payload",
+    "impossible_payload",
+    "impossible_robot",
     "jackknife",
     "loaded_problem",
     "measurement",
     "merged",
     "noise_bandwidth",
     "ordinary",
+    "origins",
     "payload_blocks",
     "payload_by_joints",
     "payload_over_time",
@@ -115,8 +137,10 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prior",
     "solve_constrained",
     "solve_constrained_base",
+    "solve_constrained_prior",
     "usable_methods",
     "weighted",
 ]

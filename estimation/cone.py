@@ -67,8 +67,12 @@ class SolverError(RuntimeError):
         return SolverError(self.status, self.problem, demands)
 
 
-def solve_cone(program: ConeProgram) -> ConeSolution:
+def solve_cone(program: ConeProgram, largest: float | None = None) -> ConeSolution:
     """Solve a cone program.
+
+    Args:
+        program: what to solve.
+        largest: R with larger entries is scaled down to this.
 
     Raises:
         SolverError: for anything but a clean solve.
@@ -76,7 +80,7 @@ def solve_cone(program: ConeProgram) -> ConeSolution:
     import clarabel
 
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
-    scale = max(1.0, float(np.abs(program.R).max()) / _LARGEST)
+    scale = max(1.0, float(np.abs(program.R).max()) / (largest or _LARGEST))
     matrix, right = _stacked(program, scale)
     cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
     cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]

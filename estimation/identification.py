@@ -10,7 +10,7 @@ from ..model.arrays import Array
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
 from .blocks import block_edges, block_length, cut, leave_one_out
 from .drive_gains import gain_sensitivity
-from .essential import essential_parameters
+from .essential import Elimination, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement
 from .least_squares import weighted
@@ -31,7 +31,7 @@ class Identification:
         base: which parameters, and how the standard ones are grouped in them.
         problem: the reduced equations.
         estimate: values in the order of ``base.columns``, with covariance.
-        essential: columns that remain after elimination.
+        elimination: essential parameters, and how they were found.
         validation: fit on recordings that were not used, if there were any.
     """
 
@@ -39,8 +39,13 @@ class Identification:
     base: BaseParameters
     problem: ReducedProblem
     estimate: Estimate
-    essential: tuple[str, ...]
+    elimination: Elimination
     validation: Fit | None
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Columns that remain after elimination."""
+        return self.elimination.essential
 
 
 def identify(
@@ -50,6 +55,7 @@ def identify(
     validation: Sequence[Recording] = (),
     progress: Progress = silent,
     robust: bool = False,
+    essential: StopRule | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -60,6 +66,7 @@ def identify(
         validation: recordings on which the result is tried.
         progress: told what is being worked on.
         robust: add standard deviations that hold for autocorrelated residuals.
+        essential: when elimination ends; the paper's ratio of 1.02 by default.
 
     Raises:
         InputError: if the recordings cannot determine the parameters, or not robust deviations of them.
@@ -79,7 +86,7 @@ def identify(
         check = fit(
             base_problem(robot, base, validation, processing, check=False, progress=progress), estimate.values
         )
-    return Identification(robot, base, problem, estimate, essential_parameters(problem, estimate), check)
+    return Identification(robot, base, problem, estimate, eliminate(problem, estimate, essential), check)
 
 
 def base_problem(

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..estimation import (
+    ConstrainedBase,
     ConstrainedPayload,
+    ConstrainedRobot,
     Fit,
     Identification,
     PayloadAnswer,
@@ -22,14 +24,27 @@ from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
 from ..model.files import write_text
 from .by_joints import mass_by_joints_document
+from .robot_documents import constrained_document, elimination_document
 
 Document = dict[str, Any]
 
 
 def identification_document(
-    result: Identification, processing: Processing, drive_gains: Sequence[float] | None
+    result: Identification,
+    processing: Processing,
+    drive_gains: Sequence[float] | None,
+    constrained: ConstrainedBase | ConstrainedRobot | None = None,
+    warnings: Sequence[str] = (),
 ) -> Document:
-    """What ``dynident identify --json`` writes."""
+    """What ``dynident identify --json`` writes.
+
+    Args:
+        result: the free estimate.
+        processing: settings.
+        drive_gains: torque per current [N·m/A], if currents were read.
+        constrained: the robot that can exist, if it was asked for.
+        warnings: what speaks against the essential parameters.
+    """
     estimate = result.estimate
     groupings = result.base.groupings()
     parameters = [
@@ -59,6 +74,10 @@ def identification_document(
         "columns": list(estimate.names),
         "covariance": estimate.covariance,
         "base_parameters": parameters,
+        "elimination": elimination_document(
+            result.elimination, warnings, dict(zip(estimate.names, result.base.names, strict=True))
+        ),
+        "constrained": constrained_document(constrained, result.base) if constrained is not None else None,
         "condition_number": raw,
         "condition_number_scaled": scaled,
         "gain_sensitivity": estimate.gain_sensitivity,
@@ -69,9 +88,12 @@ def identification_document(
 
 
 def payload_document(
-    answer: PayloadAnswer, processing: Processing, drive_gains: Sequence[float] | None = None
+    answer: PayloadAnswer,
+    processing: Processing,
+    drive_gains: Sequence[float] | None = None,
+    warnings: Sequence[str] = (),
 ) -> Document:
-    """What ``dynident payload --json`` writes."""
+    """What ``dynident payload --json`` writes; ``warnings``: what speaks against the essential parameters."""
     problem, check = answer.problem, answer.validation
     fitted = residual_document(answer.robot_fit) if answer.robot_fit else {"all": None, "per_joint": None}
     return {
@@ -86,9 +108,18 @@ def payload_document(
         ],
         "recommended": {"method": answer.recommended.method, "estimator": "constrained"},
         "mass_by_joints": mass_by_joints_document(answer.by_joints),
+        "essential": _combined_document(answer, warnings),
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
         "verdict": {"level": answer.verdict.level, "reasons": list(answer.verdict.reasons)},
     }
+
+
+def _combined_document(answer: PayloadAnswer, warnings: Sequence[str]) -> Document | None:
+    """Essential parameters of robot and payload together, as in Table 2, where method 4 was used."""
+    if answer.elimination is None:
+        return None
+    base = answer.problem.base
+    return elimination_document(answer.elimination, warnings, dict(zip(base.columns, base.names, strict=True)))
 
 
 def processing_document(robot: Robot, processing: Processing, drive_gains: Sequence[float] | None) -> Document:

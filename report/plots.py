@@ -1,19 +1,42 @@
-"""Figures. matplotlib is imported here and nowhere else."""
+"""Figures of torques, and files of figures. matplotlib is imported in this room only."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..estimation import Observation
 from ..model.arrays import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
+    import matplotlib
+
+    metadata: dict[str, dict[str, Any]] = {
+        ".png": {"Software": None},
+        ".svg": {"Date": None},
+        ".pdf": {"CreationDate": None},
+    }
+    with matplotlib.rc_context({"svg.hashsalt": "dynident"}):
+        figure.savefig(path, dpi=130, metadata=metadata.get(Path(path).suffix.lower()))
 
 
 def save_torques(
     path: str | Path, observation: Observation, curves: Sequence[tuple[str, Array]], title: str
 ) -> None:
-    """Measured and predicted torques of every joint, one below the other, as PNG, SVG or PDF.
+    """``torque_figure`` as a file."""
+    save_figure(torque_figure(observation, curves, title), path)
+
+
+def torque_figure(observation: Observation, curves: Sequence[tuple[str, Array]], title: str) -> Figure:
+    """Measured and predicted torques of every joint, one below the other.
 
     Args:
-        path: file; its ending chooses the format.
         observation: measured torques Y and the columns W.
         curves: (label, parameters chi of ``observation.columns``) of each prediction W chi.
         title: above the figure.
@@ -36,5 +59,4 @@ def save_torques(
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves) + 1)
     axes[-1].set_xlabel("time [s]")
     figure.suptitle(title)
-    # Without metadata the same result gives the same bytes.
-    figure.savefig(path, dpi=130, metadata={"Software": None} if str(path).endswith(".png") else None)
+    return figure

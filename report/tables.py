@@ -92,10 +92,11 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
     ]
 
 
-def robot_table(result: Identification) -> Table:
-    """Base parameters with standard deviations."""
+def robot_table(result: Identification, constrained: Sequence[float] | None = None) -> Table:
+    """Base parameters with standard deviations, beside those of a robot that can exist."""
     title = f"Base parameters of {result.robot.title or result.robot.name}, SI units"
-    table = empty_table(title, ("",), ("value", "sigma", "%"))
+    beside = constrained is not None
+    table = empty_table(title, ("",), ("value", "sigma", "%", *(["constrained"] * beside)))
     table.add_column("essential", no_wrap=True)
     table.add_column("grouping", overflow="fold")
     estimate = result.estimate
@@ -105,6 +106,7 @@ def robot_table(result: Identification) -> Table:
             f"{estimate.values[k]:.4g}",
             f"{estimate.sigma[k]:.2g}",
             f"{estimate.relative_sigma_percent[k]:.3g}",
+            *([f"{constrained[k]:.4g}"] if constrained is not None else []),
             "yes" if estimate.names[k] in result.essential else "",
             grouping.split(" = ", 1)[1] if name.endswith("R") else "",
         )
@@ -115,8 +117,8 @@ def robot_notes(result: Identification) -> list[str]:
     """Lines below the robot's table."""
     raw, scaled = result.problem.condition_numbers()
     lines = [
-        f"{result.problem.equations} equations, {len(result.base.columns)} parameters, {len(result.essential)} "
-        f"essential; condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
+        f"{result.problem.equations} equations, {len(result.base.columns)} parameters; "
+        f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Relative residual: {_residual(result.estimate.fit)}",
     ]
     if result.validation is not None:

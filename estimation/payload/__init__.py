@@ -7,7 +7,7 @@ from .constrained import ConstrainedPayload, constrain_payload, error_model
 from .equations import difference_problem, loaded_problem
 from .from_change import payload_map
 from .gains import payload_gain_sensitivity
-from .global_fit import combined
+from .global_fit import combined, combined_problem, essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .over_time import Stretch, payload_over_time
 from .problem import FixedWeights, PayloadProblem, payload_problem
@@ -30,9 +30,11 @@ __all__ = [
     "Stretch",
     "answer_payload",
     "combined",
+    "combined_problem",
     "constrain_payload",
     "difference_problem",
     "error_model",
+    "essential_combined",
     "identify_payload",
     "loaded_problem",
     "payload_blocks",

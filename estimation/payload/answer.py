@@ -7,6 +7,7 @@ from ...model import InputError, Processing, Recording
 from ..cone import SolverError
 from ..constraints import Constraint
 from ..drive_gains import GainErrors
+from ..essential import Elimination, StopRule
 from ..estimate import Fit, fit
 from ..identification import base_problem
 from ..least_squares import weighted
@@ -15,6 +16,7 @@ from ..scaling import POSSIBLE
 from ..verdict import Evidence, Verdict, verdict
 from .by_joints import ByJoints, payload_by_joints
 from .constrained import ConstrainedPayload, constrain_payload
+from .global_fit import essential_combined
 from .methods import METHODS, identify_payload, usable_methods
 from .over_time import payload_over_time
 from .problem import FixedWeights, PayloadProblem
@@ -35,6 +37,7 @@ class PayloadAnswer:
         validation: fit of the same parameters on recordings that were held out.
         by_joints: the payload as single joints see it.
         verdict: whether the numbers may be used.
+        elimination: essential parameters of robot and payload together, where method 4 was used.
     """
 
     problem: PayloadProblem
@@ -45,6 +48,7 @@ class PayloadAnswer:
     validation: Fit | None
     by_joints: ByJoints
     verdict: Verdict
+    elimination: Elimination | None = None
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -68,6 +72,7 @@ def answer_payload(
     processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
     gains: GainErrors | None = None,
+    essential: StopRule | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -79,6 +84,7 @@ def answer_payload(
         processing: settings for those; the robot's own by default.
         constraints: what is known of the payload; that it can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
+        essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can.
@@ -99,6 +105,7 @@ def answer_payload(
     if not constrained:
         against = judged.reasons if judged.level == "do_not_use" else ()
         raise failures[0].naming(*failures[0].demands, *against)
+    together = any(payload.method == 4 for payload in constrained)
     return PayloadAnswer(
         problem=problem,
         estimates=tuple(payload.free for payload in constrained),
@@ -108,6 +115,7 @@ def answer_payload(
         validation=evidence.validation,
         by_joints=evidence.by_joints,
         verdict=judged,
+        elimination=essential_combined(problem, essential) if together else None,
     )
 
 

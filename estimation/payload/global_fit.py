@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 from ...model import InputError
+from ..essential import Elimination, StopRule, eliminate
 from ..estimate import Estimate, fit
 from ..least_squares import weighted
 from ..names import PAYLOAD
-from ..problem import merged
+from ..problem import ReducedProblem, merged
 from .problem import FixedWeights, PayloadProblem
 
 
@@ -21,8 +22,17 @@ def global_fit(problem: PayloadProblem, weights: FixedWeights | None = None) -> 
 
 def combined(problem: PayloadProblem, weights: FixedWeights | None = None) -> Estimate:
     """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
+    return weighted(combined_problem(problem), weights.own if weights else None)
+
+
+def combined_problem(problem: PayloadProblem) -> ReducedProblem:
+    """The equations of (30), columns base, then ``PAYLOAD``."""
     if problem.unloaded is None:
         raise InputError("method 4 needs a recording without payload")
-    loaded = problem.loaded
-    both = merged([problem.unloaded.renamed(loaded.columns), loaded])
-    return weighted(both, weights.own if weights else None)
+    return merged([problem.unloaded.renamed(problem.loaded.columns), problem.loaded])
+
+
+def essential_combined(problem: PayloadProblem, rule: StopRule | None = None) -> Elimination:
+    """Essential parameters of robot and payload together, as in Table 2."""
+    both = combined_problem(problem)
+    return eliminate(both, weighted(both), rule)

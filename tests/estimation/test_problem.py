@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.estimation import Observation, ReducedProblem, fit, merged, ordinary, reduced, weighted
-from dynident.estimation.essential import essential_parameters
+from dynident.estimation.essential import eliminate
 from dynident.estimation.least_squares import joint_weights
 from dynident.estimation.problem import RANK_TOLERANCE, check_rank
 from dynident.model import InputError
@@ -154,7 +154,7 @@ def test_selecting_columns() -> None:
 
 def test_essential_parameters_leave_out_what_the_torques_do_not_show() -> None:
     problem = reduced(observation(12, noise=0.5))
-    assert essential_parameters(problem, weighted(problem)) == ("a", "b", "c")
+    assert eliminate(problem, weighted(problem)).essential == ("a", "b", "c")
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:

@@ -1,0 +1,113 @@
+"""Essential and constrained parameters of the robot as figure, document and table."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    Elimination,
+    EliminationPath,
+    Estimate,
+    Fit,
+    SigmaBound,
+    SigmaRatio,
+    StopRule,
+    robot_prior,
+    solve_constrained_base,
+    solve_constrained_prior,
+)
+from dynident.model import base_parameters, load_robot
+from dynident.report.essential_plot import essential_figure
+from dynident.report.plots import save_figure
+from dynident.report.robot_documents import constrained_document, elimination_document
+from dynident.report.robot_tables import constrained_notes, elimination_notes, standard_table
+
+NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))
+
+
+def elimination(rule: StopRule | None = None) -> Elimination:
+    path = EliminationPath(
+        tuple("abcdef"),
+        np.array([1.0, 1.0, 1.01, 1.03, 1.08, 2.0, 9.0]),
+        np.array([9, 2, 0.5, 0.08, 0.04, 0.01, 0]),
+    )
+    left = tuple("def") if isinstance(rule, SigmaBound) else tuple("cdef")
+    n = len(left)
+    estimate = Estimate(left, np.ones(n), 0.01 * np.eye(n), 100.0, NOTHING, np.ones(1))
+    return Elimination(path, rule or SigmaRatio(), estimate)
+
+
+@pytest.mark.parametrize("rule", [SigmaRatio(), SigmaBound(0.1)])
+def test_the_figure_shows_the_path(rule: StopRule) -> None:
+    found = elimination(rule)
+    gone = len(found.eliminated)
+    figure = essential_figure(found, "robot", {"b": "bR"})
+    above, below = figure.axes
+    assert [text.get_text() for text in below.get_xticklabels()][:3] == ["none", "a", "bR"]
+    for axis, values in ((above, found.path.sigma_ratio), (below, 100.0 * found.path.largest_relative_sigma)):
+        _, taken, other = axis.get_lines()[:3]
+        assert np.asarray(taken.get_ydata()) == pytest.approx(values[: gone + 1])
+        assert np.asarray(other.get_xdata())[0] == gone + 1
+        # No colour is needed to tell them apart.
+        assert (taken.get_markerfacecolor(), other.get_markerfacecolor()) == ("black", "white")
+    limited, limit = (above, 1.02) if isinstance(rule, SigmaRatio) else (below, 10.0)
+    dashed = [line for line in limited.get_lines() if line.get_linestyle() == "--"]
+    assert [float(np.asarray(line.get_ydata())[0]) for line in dashed] == [limit]
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_the_same_figure_gives_the_same_file(tmp_path: Path, ending: str) -> None:
+    for k in (1, 2):
+        save_figure(essential_figure(elimination(), "robot"), tmp_path / f"{k}.{ending}")
+    first, second = ((tmp_path / f"{k}.{ending}").read_bytes() for k in (1, 2))
+    assert len(first) > 1000
+    assert first == second
+
+
+def test_data_without_noise_have_a_figure(tmp_path: Path) -> None:
+    path = EliminationPath(("a", "b"), np.array([1.0, 1e150, np.inf]), np.array([np.inf, 1e-9, 0.0]))
+    estimate = Estimate(("b",), np.ones(1), np.eye(1), 100.0, NOTHING, np.ones(1))
+    save_figure(essential_figure(Elimination(path, SigmaRatio(), estimate), "robot"), tmp_path / "f.png")
+
+
+def test_documents_of_elimination() -> None:
+    found = elimination()
+    document = elimination_document(found, ["warned"], {"c": "cR"})
+    assert (document["rule"], document["essential"], document["warnings"]) == ("ratio", 4, ["warned"])
+    assert document["sigma_ratio"] == found.path.sigma_ratio[2]
+    assert [step["eliminated"] for step in document["path"]] == [None, "a", "b", "cR", "d", "e", "f"]
+    assert [step["remaining"] for step in document["path"]] == [6, 5, 4, 3, 2, 1, 0]
+    assert [entry["name"] for entry in document["parameters"]] == ["cR", "d", "e", "f"]
+    assert document["parameters"][0]["relative_sigma_percent"] == pytest.approx(10.0)
+    assert elimination_document(elimination(SigmaBound()))["rule"] == "sigma"
+    first, second = elimination_notes(found, ["warned"])
+    assert "4 of 6 parameters essential" in first
+    assert second == "  - warned"
+
+
+def test_who_decides_is_told_in_table_and_document() -> None:
+    robot = load_robot("rx90")
+    base = base_parameters(robot)
+    truth = base.value(robot.parameters)
+    sigma = 0.05 * (np.abs(truth) + 0.1)
+    values = truth + sigma * np.random.default_rng(0).standard_normal(len(truth))
+    estimate = Estimate(base.columns, values, np.diag(sigma**2), 500.0, NOTHING, np.ones(1))
+    result = solve_constrained_prior(robot, base, estimate, robot_prior(robot))
+    document = constrained_document(result, base)
+    assert document["gauge"] == "prior"
+    labelled = {entry["name"]: entry for entry in document["parameters"]}
+    assert (labelled["M1"]["kind"], labelled["XY3"]["kind"]) == ("prior", "identified")
+    assert labelled["MX2"]["base"] == ("MX2R",)
+    assert set(document["min_eigenvalues"]) == set("123456")
+    assert document["base_parameters"][0]["free"] == estimate.values[0]
+    assert len(document["unidentifiable"]) == 26
+    table = standard_table(result, "RX90")
+    names, decided = (list(table.columns[k].cells) for k in (0, -1))
+    told = dict(zip(names, decided, strict=True))
+    assert (told["M1"], told["MX2"], told["FV1"]) == ("prior", "prior within MX2R", "data")
+    notes = constrained_notes(result)
+    assert "What the prior decides is not identified." in notes[1]
+    assert any(line.startswith("No motion shows XX1") for line in notes)
+
+    plain = constrained_document(solve_constrained_base(robot, base, estimate), base)
+    assert (plain["gauge"], "parameters" in plain, "prior" in plain) == ("base", False, False)
