@@ -12,6 +12,7 @@ from .decimation import decimated, noise_bandwidth
 from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
+from .excitation import Excitation, excitation, payload_excitation
 from .filtering import measurement, resampled
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
@@ -44,6 +45,7 @@ from .payload import (
     payload_problem,
     usable_methods,
 )
+from .prediction import Curve, TorquePrediction, payload_prediction, payload_predictions, robot_prediction
 from .problem import ReducedProblem, merged
 from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
@@ -64,10 +66,12 @@ __all__ = [
     "ConstrainedPayload",
     "ConstrainedRobot",
     "Constraint",
+    "Curve",
     "CvxpyProblem",
     "Elimination",
     "EliminationPath",
     "Estimate",
+    "Excitation",
     "Fit",
     "GainErrors",
     "Holding",
@@ -98,6 +102,7 @@ __all__ = [
     "StopRule",
     "Stretch",
     "Tested",
+    "TorquePrediction",
     "Verdict",
     "Weighing",
     "aligned",
@@ -112,6 +117,7 @@ __all__ = [
     "eliminate",
     "elimination_warnings",
     "essential_combined",
+    "excitation",
     "fit",
     "hidden_directions",
     "identification_system",
@@ -128,7 +134,10 @@ __all__ = [
     "origins",
     "payload_blocks",
     "payload_by_joints",
+    "payload_excitation",
     "payload_over_time",
+    "payload_prediction",
+    "payload_predictions",
     "payload_problem",
     "payload_system",
     "profile_intervals",
@@ -137,6 +146,7 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prediction",
     "robot_prior",
     "solve_constrained",
     "solve_constrained_base",

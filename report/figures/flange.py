@@ -1,0 +1,115 @@
+"""A sketch of the flange with the payload's centre of mass, its uncertainty to scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation import ConstrainedPayload
+from ...model.arrays import Array
+from .canvas import BLUE, ORANGE, Drawing, new_figure, plain
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
+
+
+def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> Drawing:
+    """Two views, x-z and y-z, equal in scale.
+
+    Args:
+        payload: the recommended one.
+        inertia: whether its inertia may be used: then a body of that inertia is drawn.
+        flange: whether its frame is the flange: then a plate of 63 mm is drawn.
+    """
+    com, bounds = 1e3 * payload.body.com, 1e3 * payload.intervals.com
+    body = _second_moments(payload) if inertia else None
+    figure = new_figure(7.2, 3.9)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axis, k in zip(panels, (0, 1), strict=True):
+        _view(axis, com, bounds, body, (k, 2), flange)
+        axis.set_xlabel(f"{'xyz'[k]} [mm]")
+    low, high = _extent(com, bounds, body)
+    for axis, k in zip(panels, (0, 1), strict=True):
+        middle, half = (low[k] + high[k]) / 2, max((high - low)[:2].max() / 2, 0.32 * (high - low)[2])
+        axis.set_xlim(middle - half, middle + half)
+        axis.set_ylim(low[2], high[2])
+        axis.set_aspect("equal", adjustable="datalim")
+    panels[0].set_ylabel("z [mm]")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    where = ", ".join(f"{'xyz'[k]} {com[k]:.1f} mm" for k in range(3))
+    origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
+    caption = (
+        f"Centre of mass seen along y (left) and along x (right), from {origin}; bars and ellipse are its 95 % "
+        "intervals, to scale."
+    )
+    if inertia:
+        caption += " Dashed: homogeneous ellipsoid with the identified inertia."
+    return Drawing("flange", figure, caption, f"{caption} Centre of mass at {where}.")
+
+
+def _view(
+    axis: Axes, com: Array, bounds: Array, body: Array | None, axes: tuple[int, int], flange: bool
+) -> None:
+    from matplotlib.patches import Ellipse, Rectangle
+
+    i, k = axes
+    if flange:
+        plate = Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, facecolor="0.85", edgecolor="black", hatch="///")
+        axis.add_patch(plate)
+    for direction, name in (((1.0, 0.0), "xyz"[i]), ((0.0, 1.0), "xyz"[k])):
+        tip = 0.9 * _PLATE * np.array(direction)
+        axis.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
+        axis.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
+    if body is not None:
+        axis.plot(*_outline(com[[i, k]], body[np.ix_([i, k], [i, k])]), "--", color="0.35", linewidth=1.2,
+                  label="body of this inertia")  # fmt: skip
+    if np.isfinite(bounds).all():
+        centre, width = bounds.mean(axis=1), np.ptp(bounds, axis=1)
+        axis.add_patch(
+            Ellipse((centre[i], centre[k]), width[i], width[k], facecolor="none", edgecolor=BLUE, hatch="xxx", lw=1.2)
+        )
+        axis.plot(bounds[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
+        axis.plot([com[i]] * 2, bounds[k], color=BLUE, linewidth=1.6)
+    axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=7, label="centre of mass")
+    axis.annotate(
+        _label(com, bounds, axes), (com[i], com[k]), xytext=(9, 7), textcoords="offset points", fontsize=9
+    )
+    plain(axis)
+
+
+def _label(com: Array, bounds: Array, axes: tuple[int, int]) -> str:
+    parts = []
+    for k in axes:
+        half = np.ptp(bounds[k]) / 2
+        spread = f" ± {half:.2g}" if np.isfinite(half) and half < 100.0 else f" ± {half:.0f}" * bool(half == half)
+        parts.append(f"{'xyz'[k]} {com[k]:.1f}{spread}")
+    return "\n".join(parts)
+
+
+def _second_moments(payload: ConstrainedPayload) -> Array:
+    """Squared semi-axes of the homogeneous ellipsoid of the same inertia, as a matrix [mm^2]."""
+    J = payload.body.inertia_com
+    return np.asarray(5.0 / payload.mass * (0.5 * np.trace(J) * np.eye(3) - J) * 1e6)
+
+
+def _outline(centre: Array, Q: Array) -> Array:
+    """Points of the ellipse x' Q^-1 x = 1, 2 x N."""
+    values, vectors = np.linalg.eigh(Q)
+    angle = np.linspace(0.0, 2.0 * np.pi, 91)
+    circle = np.vstack([np.cos(angle), np.sin(angle)])
+    return np.asarray(centre[:, None] + vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * circle))
+
+
+def _extent(com: Array, bounds: Array, body: Array | None) -> tuple[Array, Array]:
+    """Corners of what must be seen [mm], shapes (3,)."""
+    points = [np.full(3, -1.15 * _PLATE), np.full(3, 1.15 * _PLATE), com - 15.0, com + 25.0]
+    points += list(bounds.T) if np.isfinite(bounds).all() else []
+    if body is not None:
+        reach = np.sqrt(np.maximum(np.diag(body), 0.0))
+        points += [com - 1.05 * reach, com + 1.05 * reach]
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    low[2] = min(low[2], com[2] - 15.0)
+    return low, high

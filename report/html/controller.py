@@ -1,0 +1,77 @@
+"""What to type into the controller: a few formats, each to be opened and copied."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...model import InputError
+from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
+from ..controllers.form import number, six
+from ..controllers.payload_file import is_flange
+from .markup import Html, joined, paragraph, tag
+from .provenance import copyable
+
+_SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
+"""The formats in the page; 'dynident export' writes more."""
+_MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fanuc", "yaskawa": "yaskawa",
+           "motoman": "yaskawa", "stäubli": "staubli", "staubli": "staubli", "franka": "franka"}  # fmt: skip
+"""Word in a robot's title -> its format."""
+
+
+def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
+    """The recommended payload in the formats of controllers; the robot's own maker's is open.
+
+    Args:
+        document: of ``dynident payload --json``.
+        name: what the formats call its source.
+        title: of the robot, in which its maker is looked for.
+    """
+    try:
+        load = load_of_document(document, name)
+    except InputError as error:
+        return paragraph(f"No controller takes this payload: {error}.")
+    if load.verdict == "do_not_use":
+        return paragraph(
+            "Nothing is given here: the numbers must not be used. Read the reasons, record again and look here then."
+        )
+    if not is_flange(load.frame):
+        return joined(
+            paragraph(
+                f"The payload is known in {load.frame}, not in the flange that controllers ask for. Its numbers "
+                "there:"
+            ),
+            copyable("controller-plain", _plain_text(load)),
+            paragraph(
+                "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a controller, "
+                "given the flange's pose in that frame."
+            ),
+        )
+    own = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
+    names = sorted(_SHOWN, key=lambda one: one != own)
+    blocks = [_format(FORMATS[one], load, one == own) for one in names]
+    more = f"'dynident export --to' also writes {', '.join(one for one in FORMATS if one not in _SHOWN)}."
+    only = "Mass and centre of mass only: the inertia was not measured well enough."
+    return joined(paragraph(only, class_="note") if load.point_mass else Html(), *blocks, paragraph(more, class_="note"))
+
+
+def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Html:
+    title = tag("summary", form.title)
+    try:
+        text = form.text(load)
+    except InputError as error:
+        return tag("details", title, paragraph(f"This controller would refuse it: {error}."))
+    head = Html()
+    if form.comment is None and not form.head_inside:
+        head = joined(*(paragraph(line, class_="note") for line in form.head(load)))
+    content = joined(title, head, copyable(f"controller-{form.name}", text.rstrip("\n")))
+    return tag("details", content, **({"open": "open"} if opened else {}))
+
+
+def _plain_text(load: ControllerLoad) -> str:
+    x, y, z = (number(float(value)) for value in load.com)
+    lines = [f"mass {number(load.mass)} kg", f"centre of mass {x} {y} {z} m"]
+    if not load.point_mass:
+        names = ("xx", "yy", "zz", "xy", "xz", "yz")
+        lines.append("inertia at the centre of mass, kg m^2, axes of that frame:")
+        lines += [f"  {name} {number(float(value))}" for name, value in zip(names, six(load.inertia), strict=True)]
+    return "\n".join(lines)
