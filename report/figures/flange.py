@@ -26,17 +26,18 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
     """
     com, bounds = 1e3 * payload.body.com, 1e3 * payload.intervals.com
     body = _second_moments(payload) if inertia else None
-    figure = new_figure(7.2, 3.9)
-    panels = figure.subplots(1, 2, sharey=True)
-    for axis, k in zip(panels, (0, 1), strict=True):
+    low, high = _extent(com, bounds, body)
+    reach = high - low
+    per_mm = min(4.6 / (reach[0] + reach[1]), 3.8 / reach[2])
+    figure = new_figure(max((reach[0] + reach[1]) * per_mm + 0.9, 4.6), reach[2] * per_mm + 1.2)
+    panels = figure.subplots(1, 2, sharey=True, width_ratios=(reach[0], reach[1]))
+    for k, axis in enumerate(panels):
+        axis.set_xlim(low[k], high[k])
+        axis.set_ylim(low[2], high[2])
         _view(axis, com, bounds, body, (k, 2), flange)
         axis.set_xlabel(f"{'xyz'[k]} [mm]")
-    low, high = _extent(com, bounds, body)
-    for axis, k in zip(panels, (0, 1), strict=True):
-        middle, half = (low[k] + high[k]) / 2, max((high - low)[:2].max() / 2, 0.32 * (high - low)[2])
-        axis.set_xlim(middle - half, middle + half)
-        axis.set_ylim(low[2], high[2])
-        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_aspect("equal")
+        axis.locator_params(nbins=6)
     panels[0].set_ylabel("z [mm]")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     where = ", ".join(f"{'xyz'[k]} {com[k]:.1f} mm" for k in range(3))
@@ -73,9 +74,15 @@ def _view(
         )
         axis.plot(bounds[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
         axis.plot([com[i]] * 2, bounds[k], color=BLUE, linewidth=1.6)
-    axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=7, label="centre of mass")
+    axis.plot(com[i], com[k], "o", color=ORANGE, markeredgecolor="black", markersize=5, label="centre of mass")
+    side = -1 if com[i] > np.mean(axis.get_xlim()) else 1
     axis.annotate(
-        _label(com, bounds, axes), (com[i], com[k]), xytext=(9, 7), textcoords="offset points", fontsize=9
+        _label(com, bounds, axes),
+        (com[i], com[k]),
+        xytext=(9 * side, 7),
+        textcoords="offset points",
+        ha="left" if side > 0 else "right",
+        fontsize=9,
     )
     plain(axis)
 
@@ -104,12 +111,15 @@ def _outline(centre: Array, Q: Array) -> Array:
 
 
 def _extent(com: Array, bounds: Array, body: Array | None) -> tuple[Array, Array]:
-    """Corners of what must be seen [mm], shapes (3,)."""
-    points = [np.full(3, -1.15 * _PLATE), np.full(3, 1.15 * _PLATE), com - 15.0, com + 25.0]
+    """Corners of what must be seen [mm], shapes (3,), with room for words above the centre of mass."""
+    points = [np.full(3, -1.25 * _PLATE), np.full(3, 1.25 * _PLATE), com - 12.0, com + 12.0]
     points += list(bounds.T) if np.isfinite(bounds).all() else []
     if body is not None:
         reach = np.sqrt(np.maximum(np.diag(body), 0.0))
         points += [com - 1.05 * reach, com + 1.05 * reach]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
-    low[2] = min(low[2], com[2] - 15.0)
-    return low, high
+    longest = float((high - low).max())
+    high[2] = max(high[2], com[2] + 0.25 * longest)
+    # No view much narrower than the longest side, so that there is room for the words.
+    lack = np.maximum(0.0, 0.7 * longest - (high - low))
+    return low - lack / 2, high + lack / 2

@@ -20,7 +20,7 @@ _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
     """The joint that the model explains worst: torques above, residual below on the same scale."""
     j = prediction.worst
-    figure = new_figure(7.2, 3.3)
+    figure = new_figure(5.8, 3.2)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     _torques(above, prediction, j)
     above.set_ylabel(f"joint {j + 1} [N·m]")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from ...model import InputError
@@ -46,12 +47,16 @@ def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
                 "given the flange's pose in that frame."
             ),
         )
+    # The reasons stand beside it.
+    load = replace(load, reasons=())
     own = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
-    names = sorted(_SHOWN, key=lambda one: one != own)
-    blocks = [_format(FORMATS[one], load, one == own) for one in names]
+    mine = _format(FORMATS[own], load, True) if own else Html()
+    others = [_format(FORMATS[one], load, False) for one in _SHOWN if one != own]
     more = f"'dynident export --to' also writes {', '.join(one for one in FORMATS if one not in _SHOWN)}."
     only = "Mass and centre of mass only: the inertia was not measured well enough."
-    return joined(paragraph(only, class_="note") if load.point_mass else Html(), *blocks, paragraph(more, class_="note"))
+    rest = tag("details", tag("summary", "Other controllers and files" if own else "Controllers and files"), *others,
+               paragraph(more, class_="note"), **({} if own else {"open": "open"}))  # fmt: skip
+    return joined(paragraph(only, class_="note") if load.point_mass else Html(), mine, rest)
 
 
 def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Html:

@@ -61,12 +61,14 @@ def payload_page(
         _pair(joined(quantities_table(answer), agreement(answer)), figure_html(flange)),
         _pair(
             joined(tag("h3", "What to type into the controller"), controller_block(document, "this report", title)),
-            joined(tag("h3", "Measured and predicted torque of the worst joint"), figure_html(worst)) if worst else Html(),
+            joined(
+                joined(tag("h3", "The worst joint"), figure_html(worst)) if worst else Html(),
+                tag("h3", "Reasons for the verdict"),
+                reasons(answer.verdict),
+                tag("h3", "How to improve it"),
+                improvements(answer, predictions),
+            ),
         ),
-        tag("h3", "Reasons for the verdict"),
-        reasons(answer.verdict),
-        tag("h3", "How to improve it"),
-        improvements(answer, predictions),
         files_table(provenance),
     )
     sections = (

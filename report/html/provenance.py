@@ -66,7 +66,7 @@ def provenance_content(provenance: Provenance) -> Html:
 def copyable(name: str, text: str) -> Html:
     """Text in a block with a button that copies it; ``name``: its identifier."""
     button = tag("button", "Copy", type="button", data_copy=name, hidden="hidden")
-    return tag("div", tag("pre", tag("code", text, id=name), tabindex="0"), button, class_="block")
+    return tag("div", button, tag("pre", tag("code", text, id=name), tabindex="0"), class_="block")
 
 
 def foot(provenance: Provenance) -> Html:

@@ -108,7 +108,7 @@ def _mass(best: ConstrainedPayload) -> list[_Row]:
 
 def _com(best: ConstrainedPayload) -> list[_Row]:
     values, bounds = 1e3 * best.body.com, 1e3 * best.intervals.com
-    return _rows([f"centre of mass {axis}" for axis in "xyz"], values, bounds, "mm")
+    return _rows(["centre of mass x", "y", "z"], values, bounds, "mm")
 
 
 def _inertia(best: ConstrainedPayload) -> list[_Row]:
