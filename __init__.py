@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .estimation import identify, identify_payload, payload_problem, read_recording
+    from .estimation import answer_payload, identify, identify_payload, payload_problem, read_recording
     from .model import InertialParameters, InputError, Recording, Robot, base_parameters, load_robot
     from .trajectories import Simulator, random_via_points
 
@@ -22,6 +22,7 @@ __all__ = [
     "Recording",
     "Robot",
     "Simulator",
+    "answer_payload",
     "base_parameters",
     "identify",
     "identify_payload",
@@ -32,7 +33,7 @@ __all__ = [
 ]
 
 _ROOMS = {
-    "estimation": {"identify", "identify_payload", "payload_problem", "read_recording"},
+    "estimation": {"answer_payload", "identify", "identify_payload", "payload_problem", "read_recording"},
     "model": {"InertialParameters", "InputError", "Recording", "Robot", "base_parameters", "load_robot"},
     "trajectories": {"Simulator", "random_via_points"},
 }

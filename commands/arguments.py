@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..estimation import StopRule
+    from ..estimation.logs import LogMap
     from ..estimation.stored import StoredRobot
     from ..model import Processing, Recording, Robot
 
@@ -23,10 +24,23 @@ def robot_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
 
 
-def processing_arguments(parser: argparse.ArgumentParser) -> None:
-    """Settings of filtering and of the model's structure, and ``--json``."""
+def log_arguments(parser: argparse.ArgumentParser) -> None:
+    """How logs are to be read."""
+    group = parser.add_argument_group("logs", "CSV, TSV, NPZ, MAT, Parquet, ROS 2 bags; see docs/logs.md")
+    group.add_argument("--log-map", metavar="TOML", help="columns, units, side and signs of the logs")
+    group.add_argument("--joints", type=texts, default=(), metavar="A,B,..", help="joints by name, base to tip")
+    group.add_argument("--units", type=texts, default=(), metavar="q=deg,..", help="units of q, qd, tau, i, t")
+    group.add_argument("--signs", type=gains_list, default=(), metavar="1,-1,..", help="turn the sense of joints")
+    group.add_argument("--topic", default="", metavar="NAME", help="ROS 2 bag: which joint states")
+
+
+def processing_arguments(parser: argparse.ArgumentParser, gains: bool = True) -> None:
+    """How logs are read, settings of filtering and of the model's structure, and ``--json``."""
+    log_arguments(parser)
     group = parser.add_argument_group("processing", "defaults stand in the robot's file")
-    group.add_argument("--drive-gains", type=gains_list, metavar="K1,K2,..", help="torque per current [N·m/A]")
+    if gains:
+        told = "torque per current [N·m/A], or the --json of 'dynident gains'"
+        group.add_argument("--drive-gains", type=gains_or_file, metavar="K1,K2,..|JSON", help=told)
     group.add_argument("--rate", type=float, metavar="HZ", help="resample to this even rate")
     group.add_argument("--cutoff", type=float, metavar="HZ", help="low-pass on positions and speeds")
     group.add_argument("--decimate", type=positive, metavar="N", help="parallel decimation of Y and W")
@@ -83,6 +97,16 @@ def positive(text: str) -> int:
     return int(text)
 
 
+def gains_or_file(text: str) -> tuple[float, ...] | str:
+    """Numbers separated by commas, or the path of a JSON file."""
+    return text if text.lower().endswith(".json") else gains_list(text)
+
+
+def texts(text: str) -> tuple[str, ...]:
+    """Texts separated by commas."""
+    return tuple(part.strip() for part in text.split(","))
+
+
 def gains_list(text: str) -> tuple[float, ...]:
     """Numbers separated by commas."""
     try:
@@ -96,6 +120,7 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
     from ..model import InputError, load_robot
 
     robot = load_robot(arguments.robot)
+    read_gains(arguments, robot)
     if stored:
         robot = stored.applied_to(robot)
         stored.check_gains(arguments.drive_gains)
@@ -114,6 +139,27 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
         raise InputError(str(error)) from None
 
 
+def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
+    """Put the numbers of a file of gains in the place of its path; ``gain_covariance`` holds how sure they are."""
+    from ..estimation.gains import read_stored_gains
+
+    given = getattr(arguments, "drive_gains", None)
+    arguments.gain_covariance = None
+    if isinstance(given, str):
+        stored = read_stored_gains(given)
+        stored.check(robot, given)
+        arguments.drive_gains = tuple(float(value) for value in stored.values)
+        arguments.gain_covariance = stored.relative_covariance
+
+
+def log_map(arguments: argparse.Namespace) -> LogMap:
+    """How the command line wants logs to be read."""
+    from ..estimation.logs import LogMap, read_log_map, with_flags
+
+    given = read_log_map(arguments.log_map) if arguments.log_map else LogMap(source="command line")
+    return with_flags(given, arguments.joints, arguments.units, arguments.signs, arguments.topic)
+
+
 def check_target(option: str, path: str | None) -> None:
     """Refuse a file that cannot be written before any work is done."""
     from ..model import InputError
@@ -123,12 +169,17 @@ def check_target(option: str, path: str | None) -> None:
 
 
 def read_recordings(
-    paths: Sequence[str], robot: Robot, gains: tuple[float, ...] | None, told: set[str]
+    paths: Sequence[str],
+    robot: Robot,
+    gains: tuple[float, ...] | None,
+    told: set[str],
+    arguments: argparse.Namespace,
 ) -> list[Recording]:
     """Read recordings; what a file says about unused columns is told once."""
     from ..estimation import read_recording
 
-    recordings = [read_recording(path, robot, gains) for path in paths]
+    how = log_map(arguments)
+    recordings = [read_recording(path, robot, gains, how) for path in paths]
     for recording in recordings:
         for note in recording.notes:
             about = note.split(": ", 1)[1]

@@ -30,8 +30,8 @@ def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("identify", help="identify the robot's own parameters, without payload")
     robot_argument(parser)
-    parser.add_argument("--data", action="append", required=True, metavar="CSV", help="recording without payload")
-    parser.add_argument("--validate", action="append", default=[], metavar="CSV", help="another one, held out")
+    parser.add_argument("--data", action="append", required=True, metavar="LOG", help="recording without payload")
+    parser.add_argument("--validate", action="append", default=[], metavar="LOG", help="another one, held out")
     essential_arguments(parser)
     group = parser.add_argument_group("a robot that can exist", "beside the free estimate")
     group.add_argument(
@@ -66,8 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
     robot, processing = settings(arguments)
     _check(arguments)
     told: set[str] = set()
-    recordings = read_recordings(arguments.data, robot, arguments.drive_gains, told)
-    held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told)
+    recordings = read_recordings(arguments.data, robot, arguments.drive_gains, told, arguments)
+    held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told, arguments)
     with Console(stderr=True).status("reading") as status:
         rule = essential_rule(arguments)
         result = identify(robot, recordings, processing, held_out, progress=status.update, essential=rule)

@@ -62,12 +62,13 @@ def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
 
 
 def gain_errors_of(arguments: argparse.Namespace) -> GainErrors | None:
-    """The uncertainty of the drive gains; None where nothing was said."""
+    """The uncertainty of the drive gains, said or brought by a file of gains; None where there is neither."""
     from ..estimation import GainErrors
 
-    if arguments.gain_sigma is None and arguments.gain_sigma_common is None:
+    identified = arguments.gain_covariance.tolist() if arguments.gain_covariance is not None else ()
+    if arguments.gain_sigma is None and arguments.gain_sigma_common is None and not identified:
         return None
-    return GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
+    return GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0, identified)
 
 
 def six(text: str) -> tuple[float, ...]:

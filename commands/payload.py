@@ -32,13 +32,13 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
     robot_argument(parser)
     parser.add_argument(
-        "--unloaded", action="append", default=[], metavar="CSV", help="recording without payload; repeatable"
+        "--unloaded", action="append", default=[], metavar="LOG", help="recording without payload; repeatable"
     )
     parser.add_argument(
         "--loaded",
         action="append",
         required=True,
-        metavar="CSV",
+        metavar="LOG",
         help="recording with payload; repeatable; method 3 pairs them in order",
     )
     parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
@@ -48,7 +48,7 @@ def add_parser(commands: Any) -> None:
         "--max-mismatch", type=float, metavar="RAD", help="method 3: largest difference of position"
     )
     parser.add_argument(
-        "--validate", action="append", default=[], metavar="CSV", help="another one without payload"
+        "--validate", action="append", default=[], metavar="LOG", help="another one without payload"
     )
     knowledge_arguments(parser)
     essential_arguments(parser)
@@ -77,13 +77,14 @@ def run(arguments: argparse.Namespace) -> int:
     rule = essential_rule(arguments)
     if rule is not None and arguments.method not in ("4", "all"):
         raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
-    constraints, gain_errors = constraints_of(arguments), gain_errors_of(arguments)
+    constraints = constraints_of(arguments)
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
+    gain_errors = gain_errors_of(arguments)
     gains, told = arguments.drive_gains, set(robot.snapped)
-    unloaded = read_recordings(arguments.unloaded, robot, gains, told)
-    loaded = read_recordings(arguments.loaded, robot, gains, told)
-    held_out = read_recordings(arguments.validate, robot, gains, told)
+    unloaded = read_recordings(arguments.unloaded, robot, gains, told, arguments)
+    loaded = read_recordings(arguments.loaded, robot, gains, told, arguments)
+    held_out = read_recordings(arguments.validate, robot, gains, told, arguments)
     known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
         # A stored robot brings the formula's covariance only: no block of its recordings can be left out.
@@ -93,7 +94,14 @@ def run(arguments: argparse.Namespace) -> int:
         methods = None if arguments.method == "all" else (int(arguments.method),)
         try:
             answer = answer_payload(
-                problem, methods, arguments.free_friction, held_out, processing, constraints, gain_errors, rule
+                problem,
+                methods,
+                arguments.free_friction,
+                held_out,
+                processing,
+                constraints=constraints,
+                gains=gain_errors,
+                essential=rule,
             )
         except SolverError as error:
             raise InputError(str(error)) from None

@@ -14,10 +14,13 @@ from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, Sto
 from .estimate import Estimate, Fit, fit
 from .excitation import Excitation, excitation, payload_excitation
 from .filtering import measurement, resampled
+from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
 from .least_squares import ordinary, weighted
+from .logs import LogMap, read_log_map, read_recording, stream_samples
+from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
 from .origins import Origin, hidden_directions, origins
@@ -47,7 +50,6 @@ from .payload import (
 )
 from .prediction import Curve, TorquePrediction, payload_prediction, payload_predictions, robot_prediction
 from .problem import ReducedProblem, merged
-from .records import read_recording
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
@@ -68,12 +70,14 @@ __all__ = [
     "Constraint",
     "Curve",
     "CvxpyProblem",
+    "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
     "Excitation",
     "Fit",
     "GainErrors",
+    "GainProblem",
     "Holding",
     "Identification",
     "InEllipsoid",
@@ -82,6 +86,7 @@ __all__ = [
     "JointShare",
     "JointsMass",
     "KnownMass",
+    "LogMap",
     "MassBounds",
     "Observation",
     "ObservationSystem",
@@ -119,9 +124,11 @@ __all__ = [
     "essential_combined",
     "excitation",
     "fit",
+    "gain_problem",
     "hidden_directions",
     "identification_system",
     "identify",
+    "identify_gains",
     "identify_payload",
     "impossible_payload",
     "impossible_robot",
@@ -141,8 +148,10 @@ __all__ = [
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "read_log_map",
     "read_recording",
     "reduced",
+    "reduced_log",
     "reduced_measurement",
     "reduced_stream",
     "resampled",
@@ -151,6 +160,7 @@ __all__ = [
     "solve_constrained",
     "solve_constrained_base",
     "solve_constrained_prior",
+    "stream_samples",
     "usable_methods",
     "weighted",
 ]

@@ -135,7 +135,7 @@ class KnownMass(Constraint):
         """Refuse a scale without error."""
         if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
             raise InputError(
-                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: both must be positive and finite"
+                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
             )
 
     @property

@@ -20,13 +20,16 @@ class GainErrors:
     Attributes:
         per_joint: of each joint's own error (0.02 for 2 %); one number stands for all joints.
         common: of an error that all joints share, as from one current sensor or supply.
+        identified: covariance of gains that were identified, n x n, which comes on top; empty where they were not.
     """
 
     per_joint: Sequence[float] = (0.0,)
     common: float = 0.0
+    identified: Sequence[Sequence[float]] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation of a relative error."""
+        object.__setattr__(self, "identified", tuple(tuple(float(v) for v in row) for row in self.identified))
         object.__setattr__(self, "per_joint", tuple(float(sigma) for sigma in self.per_joint))
         sigmas = (*self.per_joint, self.common)
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
@@ -42,7 +45,10 @@ class GainErrors:
         if len(self.per_joint) not in (1, n):
             raise InputError(f"{len(self.per_joint)} uncertainties of drive gains for {n} joints: give 1 or {n}")
         own = np.broadcast_to(self.per_joint, (n,))
-        return np.asarray(np.diag(np.square(own)) + self.common**2)
+        known = np.array(self.identified) if self.identified else np.zeros((n, n))
+        if known.shape != (n, n):
+            raise InputError(f"a covariance of {len(known)} drive gains for {n} joints: identify gains of this arm")
+        return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
 
 
 def scaled_torque(problem: ReducedProblem, joint: int, factor: float) -> ReducedProblem:

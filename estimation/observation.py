@@ -202,10 +202,22 @@ def kept_rows(motion: Motion, processing: Processing) -> Mask:
 
     Decimated rows go by the sample in their middle; the filter mixes in its neighbours.
     """
-    speed = np.abs(motion.qd)
     moving = moving_parts(motion, processing.still_speed)
-    fast: Mask = speed >= processing.slow_fraction * speed[moving].max(axis=0, initial=0.0)
-    fast &= speed > 0.0
+    fastest = np.abs(motion.qd)[moving].max(axis=0, initial=0.0)
+    return fast_rows(motion.qd, fastest, moving, processing.slow_fraction)
+
+
+def fast_rows(qd: Array, fastest: Array, moving: Mask, slow_fraction: float) -> Mask:
+    """Rows, N x n, of moving samples at which a joint has at least a fraction of its largest speed.
+
+    Args:
+        qd: speeds, N x n.
+        fastest: each joint's largest speed while the robot moves, shape (n,).
+        moving: samples at which the robot is on its way, shape (N,).
+        slow_fraction: of ``fastest``.
+    """
+    speed = np.abs(qd)
+    fast: Mask = (speed >= slow_fraction * fastest) & (speed > 0.0)
     fast[~moving] = False
     return fast
 
@@ -220,14 +232,20 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
         motion: the motion.
         still_speed: a joint below it stands still [rad/s or m/s].
     """
-    mask = np.zeros(len(motion.t), dtype=bool)
-    moving = np.flatnonzero((np.abs(motion.qd) > still_speed).any(axis=1))
+    on_its_way: Mask = np.any(np.abs(motion.qd) > still_speed, axis=1)
+    return stretches(motion.t, on_its_way)
+
+
+def stretches(t: Array, on_its_way: Mask) -> Mask:
+    """The same from the times (N,) and whether some joint moves at each of them, (N,)."""
+    mask = np.zeros(len(t), dtype=bool)
+    moving = np.flatnonzero(on_its_way)
     if moving.size == 0:
         return mask
-    breaks = np.flatnonzero(np.diff(motion.t[moving]) > _BRIDGE)
+    breaks = np.flatnonzero(np.diff(t[moving]) > _BRIDGE)
     starts = moving[np.concatenate([[0], breaks + 1])]
     stops = moving[np.concatenate([breaks, [moving.size - 1]])] + 1
-    lasts = motion.t[stops - 1] - motion.t[starts]
+    lasts = t[stops - 1] - t[starts]
     for start, stop, last in zip(starts, stops, lasts, strict=True):
         mask[start:stop] = last >= min(_STRETCH, lasts.max())
     return mask

@@ -39,7 +39,14 @@ def reduced_stream(
         mask: Mask = (speed >= slow_speed) & (speed > 0.0)
         return mask
 
-    return _reduced(observer, observer.stream(((data, kept(data)) for data in pieces), decimate), decimate)
+    return reduced_pieces(observer, ((data, kept(data)) for data in pieces), decimate)
+
+
+def reduced_pieces(
+    observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1
+) -> ReducedProblem:
+    """The same with the rows to use told for each piece, N x n."""
+    return _reduced(observer, observer.stream(pieces, decimate), decimate)
 
 
 def reduced(observation: Observation) -> ReducedProblem:

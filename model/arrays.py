@@ -1,6 +1,7 @@
 """Read-only float arrays, for values that are checked once and never change."""
 
 from collections.abc import Sequence
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
-    """Copy ``values`` into a read-only float array.
+    """A read-only float array of ``values``: a copy, unless they are one that is locked and nobody else's view.
 
     Args:
         values: numbers.
@@ -19,7 +20,7 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     Raises:
         ValueError: if the shape is another or a number is not finite.
     """
-    array = np.array(values, dtype=np.float64)
+    array = values if _is_locked(values) else np.array(values, dtype=np.float64)
     expected = tuple(shape)
     if array.ndim != len(expected) or any(
         want is not None and want != got for want, got in zip(expected, array.shape, strict=True)
@@ -30,3 +31,12 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
     return array
+
+
+def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
+    """Whether it is a float array that can no longer change."""
+    while isinstance(values, np.ndarray) and values.dtype == np.float64 and not values.flags.writeable:
+        if values.base is None:
+            return True
+        values = values.base
+    return False

@@ -62,6 +62,10 @@ def _gains_note(payload: ConstrainedPayload) -> str:
     gains = payload.gains
     if gains is None:
         return "Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows."
+    if gains.identified:
+        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
+        told = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
+        return f"Intervals include errors of the drive gains as they were identified: {told} % per joint."
     own = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
     common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
     return f"Intervals include errors of the drive gains: {own} % per joint{common}."

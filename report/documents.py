@@ -13,6 +13,7 @@ from ..estimation import (
     ConstrainedPayload,
     ConstrainedRobot,
     Fit,
+    GainErrors,
     Identification,
     PayloadAnswer,
     PayloadEstimate,
@@ -193,7 +194,7 @@ def _constrained_document(payload: ConstrainedPayload) -> Document:
         "sigma": payload.free.named(free.sigma),
         "sigma_robust": payload.free.named(free.sigma_robust) if free.sigma_robust is not None else None,
         "sigma_with_gains": payload.free.named(payload.sigma) if payload.gains else None,
-        "gain_sigma": asdict(payload.gains) if payload.gains else None,
+        "gain_sigma": _gains_document(payload.gains) if payload.gains else None,
         "interval95": _intervals(intervals.parameters),
         "interval95_by": "jackknife" if payload.robust else "formula",
         "com": payload.body.com,
@@ -221,6 +222,11 @@ def _constrained_document(payload: ConstrainedPayload) -> Document:
         ],
         "solver_status": result.status,
     }
+
+
+def _gains_document(gains: GainErrors) -> Document:
+    """What was said of the gains' errors, and where gains were identified, the covariance they brought."""
+    return {name: value for name, value in asdict(gains).items() if name != "identified" or value}
 
 
 def _intervals(interval95: Array | None) -> Document | None:

@@ -348,7 +348,7 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
         ("coulomb", ["payload", "--robot", "ur10e", *pair, "--coulomb", "paper"], ["no coupled drives"]),
         ("free friction", [*rx90, *pair, "--method", "3", "--free-friction"], ["--free-friction", "method 1"]),
         ("mass alone", [*rx90, *pair, "--mass", "7"], ["--mass-sigma", "belong together"]),
-        ("negative mass", [*rx90, *pair, "--mass", "-7", "--mass-sigma", "0.1"], ["both must be positive"]),
+        ("negative mass", [*rx90, *pair, "--mass", "-7", "--mass-sigma", "0.1"], ["sigma must be positive"]),
         ("bounds", [*rx90, *pair, "--mass-min", "8", "--mass-max", "7"], ["mass bounds 8 to 7 kg leave nothing"]),
         ("box", [*rx90, *pair, "--com-within", "0,1,2"], ["--com-within", "6 numbers"]),
         ("empty box", [*rx90, *pair, "--com-within", "1,0,0,1,0,1"], ["is empty"]),

@@ -11,6 +11,7 @@ from ...model.arrays import Array
 from .sample import Sample
 
 _RANK = 1e-5
+_NOTHING = 1e-10  # of the largest column: rounding
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Model:
         scale[scale == 0.0] = 1.0
         rows = (W / scale[:, None])[keep]
         norms = np.linalg.norm(rows, axis=0)
-        rows = rows[:, norms > 0.0] / norms[norms > 0.0]
+        there = norms > _NOTHING * norms.max(initial=0.0)
+        rows = rows[:, there] / norms[there]
         # A Gram matrix is accurate enough to compare misfits, and fast.
         squares, V = np.linalg.eigh(rows.T @ rows)
         kept = squares > _RANK**2 * squares.max(initial=0.0)

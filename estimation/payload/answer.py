@@ -105,7 +105,6 @@ def answer_payload(
     if not constrained:
         against = judged.reasons if judged.level == "do_not_use" else ()
         raise failures[0].naming(*failures[0].demands, *against)
-    together = any(payload.method == 4 for payload in constrained)
     return PayloadAnswer(
         problem=problem,
         estimates=tuple(payload.free for payload in constrained),
@@ -115,7 +114,7 @@ def answer_payload(
         validation=evidence.validation,
         by_joints=evidence.by_joints,
         verdict=judged,
-        elimination=essential_combined(problem, essential) if together else None,
+        elimination=essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None,
     )
 
 

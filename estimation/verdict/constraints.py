@@ -16,6 +16,10 @@ def constraint_reasons(evidence: Evidence) -> list[Reason]:
                 text = f"method {payload.method} identifies {weighing.identified:.4g} kg, weighed were"
                 apart = f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
                 reasons.setdefault(f"weighed {weighing.mass}", against_all(f"{text} {apart}"))
+    together = [payload for payload in evidence.constrained if payload.conflict]
+    if together and not reasons:
+        worst = min(payload.p_value for payload in together)
+        reasons[""] = against_all(f"the constraints together contradict the data (p {worst:.1g})")
     for one in evidence.recommended.tested if evidence.recommended is not None else ():
         # That the body must exist is no bound that someone set.
         if not isinstance(one.constraint, PossibleBody):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.estimation import identify
 from dynident.estimation.identification import hidden_by
-from dynident.estimation.plausibility import check_recordings, still_joints
+from dynident.estimation.plausibility import check_apart, check_recordings, still_joints
 from dynident.model import InputError, Motion, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 
@@ -94,3 +94,26 @@ def test_the_same_recording_twice(rx90: Robot, wander: Wander) -> None:
         check_recordings(rx90, [recording(wander(6, 0)), recording(wander(6, 1)), recording(wander(6, 0))])
     with pytest.raises(InputError, match="no recordings"):
         check_recordings(rx90, [])
+
+
+def test_jumps_saturation_and_torques_out_of_an_arms_reach(rx90: Robot, wander: Wander) -> None:
+    motion = wander(6, 0)
+    q = np.array(motion.q)
+    q[300:, 2] += 0.9
+    strong = 50.0 * motion.q
+    with pytest.raises(InputError, match=r"q3 jumps by 0\.\d+ .* at \d"):
+        check_recordings(rx90, [Recording(motion.t, q, strong)])
+    clipped = np.clip(strong, -20.0, 20.0)
+    with pytest.raises(InputError, match=r"torque of joint 1 stays at its extreme -?20"):
+        check_recordings(rx90, [Recording(motion.t, motion.q, clipped)])
+    for factor, words in ((1e-3, "kN·m"), (1000.0, "mN·m")):
+        with pytest.raises(InputError, match=words):
+            check_recordings(rx90, [Recording(motion.t, motion.q, factor * strong)])
+    coarse = np.round(strong / 5.0) * 5.0
+    check_recordings(rx90, [Recording(motion.t, motion.q, coarse)])
+
+
+def test_one_recording_with_and_without_payload(wander: Wander) -> None:
+    one = recording(wander(6, 0))
+    with pytest.raises(InputError, match="with payload holds the same numbers as"):
+        check_apart([one], [recording(wander(6, 1)), one])

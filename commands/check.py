@@ -1,0 +1,80 @@
+"""``dynident check``: what a log holds, and what looks wrong with it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from .arguments import (
+    ANSWERED,
+    DO_NOT_USE,
+    log_map,
+    processing_arguments,
+    read_recordings,
+    robot_argument,
+    settings,
+)
+
+if TYPE_CHECKING:
+    from ..estimation.log_check import LogCheck
+    from ..model import Robot
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("check", help="look at logs: what was understood, what looks wrong")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="recordings, with or without payload")
+    robot_argument(parser)
+    parser.add_argument("--plots", metavar="DIR", help="draw the signals there, PNG and SVG")
+    processing_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from pathlib import Path
+
+    from ..estimation.log_check import check_log
+    from ..model import InputError
+    from ..report.documents import write_json
+    from ..report.log_check import check_document, check_lines, check_tables
+    from ..report.tables import console
+
+    folder = Path(arguments.plots) if arguments.plots else None
+    if folder and not folder.is_dir():
+        raise InputError(f"--plots {arguments.plots!r}: no such folder; make it first")
+    robot, processing = settings(arguments)
+    checks: list[LogCheck] = []
+    for path in arguments.logs:
+        gains, currents = _gains(path, arguments, robot)
+        (recording,) = read_recordings([path], robot, gains, set(), arguments)
+        checks.append(check_log(robot, recording, processing, currents))
+    for number, check in enumerate(checks, 1):
+        tables = check_tables(robot, check)
+        terminal = console(*tables)
+        for line in check_lines(check):
+            terminal.print(line, markup=False, highlight=False)
+        for table in tables:
+            terminal.print(table)
+        if folder:
+            _plot(folder, number, check)
+    if arguments.json:
+        write_json(arguments.json, {"robot": robot.name, "logs": [check_document(check) for check in checks]})
+    return ANSWERED if all(check.usable for check in checks) else DO_NOT_USE
+
+
+def _gains(path: str, arguments: argparse.Namespace, robot: Robot) -> tuple[tuple[float, ...] | None, bool]:
+    """Gains to read with, and whether the log's torques stay currents."""
+    from ..estimation.logs import holds_currents_only
+
+    if arguments.drive_gains is None and holds_currents_only(path, robot, log_map(arguments)):
+        return (1.0,) * robot.n, True
+    return arguments.drive_gains, False
+
+
+def _plot(folder: Any, number: int, check: LogCheck) -> None:
+    from ..report.plots import save_signals
+
+    stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
+    for ending in ("png", "svg"):
+        save_signals(folder / f"{number:02d}_{stem}.{ending}", check.recording, "A" if check.currents else "N·m")

@@ -1,0 +1,58 @@
+"""``dynident gains``: torque per motor current, from recordings without and with a known payload."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("gains", help="identify drive gains from currents and a payload of known mass")
+    robot_argument(parser)
+    for option, what in (("unloaded", "currents without payload"), ("loaded", "currents with it")):
+        parser.add_argument(
+            f"--{option}", action="append", required=True, metavar="LOG", help=f"{what}; repeatable"
+        )
+    known = parser.add_mutually_exclusive_group(required=True)
+    known.add_argument("--mass", type=float, metavar="KG", help="the payload's mass")
+    known.add_argument("--payload", metavar="TOML", help="mass, com, inertia_com as far as they are known")
+    parser.add_argument("--mass-sigma", type=float, metavar="KG", help="its standard deviation (default: 0)")
+    processing_arguments(parser, gains=False)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from rich.console import Console
+
+    from ..estimation.gains import gain_problem, identify_gains, known_mass, read_known_load
+    from ..model import InputError
+    from ..report.documents import write_json
+    from ..report.gains import gains_document, gains_notes, gains_table
+    from ..report.tables import console
+
+    if arguments.payload and arguments.mass_sigma is not None:
+        raise InputError("--mass-sigma belongs to --mass; in a payload's file it is the key mass_sigma")
+    load = read_known_load(arguments.payload) if arguments.payload else None
+    load = load or known_mass(arguments.mass, arguments.mass_sigma or 0.0)
+    robot, processing = settings(arguments)
+    told = set(robot.snapped)
+    amperes = (1.0,) * robot.n
+    unloaded, loaded = (
+        read_recordings(paths, robot, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)
+    )
+    with Console(stderr=True).status("reading") as status:
+        problem = gain_problem(robot, unloaded, loaded, processing, status.update)
+        status.update("estimating")
+        gains = identify_gains(problem, load)
+    table = gains_table(gains)
+    terminal = console(table)
+    terminal.print(table)
+    for line in gains_notes(gains):
+        terminal.print(line, markup=False, highlight=False)
+    if arguments.json:
+        write_json(arguments.json, gains_document(gains, processing))
+    return ANSWERED if any(gains.identified) else DO_NOT_USE

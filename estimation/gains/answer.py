@@ -1,0 +1,78 @@
+"""Drive gains of a problem: free, of possible bodies, with covariances."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...model import InputError, Robot, standard_columns, standard_regressor
+from ...model.arrays import Array
+from ...model.base.rank import random_states
+from ...model.kernel import Kernel
+from ...model.names import parameter_kind
+from ..estimate import Fit
+from ..problem import ReducedProblem
+from ..robust import RobustCovariance, jackknife
+from .known_load import KnownLoad
+from .possible import possible_gains
+from .problem import GainProblem, free_gains
+from .result import DriveGains
+
+
+def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
+    """Identify the drive gains on the current side, with bodies that can exist.
+
+    Args:
+        problem: the reduced currents.
+        load: what is known of the payload.
+
+    Raises:
+        InputError: if the recordings do not determine the gains.
+    """
+    free = free_gains(problem.equations, problem.weights, load)
+    held = int(np.argmin(np.diag(free.covariance)))
+    best = possible_gains(problem, problem.equations, load, free, held)
+    scale = (load.mass_sigma / load.mass) ** 2  # an error of the mass scales all gains alike
+    robust: RobustCovariance | None = None
+    reason = problem.without_blocks
+
+    def solve(part: ReducedProblem) -> Array:
+        return -np.log(possible_gains(problem, part, load, best, held).k)
+
+    if problem.deletions:
+        try:
+            found = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
+            robust = replace(found, covariance=found.covariance + scale)
+        except InputError as error:
+            reason = str(error)
+    errors = np.array(
+        [
+            np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x)
+            for R, k in zip(problem.equations.factors, best.k, strict=True)
+        ]
+    )
+    return DriveGains(
+        robot=problem.robot.name,
+        values=1.0 / best.k,
+        free_values=1.0 / free.k,
+        relative_covariance=free.covariance + scale,
+        robust=robust,
+        gravity=gravity_acts(problem.robot),
+        load=load,
+        payload=best.payload,
+        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
+        degrees_of_freedom=free.degrees_of_freedom,
+        without_robust=reason,
+    )
+
+
+def gravity_acts(robot: Robot) -> tuple[bool, ...]:
+    """Per joint, whether some mass of the robot or payload weighs on it in some pose."""
+    q, qd, _ = random_states(robot, 20, seed=0)
+    kernel = Kernel(standard_regressor(robot))
+    entries = kernel(q, 0.0 * qd, 0.0 * qd)
+    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
+    weights = np.zeros(robot.n)
+    for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
+        if heavy[column]:
+            weights[row] = max(weights[row], float(np.abs(values).max()))
+    return tuple(bool(weight > 1e-9) for weight in weights)

@@ -1,0 +1,158 @@
+"""Least squares on the currents, i_j = k_j (W_j x) + rho_j, over k and x, by Gauss-Newton.
+
+The errors are in the currents. Fitting torques, K_j i_j = W_j x, has them in a regressor's place and gives gains
+that are too small (on a UR10e by 10 % and more); it serves as the start only (its linear system is that of Gautier
+and Briot, Global identification of joint drive gains and dynamic parameters of robots, 2014).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...model import InputError
+from ...model.arrays import Array
+from ..problem import ReducedProblem
+
+_MOST = 200  # iterations
+_LONGEST = 0.5  # step of a gain, relative
+_ENOUGH = 1e-9  # relative change of a gain
+_UNDETERMINED = 1e-8  # singular value of the scaled Jacobian over the largest
+_FLOOR = 1e-9  # of the current: data without noise still need finite weights
+
+
+class CurrentFit(NamedTuple):
+    """Gains and parameters.
+
+    ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a
+    gain was held; ``degrees_of_freedom``.
+    """
+
+    k: Array
+    x: Array
+    covariance: Array
+    degrees_of_freedom: float
+
+
+def current_weights(equations: ReducedProblem) -> Array:
+    """One over the standard deviation of each joint's error [1/A], shape (n,).
+
+    From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
+    """
+    sigma = []
+    for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
+        W, d = factor[:, :-1], factor[:, -1]
+        x, _, rank, _ = np.linalg.lstsq(W / _sizes(W), d, rcond=1e-10)
+        error = np.linalg.norm(d - (W / _sizes(W)) @ x) / np.sqrt(max(rows - rank, 1.0))
+        floor = _FLOOR * float(np.linalg.norm(d)) / np.sqrt(max(rows, 1.0))
+        sigma.append(max(float(error), floor, 1e-300))
+    return 1.0 / np.array(sigma)
+
+
+def gauss_newton(
+    equations: ReducedProblem, weights: Array, free: Sequence[int], known: Array, held: int | None = None
+) -> CurrentFit:
+    """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
+
+    Args:
+        equations: factors of [W i].
+        weights: per joint [1/A].
+        free: places of the unknown parameters among the columns.
+        known: the others' values, zero at the free ones, shape (c,).
+        held: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
+            standard deviation of 1, so that what a recording does not tell stays there. None where known
+            parameters set the scale.
+
+    Raises:
+        InputError: if the recordings leave a gain undetermined.
+    """
+    n = len(weights)
+    moving = [j for j in range(n) if j != held]
+    k, x = torque_side(equations.factors, free, known, held)
+    for _ in range(_MOST):
+        J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
+        scale = _sizes(J)
+        _check_determined(J / scale, moving)
+        step = np.linalg.lstsq(J / scale, error, rcond=None)[0] / scale
+        step *= min(1.0, _LONGEST / np.abs(step[len(free) :] / k[moving]).max())
+        x[free] += step[: len(free)]
+        k[moving] += step[len(free) :]
+        if np.abs(step[len(free) :] / k[moving]).max() < _ENOUGH:
+            break
+    else:
+        raise InputError("the drive gains do not settle: check units, signs and order of the currents")
+    J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
+    dof = sum(equations.effective_rows) - J.shape[1]
+    if dof <= 0.0:
+        raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
+    inverse = np.linalg.inv(np.linalg.qr(J / scale, mode="r"))[len(free) :]
+    relative = inverse / scale[len(free) :, None] / k[moving, None]
+    covariance = np.zeros((n, n))
+    covariance[np.ix_(moving, moving)] = float(error @ error) / dof * relative @ relative.T
+    return CurrentFit(k, x, covariance, dof)
+
+
+def torque_side(
+    factors: Sequence[Array], free: Sequence[int], known: Array, held: int | None
+) -> tuple[Array, Array]:
+    """The torque-side solution of K_j i_j = W_j x, linear in K and x."""
+    n = len(factors)
+    rows, right = [], []
+    for j, factor in enumerate(factors):
+        gains = np.zeros((len(factor), n))
+        gains[:, j] = -factor[:, -1]
+        rows.append(np.column_stack([factor[:, free], gains]))
+        right.append(-factor[:, :-1] @ known)
+    A, b = np.vstack(rows), np.concatenate(right)
+    if held is not None:
+        b = b - A[:, len(free) + held]
+        A[:, len(free) + held] = 0.0
+    solution = np.linalg.lstsq(A / _sizes(A), b, rcond=None)[0] / _sizes(A)
+    K = solution[len(free) :]
+    if held is not None:
+        K[K <= 0.0], K[held] = 1.0, 1.0
+    if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
+        raise InputError("the payload does not show in the currents: is it in the loaded recording?")
+    x = known.copy()
+    x[free] = solution[: len(free)]
+    return 1.0 / K, x
+
+
+def _linearised(
+    factors: Sequence[Array],
+    weights: Array,
+    k: Array,
+    x: Array,
+    free: Sequence[int],
+    moving: Sequence[int],
+    prior: bool,
+) -> tuple[Array, Array]:
+    """Jacobian of the predicted currents by the free x and k, and the currents' errors, both weighted."""
+    rows, errors = [], []
+    for j, (factor, w) in enumerate(zip(factors, weights, strict=True)):
+        torque = factor[:, :-1] @ x
+        own = np.zeros((len(factor), len(k)))
+        own[:, j] = torque
+        rows.append(w * np.column_stack([k[j] * factor[:, free], own[:, moving]]))
+        errors.append(w * (factor[:, -1] - k[j] * torque))
+    if prior:
+        own = k[list(moving)]
+        rows.append(np.eye(len(moving), len(free) + len(moving), len(free)) / own[:, None])
+        errors.append(-np.log(own))
+    return np.vstack(rows), np.concatenate(errors)
+
+
+def _check_determined(J: Array, moving: Sequence[int]) -> None:
+    _, singular, Vt = np.linalg.svd(J, full_matrices=False)
+    lost = singular < _UNDETERMINED * singular[0]
+    if lost.any():
+        missing = np.abs(Vt[lost][:, -len(moving) :]).max(axis=0)
+        joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
+        what = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
+        raise InputError(f"the recordings do not determine {what}: move more joints, faster and over a wider range")
+
+
+def _sizes(A: Array) -> Array:
+    """Norms of the columns, 1 for those that are zero."""
+    norms = np.linalg.norm(A, axis=0)
+    return np.asarray(np.where(norms > 0.0, norms, 1.0))

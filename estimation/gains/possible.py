@@ -1,0 +1,141 @@
+"""Gains of a robot and a payload that can exist: the same least squares over possible bodies, solved as cones.
+
+The equations are homogeneous: torques and gains may be scaled together. The gain that is known best is therefore
+held while the linearised problem, a cone program, is solved; the load's known mass sets the scale at the end.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...model import INERTIAL, InertialParameters, InputError
+from ...model.arrays import Array
+from ...model.names import parameter_kind
+from ..cone import ConeProgram, SolverError, solve_cone
+from ..names import PAYLOAD
+from ..problem import ReducedProblem, triangular
+from ..robot_rules import POWERS, RobotRules, link_places, typical_length
+from .current_side import CurrentFit
+from .known_load import KnownLoad
+from .problem import GainProblem
+
+_MOST = 50  # linearisations
+_ENOUGH = 1e-5  # relative change of a gain
+_LENGTH = 0.1  # m: size of a payload, for scaling only
+
+
+class PossibleGains(NamedTuple):
+    """``k`` (n,) [A/(N·m)]; ``x`` (c,): base parameters and the payload's ten, of bodies that can exist."""
+
+    k: Array
+    x: Array
+
+    @property
+    def payload(self) -> InertialParameters:
+        """The payload as a body."""
+        return InertialParameters(self.x[-len(PAYLOAD) :])
+
+
+class _Variables(NamedTuple):
+    """How the cone program's z makes up the unknowns.
+
+    ``x``: z to base parameters and the payload's ten, c x m; ``bodies``: to each body's ten, p x 10 x m;
+    ``A``: rows that must not be negative; ``scale`` (m,) of z in SI units; ``load``: place of the load's share.
+    """
+
+    x: Array
+    bodies: Array
+    A: Array
+    load: int
+
+
+def possible_gains(
+    problem: GainProblem, equations: ReducedProblem, load: KnownLoad, start: CurrentFit | PossibleGains, held: int
+) -> PossibleGains:
+    """Gains, base parameters and payload of bodies that can exist, drives that do not push.
+
+    Args:
+        problem: robot and weights.
+        equations: all of the problem's or those without a block.
+        load: the known payload.
+        start: gains to begin with.
+        held: place of the gain that is held while solving.
+
+    Raises:
+        InputError: if the gains do not settle or no bodies explain the currents.
+    """
+    variables = _variables(problem, load, start.x)
+    k, x = start.k.copy(), start.x.copy()
+    m = variables.x.shape[1]
+    for _ in range(_MOST):
+        factor = triangular(_rows(equations, problem.weights, k, x, variables, held))
+        keep = [*range(m), *(m + j for j in range(len(k)) if j != held)]
+        A = np.zeros((len(variables.A) + len(k) - 1, len(keep)))
+        A[: len(variables.A), :m] = variables.A
+        A[len(variables.A) :, m:] = np.eye(len(k) - 1)
+        bodies = np.zeros((*variables.bodies.shape[:2], len(keep)))
+        bodies[:, :, :m] = variables.bodies
+        top = factor[: m + len(k)]  # below it stands what no unknown explains
+        try:
+            solution = solve_cone(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
+        except SolverError as error:
+            raise InputError(f"gains of bodies that can exist were not found (solver: {error.status})") from None
+        ratio = np.insert(solution.z[m:], held, 1.0)
+        share = float(solution.z[variables.load])
+        if share <= 0.0 or (ratio <= 0.0).any():
+            raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
+        x = variables.x @ solution.z[:m] / share
+        ratio *= share
+        k = k * ratio
+        if np.abs(ratio - 1.0).max() < _ENOUGH:
+            return PossibleGains(k, x)
+    raise InputError(
+        "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
+    )
+
+
+def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
+    """Standard parameters of the robot, what is unknown of the payload, and the share of what is known."""
+    base = problem.base
+    standard, free = len(base.standard), load.free
+    m = standard + len(free) + 1
+    scale = np.ones(m)
+    scale[:standard] = _robot_scale(problem, x)
+    scale[standard:-1] = [load.mass * _LENGTH ** POWERS[name.removesuffix("_L")] for name in free]
+    to_x = np.zeros((len(base.columns) + len(PAYLOAD), m))
+    to_x[: len(base.columns), :standard] = base.grouping
+    body = np.zeros((10, m))
+    body[[PAYLOAD.index(name) for name in free], range(standard, m - 1)] = 1.0
+    body[:, -1] = load.ten
+    to_x[len(base.columns) :] = body
+    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, base.standard)]
+    rules = RobotRules.of(problem.robot, base.standard, scale[:standard], None).A
+    A = np.zeros((len(rules) + 1, m))
+    A[:-1, :standard] = rules
+    A[-1, -1] = 1.0
+    # A body whose ten are all known needs no cone: it was checked when it was read.
+    bodies = np.array([*links, body] if free else links) * scale
+    return _Variables(to_x * scale, bodies, A, m - 1)
+
+
+def _robot_scale(problem: GainProblem, x: Array) -> Array:
+    """Sizes of the robot's standard parameters: one mass and one length for all links, one size for friction."""
+    length = typical_length(problem.robot)
+    own = dict(zip(problem.base.columns, np.abs(x), strict=False))
+    masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
+    others = [v for k, v in own.items() if parameter_kind(k) not in POWERS]
+    mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
+    kinds = [parameter_kind(name) for name in problem.base.standard]
+    return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
+
+
+def _rows(equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
+    """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
+    rows = []
+    for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):
+        current = k[j] * factor[:, :-1] @ x
+        own = np.zeros((len(factor), len(k)))
+        own[:, j] = current if j != held else 0.0
+        right = factor[:, -1] + (current if j != held else 0.0)
+        rows.append(w * np.column_stack([k[j] * factor[:, :-1] @ variables.x, own, right]))
+    return np.vstack(rows)

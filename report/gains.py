@@ -1,0 +1,87 @@
+"""Drive gains as a table, as lines below it, and as JSON."""
+
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from ..estimation.gains import DriveGains
+from ..model import INERTIAL, Processing
+
+
+def gains_table(gains: DriveGains) -> Table:
+    """One row a joint."""
+    table = Table(title=f"Drive gains of {gains.robot}", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("joint", no_wrap=True)
+    for heading in ("N·m/A", "sigma", "%", "residual %"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("rests on", overflow="fold")
+    sigma = gains.larger_relative_sigma
+    for j, words in enumerate(gains.identifiability):
+        table.add_row(
+            str(j + 1),
+            f"{gains.values[j]:.3f}",
+            f"{gains.values[j] * sigma[j]:.2g}",
+            f"{100 * sigma[j]:.2g}",
+            f"{100 * gains.fit.relative_per_joint[j]:.1f}",
+            words,
+        )
+    return table
+
+
+def gains_notes(gains: DriveGains) -> list[str]:
+    """Lines below the table."""
+    com = gains.payload.com
+    lines = [
+        f"Payload: {gains.load.mass:.4g} kg as given (sigma {gains.load.mass_sigma:.2g} kg), centre of mass "
+        f"{com[0]:.4f} {com[1]:.4f} {com[2]:.4f} m"
+        + (" as given." if not gains.load.free or "MX_L" in gains.load.known else ", estimated."),
+        f"Relative residual of the currents: {100 * gains.fit.relative:.2f} %.",
+        "Without the constraint that robot and payload can exist: "
+        + " ".join(f"{value:.3f}" for value in gains.free_values)
+        + ".",
+    ]
+    if gains.robust is None:
+        lines.append(f"sigma by the formula for white noise alone: {gains.without_robust}")
+    else:
+        lines.append(
+            f"sigma: the larger of the formula's and that of a jackknife over {gains.robust.blocks} blocks of "
+            f"{gains.robust.block_length:.2g} s or more."
+        )
+        lines += [gains.robust.warning] * bool(gains.robust.warning)
+    return lines
+
+
+def gains_document(gains: DriveGains, processing: Processing) -> dict[str, Any]:
+    """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
+    robust = gains.relative_sigma_robust
+    return {
+        "robot": gains.robot,
+        "processing": {
+            "rate_hz": processing.rate,
+            "cutoff_hz": processing.cutoff,
+            "decimate": processing.decimate,
+            "slow_fraction": processing.slow_fraction,
+        },
+        "load": {
+            "known": dict(zip(gains.load.known, gains.load.values, strict=True)),
+            "mass_sigma": gains.load.mass_sigma,
+            "identified": dict(zip(INERTIAL, gains.payload.vector, strict=True)),
+        },
+        "drive_gains": {
+            "values": gains.values,
+            "sigma": gains.values * gains.larger_relative_sigma,
+            "relative_sigma": gains.larger_relative_sigma,
+            "relative_sigma_formula": gains.relative_sigma,
+            "relative_sigma_robust": robust if robust is not None else None,
+            "relative_covariance": gains.larger_relative_covariance,
+            "without_constraints": gains.free_values,
+            "identified": list(gains.identified),
+            "rests_on": list(gains.identifiability),
+        },
+        "robust": {"blocks": gains.robust.blocks, "block_length_s": gains.robust.block_length}
+        if gains.robust
+        else {"blocks": None, "unavailable": gains.without_robust or None},
+        "relative_residual": {"all": gains.fit.relative, "per_joint": np.asarray(gains.fit.relative_per_joint)},
+    }

@@ -1,0 +1,129 @@
+"""The payload as single joints and stretches of time see it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.benchmarks import invented
+from dynident.estimation import (
+    ByJoints,
+    PayloadProblem,
+    ReducedProblem,
+    answer_payload,
+    identify_payload,
+    payload_by_joints,
+    payload_over_time,
+    payload_problem,
+    weighted,
+)
+from dynident.estimation.payload import FixedWeights
+from dynident.estimation.payload.by_joints import joint_groups
+from dynident.model import InputError
+from dynident.tests.estimation import gallery
+
+
+def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> PayloadProblem:
+    """The gallery's good recordings, one joint's torque scaled."""
+    _, bare, loaded, _ = gallery.good(name)
+    change = gallery.scaled(joint, factor)
+    return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], robust=blocks)
+
+
+def seen(problem: PayloadProblem) -> ByJoints:
+    robot = weighted(problem.unloaded).weights if problem.unloaded else None
+    return payload_by_joints(problem, FixedWeights(robot, identify_payload(problem, 1).estimate.weights))
+
+
+@pytest.fixture(scope="module")
+def problems() -> dict[str, PayloadProblem]:
+    return {name: problem_of(name) for name in invented.NAMES}
+
+
+@pytest.mark.parametrize("name", ["rx90", "tx40"])
+def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
+    problems: dict[str, PayloadProblem], name: str
+) -> None:
+    """Rank 9 of 10 whatever the motion: no minimum-norm number with a small sigma."""
+    masses = {one.joints: one for one in seen(problems[name]).masses}
+    for joints in ((4,), (5,), (6,), (4, 5, 6)):
+        assert masses[joints].mass is None
+        assert masses[joints].interval95 is None
+        assert np.isnan(masses[joints].sigma)
+    truth = gallery.good(name)[3].mass
+    for joints in ((1,), (2,), (3,), (1, 2, 3)):
+        low, high = masses[joints].interval95 or (np.nan, np.nan)
+        assert low - 0.02 * truth < truth < high + 0.02 * truth
+
+
+def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, PayloadProblem]) -> None:
+    found = seen(problems["ur10e"])
+    assert [one.mass is not None for one in found.masses] == [True] * 4 + [False] * 2 + [True] * 2
+    truth = gallery.good("ur10e")[3].mass
+    assert all(abs(one.mass / truth - 1.0) < 0.05 for one in found.masses if one.mass is not None)
+
+
+def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, PayloadProblem]) -> None:
+    """A group's mass is that of method 3 with the other joints' weights at zero."""
+    problem = problems["rx90"]
+    assert problem.difference is not None
+    own = identify_payload(problem, 3).estimate
+    weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
+    arm = weighted(problem.difference, weights)
+    found = payload_by_joints(problem, FixedWeights(None, own.weights)).masses[6]
+    assert found.joints == (1, 2, 3)
+    assert found.mass == pytest.approx(arm["M_L"], rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
+def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: float) -> None:
+    shares = {one.joint: one for one in seen(problem_of(name, factor, joint)).shares}
+    own = shares[joint]
+    assert own.share is not None
+    assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
+    assert all(one.share is not None and one.sigma > 0.0 for one in shares.values())
+
+
+def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, PayloadProblem]) -> None:
+    problem = problems["rx90"]
+    assert problem.unloaded is not None
+    known = replace(problem, unloaded=None, difference=None, blocks=None, known=weighted(problem.unloaded))
+    apart = replace(problem, difference=None, blocks=None)
+    truth = gallery.good("rx90")[3].mass
+    for one, other in zip(seen(known).masses, seen(apart).masses, strict=True):
+        assert (one.mass is None) == (other.mass is None)
+        if one.mass is not None and other.mass is not None:
+            assert one.mass == pytest.approx(other.mass, rel=1e-9)
+            assert abs(one.mass - truth) < 4.0 * one.sigma
+
+
+def test_groups_of_short_robots_are_single_joints() -> None:
+    assert joint_groups(3) == ((1,), (2,), (3,))
+    assert joint_groups(6)[-2:] == ((1, 2, 3), (4, 5, 6))
+
+
+def test_stretches_agree_where_nothing_changes(problems: dict[str, PayloadProblem]) -> None:
+    problem = problems["rx90"]
+    weights = FixedWeights(None, identify_payload(problem, 1).estimate.weights)
+    stretches = payload_over_time(problem, weights)
+    assert len(stretches) == 4
+    masses = np.array([one.values[9] for one in stretches])
+    assert np.ptp(masses) < 0.05 * masses.mean()
+    assert payload_over_time(replace(problem, blocks=None), weights) == ()
+
+
+def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:
+    """Only the wrist's rows left: the mass is in no equation."""
+    problem = problem_of("rx90", blocks=False)
+    keep = (3, 4, 5)
+
+    def wrist(part: ReducedProblem | None) -> ReducedProblem:
+        assert part is not None
+        factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
+        rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))
+        return replace(part, factors=factors, rows=rows, effective_rows=tuple(map(float, rows)))
+
+    blind = replace(problem, loaded=wrist(problem.loaded), difference=wrist(problem.difference), source=None)
+    with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
+        answer_payload(blind, (1,))
+    with pytest.raises(InputError, match=r"undetermined, in .*M_L"):
+        answer_payload(blind, (3,))

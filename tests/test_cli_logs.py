@@ -1,0 +1,180 @@
+"""The command line's ways in: log maps and flags, ``check``, ``gains``, gains from a file."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import InertialParameters, Robot, load_robot
+from dynident.trajectories import Simulator, ViaPoints
+
+GAINS = np.array([12.0, 12.4, 9.9, 10.4, 10.3, 10.1])
+BODY = InertialParameters.from_com(6.0, [0.0, 0.1, 0.05], np.diag([0.03, 0.03, 0.02]))
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    def runner(*arguments: str) -> tuple[int, str, str]:
+        status = main(arguments)
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return runner
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.5 for joint in range(1, 7)}}
+    return replace(load_robot("ur10e"), parameters=known)
+
+
+@pytest.fixture(scope="module")
+def logs(arm: Robot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Currents of a pair in SI units, and the same with degrees, milliampere, milliseconds and other names."""
+    folder = tmp_path_factory.mktemp("logs")
+    draw = np.random.default_rng(0)
+    simulator = Simulator(arm)
+    motion = ViaPoints(draw.uniform(-1.0, 1.0, (30, 6)), np.full(29, 1.0)).motion(100.0)
+    paths: dict[str, str] = {}
+    for name, load in (("empty", None), ("loaded", BODY)):
+        recording = simulator.record(motion, load, [1.0, 1.0, 0.6, 0.3, 0.3, 0.2], 1 if load else 0)
+        i = recording.torque / GAINS
+        for kind, q, currents, t, pattern in (
+            ("si", recording.q, i, recording.t, ("q{}", "i{}")),
+            ("odd", np.degrees(recording.q), 1000.0 * i, 1000.0 * recording.t, ("axis {} pos", "axis {} cur")),
+        ):
+            header = ["t"] + [each.format(j) for each in pattern for j in range(1, 7)]
+            path = folder / f"{name}_{kind}.csv"
+            table = np.column_stack([t, q, currents])
+            np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+            paths[f"{name}_{kind}"] = str(path)
+    paths["map"] = str(folder / "map.toml")
+    Path(paths["map"]).write_text(
+        '[time]\nunit = "ms"\n[position]\ncolumns = "axis {} pos"\nunit = "deg"\n'
+        '[current]\ncolumns = "axis {} cur"\nunit = "mA"\n'
+    )
+    paths["folder"] = str(folder)
+    return paths
+
+
+def gains_command(logs: dict[str, str], kind: str, *more: str) -> tuple[str, ...]:
+    pair = ("--unloaded", logs[f"empty_{kind}"], "--loaded", logs[f"loaded_{kind}"])
+    return ("gains", "--robot", "ur10e", *pair, "--mass", "6", "--mass-sigma", "0.03", *more)
+
+
+def constrained_width(document: dict[str, Any]) -> float:
+    """Width of the mass's 95 % interval of the constrained estimate."""
+    (low, high) = next(e for e in document["estimates"] if e["estimator"] == "constrained")["interval95"]["M"]
+    return float(high - low)
+
+
+def test_gains_flow_into_the_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "gains.json"
+    status, out, _ = run(*gains_command(logs, "si", "--json", str(path)))
+    assert status == 0
+    assert "inertia only" in out
+    document = json.loads(path.read_text(encoding="utf-8"))
+    values, sigma = (np.array(document["drive_gains"][key]) for key in ("values", "sigma"))
+    assert (np.abs(values - GAINS) < 4.0 * sigma).all()
+    assert np.abs(values / GAINS - 1.0)[1:].max() < 0.05
+    answer = tmp_path / "payload.json"
+    pair = ("--unloaded", logs["empty_si"], "--loaded", logs["loaded_si"])
+    command = ("payload", "--robot", "ur10e", *pair, "--method", "4", "--json", str(answer), "--drive-gains")
+    exact = ",".join(map(str, values))
+    run(*command, exact)
+    without = constrained_width(json.loads(answer.read_text(encoding="utf-8")))
+    status, out, _ = run(*command, str(path))
+    assert status == 0
+    assert "errors of the drive gains as they were identified" in out
+    found = json.loads(answer.read_text(encoding="utf-8"))
+    assert constrained_width(found) > 1.1 * without
+    assert found["processing"]["drive_gains"] == pytest.approx(values)
+    assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
+
+
+def test_log_map_gives_the_same_gains(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    found = []
+    for kind, more in (("si", ()), ("odd", ("--log-map", logs["map"]))):
+        path = tmp_path / f"{kind}.json"
+        assert run(*gains_command(logs, kind, *more, "--json", str(path)))[0] == 0
+        found.append(json.loads(path.read_text(encoding="utf-8"))["drive_gains"]["values"])
+    assert found[0] == pytest.approx(found[1], rel=1e-4)
+
+
+def test_check(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    document, pictures = tmp_path / "check.json", tmp_path / "pictures"
+    pictures.mkdir()
+    both = (logs["empty_si"], logs["loaded_si"])
+    status, out, _ = run("check", *both, "--robot", "ur10e", "--plots", str(pictures), "--json", str(document))
+    assert status == 0
+    assert out.count("nothing looks wrong") + out.count("note:") >= 2
+    stems = ("01_empty_si", "02_loaded_si")
+    assert sorted(path.name for path in pictures.iterdir()) == [
+        f"{s}.{end}" for s in stems for end in ("png", "svg")
+    ]
+    looks = json.loads(document.read_text(encoding="utf-8"))["logs"]
+    assert [look["currents"] for look in looks] == [True, True]
+    assert [look["usable"] for look in looks] == [True, True]
+    assert looks[0]["time"]["rate"] == pytest.approx(100.0)
+    assert len(looks[0]["excitation"]) == 58
+
+
+def test_check_tells_degrees(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    how = tmp_path / "map.toml"
+    how.write_text(Path(logs["map"]).read_text().replace('unit = "deg"\n', ""))
+    status, out, _ = run("check", logs["empty_odd"], "--robot", "ur10e", "--log-map", str(how))
+    assert status == 1
+    assert "degrees" in out
+    assert "--units q=deg" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--log-map", "none.toml"), "none.toml: no such file"),
+        (("--units", "q=grad"), "unit 'grad' of position"),
+        (("--signs", "1,2,1,1,1,1"), "sign must be 1 or -1"),
+        (("--signs", "1,-1"), "position.sign has 2 entries"),
+        (("--joints", "a,b"), "2 joints, the robot has 6"),
+    ],
+)
+def test_wrong_flags_are_one_line(run: Run, logs: dict[str, str], arguments: tuple[str, ...], words: str) -> None:
+    status, out, err = run("check", logs["empty_si"], "--robot", "ur10e", *arguments)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("--mass", "-1"), "more than zero"),
+        (("--payload", "none.toml"), "none.toml: no such file"),
+        (("--payload", "x.toml", "--mass-sigma", "1"), "belongs to --mass"),
+    ],
+)
+def test_wrong_loads_are_one_line(run: Run, logs: dict[str, str], more: tuple[str, ...], words: str) -> None:
+    pair = ("--unloaded", logs["empty_si"], "--loaded", logs["loaded_si"])
+    status, _, err = run("gains", "--robot", "ur10e", *pair, *more)
+    assert status == 2
+    assert words in err
+
+
+def test_gains_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    path = tmp_path / "g.json"
+    path.write_text(
+        json.dumps({"robot": "x", "drive_gains": {"values": [1.0], "relative_covariance": [[0.0]]}}),
+        encoding="utf-8",
+    )
+    status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
+    assert status == 2
+    assert "gains of 'x'" in err
+    path.write_text("[]", encoding="utf-8")
+    status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
+    assert status == 2
+    assert "not the --json of 'dynident gains'" in err
