@@ -87,9 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         gains = arguments.drive_gains
         document = identification_document(result, processing, gains, constrained, warnings)
         write_json(arguments.json, document)
-    write_page(
-        arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings)
-    )
+    write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
     return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
 

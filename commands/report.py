@@ -59,9 +59,10 @@ def provenance(
     from ..report.html import Provenance, SourceFile
 
     found = [SourceFile(role, path, checksum(path)) for role, paths in files.items() for path in paths]
-    robot = getattr(arguments, "robot", None)
-    if robot and Path(robot).is_file():
-        found.append(SourceFile("robot", robot, checksum(robot)))
+    for role, path in (("robot", "robot"), ("log map", "log_map"), ("drive gains", "gains_file")):
+        given = getattr(arguments, path, None)
+        if given and Path(given).is_file():
+            found.append(SourceFile(role, given, checksum(given)))
     command = shlex.join(["dynident", *arguments.argv])
     return Provenance(command, now(), tuple(found), versions(), settings)
 

@@ -60,9 +60,7 @@ def excitation(problem: ReducedProblem, estimate: Estimate) -> Excitation:
     # Equations filtered and decimated count for fewer: sigma goes by the effective ones.
     noise = float(np.linalg.norm(error)) / np.sqrt(spare)
     size = np.abs(estimate.values) / max(noise, np.finfo(float).tiny)
-    return Excitation(
-        problem.columns, size * np.linalg.norm(R[:, :c], axis=0), size / np.linalg.norm(T, axis=1)
-    )
+    return Excitation(problem.columns, size * np.linalg.norm(R[:, :c], axis=0), size / np.linalg.norm(T, axis=1))
 
 
 def payload_excitation(problem: PayloadProblem) -> Excitation | None:

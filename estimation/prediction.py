@@ -71,8 +71,10 @@ class TorquePrediction:
         if len(t) < 3:
             return np.zeros(1), np.ones(1)
         step = self.step
-        lags = max(1, min(int(round(span / step)), int((t[-1] - t[0]) / step) // 2))
-        return step * np.arange(lags + 1), autocorrelation(t, self.residual(joint), step, lags)
+        lags = max(1, min(round(span / step), int((t[-1] - t[0]) / step) // 2))
+        return np.asarray(step * np.arange(lags + 1), dtype=float), autocorrelation(
+            t, self.residual(joint), step, lags
+        )
 
 
 def robot_prediction(

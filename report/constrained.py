@@ -27,7 +27,10 @@ def recommended_table(answer: PayloadAnswer) -> Table:
     apart = list(zip(*(_values(other) for other in others), strict=True)) or [()] * len(_names())
     for ((name, unit), value, (low, high)), beside in zip(rows, apart, strict=True):
         digits = interval_digits(high - low)
-        cells = [f"{round(number, digits) + 0.0:.{digits}f}" if np.isfinite(number) else "-" for number in (value, low, high, *beside)]
+        cells = [
+            f"{round(number, digits) + 0.0:.{digits}f}" if np.isfinite(number) else "-"
+            for number in (value, low, high, *beside)
+        ]
         table.add_row(name, unit, *cells, end_section=name in ("M", "com z", "ZZ at com"))
     return table
 

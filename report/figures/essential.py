@@ -8,11 +8,11 @@ from .canvas import Drawing
 
 
 def essential_drawing(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Drawing:
-    """Error and largest relative sigma while parameters are eliminated one by one; arguments as ``essential_figure``."""
+    """Error and largest relative sigma during elimination; arguments as ``essential_figure``."""
     kept, all_ = len(elimination.essential), len(elimination.path.order)
     text = (
-        f"{kept} of {all_} parameters are essential: {elimination.rule.description}. With them the error's standard "
-        f"deviation is {elimination.sigma_ratio:.4f} times that with all, and the largest relative standard "
+        f"{kept} of {all_} parameters are essential: {elimination.rule.description}. With them the error's "
+        f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
         f"deviation is {100.0 * elimination.largest_relative_sigma:.3g} %."
     )
     caption = (

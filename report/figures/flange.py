@@ -51,9 +51,7 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
     return Drawing("flange", figure, caption, f"{caption} Centre of mass at {where}.")
 
 
-def _view(
-    axis: Axes, com: Array, bounds: Array, body: Array | None, axes: tuple[int, int], flange: bool
-) -> None:
+def _view(axis: Axes, com: Array, bounds: Array, body: Array | None, axes: tuple[int, int], flange: bool) -> None:
     from matplotlib.patches import Ellipse, Rectangle
 
     i, k = axes
@@ -61,7 +59,7 @@ def _view(
         plate = Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, facecolor="0.85", edgecolor="black", hatch="///")
         axis.add_patch(plate)
     for direction, name in (((1.0, 0.0), "xyz"[i]), ((0.0, 1.0), "xyz"[k])):
-        tip = 0.9 * _PLATE * np.array(direction)
+        tip = (0.9 * _PLATE * direction[0], 0.9 * _PLATE * direction[1])
         axis.annotate("", tip, (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": "black", "lw": 1.2})
         axis.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
     if body is not None:
@@ -70,7 +68,9 @@ def _view(
     if np.isfinite(bounds).all():
         centre, width = bounds.mean(axis=1), np.ptp(bounds, axis=1)
         axis.add_patch(
-            Ellipse((centre[i], centre[k]), width[i], width[k], facecolor="none", edgecolor=BLUE, hatch="xxx", lw=1.2)
+            Ellipse(
+                (centre[i], centre[k]), width[i], width[k], facecolor="none", edgecolor=BLUE, hatch="xxx", lw=1.2
+            )
         )
         axis.plot(bounds[i], [com[k]] * 2, color=BLUE, linewidth=1.6, label="95 % intervals")
         axis.plot([com[i]] * 2, bounds[k], color=BLUE, linewidth=1.6)

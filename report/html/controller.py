@@ -32,9 +32,7 @@ def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
     except InputError as error:
         return paragraph(f"No controller takes this payload: {error}.")
     if load.verdict == "do_not_use":
-        return paragraph(
-            "Nothing is given here: the numbers must not be used. Read the reasons, record again and look here then."
-        )
+        return paragraph("Nothing is given here: the numbers must not be used. Read the reasons and record again.")
     if not is_flange(load.frame):
         return joined(
             paragraph(
@@ -43,8 +41,8 @@ def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
             ),
             copyable("controller-plain", _plain_text(load)),
             paragraph(
-                "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a controller, "
-                "given the flange's pose in that frame."
+                "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a "
+                "controller, given the flange's pose in that frame."
             ),
         )
     # The reasons stand beside it.
@@ -54,8 +52,13 @@ def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
     others = [_format(FORMATS[one], load, False) for one in _SHOWN if one != own]
     more = f"'dynident export --to' also writes {', '.join(one for one in FORMATS if one not in _SHOWN)}."
     only = "Mass and centre of mass only: the inertia was not measured well enough."
-    rest = tag("details", tag("summary", "Other controllers and files" if own else "Controllers and files"), *others,
-               paragraph(more, class_="note"), **({} if own else {"open": "open"}))  # fmt: skip
+    others.append(paragraph(more, class_="note"))
+    rest = tag(
+        "details",
+        tag("summary", "Other controllers and files" if own else "Controllers and files"),
+        *others,
+        **({} if own else {"open": "open"}),
+    )
     return joined(paragraph(only, class_="note") if load.point_mass else Html(), mine, rest)
 
 

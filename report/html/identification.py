@@ -78,7 +78,8 @@ def _summary(result: Identification) -> Html:
     ]
     joints = (f"joint {j}" for j in range(1, result.robot.n + 1))
     words = (
-        f"{result.problem.equations} equations, {len(result.base.columns)} base parameters, {len(result.essential)} of "
-        f"them essential; condition number {raw:.3g} (SI units, unweighted), {scaled:.3g} with columns scaled."
+        f"{result.problem.equations} equations, {len(result.base.columns)} base parameters, "
+        f"{len(result.essential)} of them essential; condition number {raw:.3g} (SI units, unweighted), "
+        f"{scaled:.3g} with columns scaled."
     )
     return joined(paragraph(words), table("Relative residual", ("", "all", *joints), rows))

@@ -47,7 +47,9 @@ def bullets(lines: Sequence[str]) -> Html:
 def table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]], **attributes: str) -> Html:
     """A table whose first column names its rows; it scrolls where the screen is narrow."""
     numeric = (False, *(True for _ in headings[1:]))
-    return _table(Sheet(caption, tuple(headings), tuple(map(tuple, rows)), (False,) * len(rows), numeric), attributes)
+    return _table(
+        Sheet(caption, tuple(headings), tuple(map(tuple, rows)), (False,) * len(rows), numeric), attributes
+    )
 
 
 def printed_table(shown: Table, **attributes: str) -> Html:

@@ -11,8 +11,8 @@ from .page import Section
 def methods_section(answer: PayloadAnswer) -> Section:
     """Constrained and free estimates of every method."""
     agreement = (
-        "Methods 3 and 4 on the same trajectories use the same equations: that they agree confirms nothing. Methods "
-        "1 and 2 go through the robot's own parameters."
+        "Methods 3 and 4 on the same trajectories use the same equations: that they agree confirms nothing. "
+        "Methods 1 and 2 go through the robot's own parameters."
     )
     left_out = [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
     after = joined(
@@ -20,6 +20,4 @@ def methods_section(answer: PayloadAnswer) -> Section:
         printed_table(payload_table(answer.estimates)),
         bullets([*sigma_notes(answer.estimates), *left_out]),
     )
-    return Section(
-        "methods", "The methods side by side", paragraph(agreement), (methods_figure(answer),), after
-    )
+    return Section("methods", "The methods side by side", paragraph(agreement), (methods_figure(answer),), after)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...estimation import Excitation, PayloadAnswer, TorquePrediction
 from ..controllers.payload_file import is_flange
-from ..figures import flange_figure, worst_joint_figure
+from ..figures import Drawing, flange_figure, worst_joint_figure
 from ..tables import data_notes
 from .centre import centre_section
 from .consistency import consistency_section
@@ -50,27 +50,7 @@ def payload_page(
     robot = answer.problem.robot
     title = robot.title or robot.name
     labels = dict(zip(answer.problem.base.columns, answer.problem.base.names, strict=True))
-    best = answer.recommended
-    flange = flange_figure(best, answer.verdict.level == "use", is_flange(best.frame))
-    first = shown(predictions)
-    worst = worst_joint_figure(first) if first else None
-    head = joined(
-        tag("h1", f"Payload on the {title}"),
-        paragraph(f"Identified from recordings of joint positions and torques, {provenance.day}", class_="sub"),
-        verdict_of(answer.verdict),
-        _pair(joined(quantities_table(answer), agreement(answer)), figure_html(flange)),
-        _pair(
-            joined(tag("h3", "What to type into the controller"), controller_block(document, "this report", title)),
-            joined(
-                joined(tag("h3", "The worst joint"), figure_html(worst)) if worst else Html(),
-                tag("h3", "Reasons for the verdict"),
-                reasons(answer.verdict),
-                tag("h3", "How to improve it"),
-                improvements(answer, predictions),
-            ),
-        ),
-        files_table(provenance),
-    )
+    first = _First.of(answer, predictions)
     sections = (
         centre_section(answer),
         consistency_section(answer),
@@ -82,7 +62,42 @@ def payload_page(
         essential_section(answer.elimination, warnings, title, labels),
         data_section(data_notes(answer), provenance),
     )
-    return Page(f"Payload on the {title}", head, sections, foot(provenance), (flange, *([worst] if worst else ())))
+    head = first.html(answer, predictions, controller_block(document, "this report", title), provenance)
+    return Page(f"Payload on the {title}", head, sections, foot(provenance), first.drawings)
+
+
+class _First(NamedTuple):
+    """Figures of the first page; ``worst`` only where there is a recording to draw."""
+
+    flange: Drawing
+    worst: Drawing | None
+
+    @staticmethod
+    def of(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> _First:
+        best, prediction = answer.recommended, shown(predictions)
+        flange = flange_figure(best, answer.verdict.level == "use", is_flange(best.frame))
+        return _First(flange, worst_joint_figure(prediction) if prediction else None)
+
+    @property
+    def drawings(self) -> tuple[Drawing, ...]:
+        return (self.flange,) if self.worst is None else (self.flange, self.worst)
+
+    def html(
+        self, answer: PayloadAnswer, predictions: Sequence[TorquePrediction], block: Html, provenance: Provenance
+    ) -> Html:
+        robot = answer.problem.robot
+        worst = joined(tag("h3", "The worst joint"), figure_html(self.worst)) if self.worst else Html()
+        why = joined(tag("h3", "Reasons for the verdict"), reasons(answer.verdict))
+        how = joined(tag("h3", "How to improve it"), improvements(answer, predictions))
+        what = joined(tag("h3", "What to type into the controller"), block)
+        return joined(
+            tag("h1", f"Payload on the {robot.title or robot.name}"),
+            paragraph(f"Identified from recordings of joint positions and torques, {provenance.day}", class_="sub"),
+            verdict_of(answer.verdict),
+            _pair(joined(quantities_table(answer), agreement(answer)), figure_html(self.flange)),
+            _pair(what, joined(worst, why, how)),
+            files_table(provenance),
+        )
 
 
 def _pair(left: Html, right: Html) -> Html:

@@ -23,15 +23,16 @@ def torques_section(predictions: Sequence[TorquePrediction], others: int = 0) ->
         others: number of recordings that were used and are not drawn.
     """
     joints = range(1, len(predictions[0].t) + 1) if predictions else ()
-    rows = [
-        (words_of(one), *(percent(float(share)) for share in one.relative_per_joint)) for one in predictions
-    ]
+    rows = [(words_of(one), *(percent(float(share)) for share in one.relative_per_joint)) for one in predictions]
     words = (
-        "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the autocorrelation, is "
-        "an error of the model; white noise would stay within the dashed lines."
+        "Residual: measured less predicted torque. A residual that repeats or lasts, seen in the autocorrelation, "
+        "is an error of the model; white noise would stay within the dashed lines."
     )
     if not any(one.held_out for one in predictions):
-        words += " No recording was held out (--validate): these are the data that were fitted, and look better than others would."
+        words += (
+            " No recording was held out (--validate): these are the data that were fitted, and look better than "
+            "others would."
+        )
     if others:
         words += f" {others} more recordings were used and are not drawn."
     names = ("norm of the residual over norm of the torque", *(f"joint {j}" for j in joints))

@@ -43,9 +43,7 @@ def quantities_table(answer: PayloadAnswer) -> Html:
     cells = (tag("th", "", scope="col"), tag("th", "value", scope="col", class_="number"),
              tag("th", "95 % interval", scope="col", class_="number"), tag("th", "", scope="col"))  # fmt: skip
     caption = tag("caption", f"In {best.frame}; inertia at the centre of mass; method {best.method}")
-    return tag(
-        "div", tag("table", caption, tag("thead", tag("tr", *cells)), *bodies), class_="scroll quantities"
-    )
+    return tag("div", tag("table", caption, tag("thead", tag("tr", *cells)), *bodies), class_="scroll quantities")
 
 
 def agreement(answer: PayloadAnswer) -> Html:
