@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from ..estimation import StopRule
     from ..estimation.logs import LogMap
     from ..estimation.stored import StoredRobot
-    from ..model import Processing, Recording, Robot
+    from ..model import Pose, Processing, Recording, Robot
 
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit statuses of every command."""
@@ -21,7 +22,55 @@ ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 def robot_argument(parser: argparse.ArgumentParser) -> None:
     """``--robot``, the same for every command."""
-    parser.add_argument("--robot", required=True, help="rx90, tx40, ur10e, or the path of a robot TOML file")
+    parser.add_argument(
+        "--robot", required=True, metavar="NAME|FILE", help="a shipped robot ('dynident robot list'), TOML or URDF"
+    )
+    group = parser.add_argument_group("installation", "how the robot is mounted; which links of a URDF it has")
+    group.add_argument("--base", metavar="LINK", help="URDF: first link of the chain (default: the root)")
+    group.add_argument("--tip", metavar="LINK", help="URDF: the flange's link, where there are several ends")
+    group.add_argument(
+        "--mount",
+        type=mount,
+        metavar="HOW",
+        help="floor, wall (x of the base points down), ceiling, or roll,pitch,yaw of the base in degrees",
+    )
+    group.add_argument(
+        "--gravity", type=three, metavar="X,Y,Z", help="gravity in the base's frame [m/s^2], instead of --mount"
+    )
+
+
+def payload_frame_argument(parser: argparse.ArgumentParser) -> None:
+    """``--tool-frame``, for commands that take or give a payload."""
+    parser.add_argument(
+        "--tool-frame",
+        type=tool_frame,
+        metavar="X,Y,Z,R,P,Y",
+        help="frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)",
+    )
+
+
+def chosen_robot(arguments: argparse.Namespace) -> Robot:
+    """The robot of ``--robot`` as it is mounted, with the payload's frame that is asked for."""
+    from ..model import InputError, load_robot, mounted, with_gravity, with_tool
+
+    robot = load_robot(arguments.robot, arguments.base, arguments.tip)
+    for note in robot.snapped:
+        print(f"dynident: note: {arguments.robot}: {note}", file=sys.stderr)
+    if arguments.mount is not None and arguments.gravity is not None:
+        raise InputError("--mount and --gravity say the same: give one of them")
+    if arguments.mount is not None:
+        robot = mounted(robot, arguments.mount)
+    if arguments.gravity is not None:
+        robot = with_gravity(robot, arguments.gravity)
+    tool = getattr(arguments, "tool_frame", None)
+    if tool is not None:
+        robot = with_tool(robot, tool, f"tool frame {_shown(tool)} in: {robot.payload_frame}")
+    return robot
+
+
+def _shown(pose: Pose) -> str:
+    lengths = ", ".join(f"{value:g}" for value in pose.origin)
+    return f"({lengths} m; rpy {', '.join(f'{math.degrees(angle) + 0.0:g}' for angle in pose.rpy)} deg)"
 
 
 def log_arguments(parser: argparse.ArgumentParser) -> None:
@@ -107,6 +156,40 @@ def texts(text: str) -> tuple[str, ...]:
     return tuple(part.strip() for part in text.split(","))
 
 
+def three(text: str) -> tuple[float, float, float]:
+    """Three finite numbers separated by commas."""
+    x, y, z = numbers(text, 3)
+    return x, y, z
+
+
+def mount(text: str) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] of the base, from a word or three angles in degrees."""
+    from ..model import MOUNTS
+
+    degrees = MOUNTS[text] if text in MOUNTS else three(text)
+    roll, pitch, yaw = (math.radians(angle) for angle in degrees)
+    return roll, pitch, yaw
+
+
+def tool_frame(text: str) -> Pose:
+    """A frame by three lengths in m and three angles in degrees."""
+    from ..model import Pose
+
+    values = numbers(text, 6)
+    return Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
+
+
+def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
+    """Finite numbers separated by commas."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if not values or (count and len(values) != count) or not all(abs(value) < 1e6 for value in values):
+        raise argparse.ArgumentTypeError(f"{text!r} is not {count or 'a list of'} finite numbers with commas")
+    return values
+
+
 def gains_list(text: str) -> tuple[float, ...]:
     """Numbers separated by commas."""
     try:
@@ -117,9 +200,9 @@ def gains_list(text: str) -> tuple[float, ...]:
 
 def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
     """The robot with the model structure and processing that the command line asks for."""
-    from ..model import InputError, load_robot
+    from ..model import InputError
 
-    robot = load_robot(arguments.robot)
+    robot = chosen_robot(arguments)
     read_gains(arguments, robot)
     if stored:
         robot = stored.applied_to(robot)

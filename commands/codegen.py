@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import ANSWERED, robot_argument
+from .arguments import ANSWERED, chosen_robot, robot_argument
 
 
 def add_parser(commands: Any) -> None:
@@ -19,8 +19,8 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model import generate_code, load_robot
+    from ..model import generate_code
 
-    for path in generate_code(load_robot(arguments.robot), arguments.function, arguments.out):
+    for path in generate_code(chosen_robot(arguments), arguments.function, arguments.out):
         print(path)
     return ANSWERED

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     load = read_known_load(arguments.payload) if arguments.payload else None
     load = load or known_mass(arguments.mass, arguments.mass_sigma or 0.0)
     robot, processing = settings(arguments)
-    told = set(robot.snapped)
+    told = set[str]()
     amperes = (1.0,) * robot.n
     unloaded, loaded = (
         read_recordings(paths, robot, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)

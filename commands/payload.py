@@ -10,6 +10,7 @@ from .arguments import (
     DO_NOT_USE,
     essential_arguments,
     essential_rule,
+    payload_frame_argument,
     processing_arguments,
     read_recordings,
     robot_argument,
@@ -31,6 +32,7 @@ def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("payload", help="identify a payload from recordings with and without it")
     robot_argument(parser)
+    payload_frame_argument(parser)
     parser.add_argument(
         "--unloaded", action="append", default=[], metavar="LOG", help="recording without payload; repeatable"
     )
@@ -81,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
     gain_errors = gain_errors_of(arguments)
-    gains, told = arguments.drive_gains, set(robot.snapped)
+    gains, told = arguments.drive_gains, set[str]()
     unloaded = read_recordings(arguments.unloaded, robot, gains, told, arguments)
     loaded = read_recordings(arguments.loaded, robot, gains, told, arguments)
     held_out = read_recordings(arguments.validate, robot, gains, told, arguments)

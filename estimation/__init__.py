@@ -18,6 +18,7 @@ from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
 from .intervals import Intervals, profile_intervals
+from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
 from .logs import LogMap, read_log_map, read_recording, stream_samples
 from .long_logs import reduced_log
@@ -48,8 +49,10 @@ from .payload import (
     payload_problem,
     usable_methods,
 )
+from .pose_check import PoseCheck, check_pose
 from .prediction import Curve, TorquePrediction, payload_prediction, payload_predictions, robot_prediction
 from .problem import ReducedProblem, merged
+from .readings import Reading
 from .reduction import reduced, reduced_measurement, reduced_stream
 from .robot_prior import RobotPrior, cylinder_prior, robot_prior
 from .robust import RobustCovariance, jackknife
@@ -85,6 +88,7 @@ __all__ = [
     "Intervals",
     "JointShare",
     "JointsMass",
+    "KinematicsCheck",
     "KnownMass",
     "LogMap",
     "MassBounds",
@@ -97,7 +101,10 @@ __all__ = [
     "PayloadBlocks",
     "PayloadEstimate",
     "PayloadProblem",
+    "PoseCheck",
     "PossibleBody",
+    "Ranked",
+    "Reading",
     "ReducedProblem",
     "RobotPrior",
     "RobustCovariance",
@@ -114,6 +121,7 @@ __all__ = [
     "answer_payload",
     "base_problem",
     "build_constrained",
+    "check_pose",
     "combined",
     "constrain_payload",
     "cylinder_prior",
@@ -148,6 +156,8 @@ __all__ = [
     "payload_problem",
     "payload_system",
     "profile_intervals",
+    "rank_readings",
+    "rank_readings_by_pose",
     "read_log_map",
     "read_recording",
     "reduced",

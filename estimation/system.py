@@ -77,7 +77,7 @@ def identification_system(
 def payload_system(
     problem: PayloadProblem, loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
 ) -> ObservationSystem:
-    """The system of method 4, (30): base parameters, then the payload's ten.
+    """The system of method 4, (30): base parameters, then the payload's ten in frame n (``robot.last_frame``).
 
     Without unloaded recordings that of method 1, (22), with the robot's stored values as ``known``.
 

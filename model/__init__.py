@@ -19,12 +19,24 @@ from .dynamics import (
     mass_matrix,
 )
 from .errors import InputError
+from .frames import (
+    MOUNTS,
+    LinkBody,
+    bodies_in_link_frames,
+    frames_at,
+    mounted,
+    step,
+    with_gravity,
+    with_tool,
+)
 from .inertia import InertialParameters
 from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
+from .pose import Pose
 from .processing import Processing
+from .reframe import JointAxis, Reframed, modified_dh
 from .regressor import (
     base_regressor,
     essential_regressor,
@@ -34,27 +46,35 @@ from .regressor import (
     standard_columns,
     standard_regressor,
 )
-from .robot import INERTIAL, Joint, Limits, Robot
+from .robot import INERTIAL, Joint, Limits, Links, Robot
 from .robot_file import load_robot, robot_names
+from .robot_writer import robot_toml
 
 __all__ = [
     "INERTIAL",
+    "MOUNTS",
     "BaseParameters",
     "Coupling",
     "Drives",
     "InertialParameters",
     "InputError",
     "Joint",
+    "JointAxis",
     "Kernel",
     "Limits",
+    "LinkBody",
+    "Links",
     "Measurement",
     "Motion",
+    "Pose",
     "Processing",
     "Recording",
+    "Reframed",
     "Robot",
     "Spring",
     "base_parameters",
     "base_regressor",
+    "bodies_in_link_frames",
     "closed_form_base_parameters",
     "code_names",
     "coriolis",
@@ -63,6 +83,7 @@ __all__ = [
     "essential_regressor",
     "forward_dynamics",
     "forward_kinematics",
+    "frames_at",
     "generate_code",
     "gravity",
     "inverse_dynamics",
@@ -70,10 +91,16 @@ __all__ = [
     "load_robot",
     "local_transfer_base_parameters",
     "mass_matrix",
+    "modified_dh",
+    "mounted",
     "payload_columns",
     "payload_regressor",
     "regressor",
     "robot_names",
+    "robot_toml",
     "standard_columns",
     "standard_regressor",
+    "step",
+    "with_gravity",
+    "with_tool",
 ]

@@ -42,7 +42,7 @@ def _base(make: Callable[[Robot, BaseParameters], ca.Function]) -> Callable[[Rob
 
 def _payload(robot: Robot) -> _Export:
     # The frame is free text: nothing in it may end the comment.
-    frame = re.sub(r"[^ -~]|[*/\\?]", "_", robot.payload_frame)
+    frame = re.sub(r"[^ -~]|[*/\\?]", "_", robot.last_frame)
     return _Export(
         regressor.payload_regressor(robot), payload_columns(robot), note=f"Frame of the payload: {frame}"
     )

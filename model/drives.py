@@ -120,6 +120,11 @@ class Drives:
         if self.coupling and not (self.rotor_inertia and self.friction):
             raise ValueError("coupled drives need rotor inertia and friction")
 
+    @staticmethod
+    def on_link_side() -> "Drives":
+        """What torque sensors behind the gear see of a drive: no rotor, no friction, an offset of their own."""
+        return Drives(rotor_inertia=False, friction=False, offsets=True)
+
     def names(self, joint: int) -> tuple[str, ...]:
         """Names of one joint's drive parameters, in the order of (6), the offset last."""
         kinds = ("IA",) * self.rotor_inertia + ("FS", "FV") * self.friction + ("OFF",) * self.offsets

@@ -1,10 +1,10 @@
 """Frame changes and link motion of the chain, as CasADi expressions."""
 
-import math
 from typing import NamedTuple
 
 import casadi as ca
 
+from .pose import cos_sin
 from .robot import Joint, Robot
 
 
@@ -17,14 +17,6 @@ class LinkMotion(NamedTuple):
     speed: ca.SX
     angular_acceleration: ca.SX
     acceleration: ca.SX
-
-
-def cos_sin(angle: float) -> tuple[float, float]:
-    """Cosine and sine, exactly 0, 1 or -1 at multiples of 90 degrees."""
-    quarter = angle / (math.pi / 2)
-    if abs(quarter - round(quarter)) < 1e-12:
-        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
-    return math.cos(angle), math.sin(angle)
 
 
 def joint_transform(joint: Joint, q: ca.SX) -> tuple[ca.SX, ca.SX]:

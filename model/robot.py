@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from .drives import Coupling, Drives, Spring
+from .pose import Pose
 from .processing import Processing
 
 SNAP_ANGLE = 1e-4
@@ -79,6 +80,24 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Links:
+    """The links and joints of the file a robot was read from.
+
+    Attributes:
+        names: of the links that the joints 1 to n move.
+        poses: each link's frame in the modified DH frame of its joint.
+        joints: names of the joints.
+        base, tip: names of the first link and of the flange's.
+    """
+
+    names: tuple[str, ...]
+    poses: tuple[Pose, ...]
+    joints: tuple[str, ...]
+    base: str
+    tip: str
+
+
+@dataclass(frozen=True)
 class Robot:
     """A serial robot.
 
@@ -88,6 +107,10 @@ class Robot:
         gravity: acceleration of gravity in frame 0 [m/s^2].
         drives: which drive parameters the model has.
         payload_frame: the frame in which a payload is given, in words.
+        flange: where that frame stands in frame n.
+        base: where the base, as the maker or a URDF counts it, stands in frame 0.
+        rated_payload: largest payload by the data sheet [kg].
+        links: names and frames of the file the robot was read from, if it has its own.
         processing: how recordings of this robot are treated unless told otherwise.
         parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
         title: full name.
@@ -99,6 +122,10 @@ class Robot:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     drives: Drives = Drives()
     payload_frame: str = "last link"
+    flange: Pose = Pose()
+    base: Pose = Pose()
+    rated_payload: float = math.inf
+    links: Links | None = None
     processing: Processing = Processing()
     parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     title: str = ""
@@ -110,6 +137,8 @@ class Robot:
             raise ValueError(f"robot {self.name!r} has no joints")
         if len(self.gravity) != 3 or not all(math.isfinite(value) for value in self.gravity):
             raise ValueError("gravity must be three finite numbers")
+        if not self.rated_payload > 0.0:
+            raise ValueError("rated payload must be positive")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
@@ -128,6 +157,11 @@ class Robot:
         """Short text that differs between robots of other geometry, gravity or drives."""
         chain = [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in self.joints]
         return hashlib.sha256(repr((chain, self.gravity, self.drives)).encode()).hexdigest()[:16]
+
+    @property
+    def last_frame(self) -> str:
+        """Frame n in words, in which the last link's parameters are given."""
+        return self.payload_frame if self.flange.is_identity else f"frame {self.n} (modified DH)"
 
     @property
     def coupling(self) -> Coupling | None:

@@ -1,23 +1,26 @@
-"""Reads a robot from TOML. Angles in a file are in degrees, everything else in SI units."""
+"""Reads a robot from TOML (angles in degrees, everything else in SI units) or from a URDF."""
 
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
 
 from .drives import Coupling, Drives, Spring
 from .errors import InputError
+from .pose import Pose
 from .processing import Processing
 from .regressor import standard_columns
 from .robot import Joint, Limits, Robot
+from .urdf import load_urdf
 
 _ROBOT = {"name", "title", "source", "payload_frame", "gravity", "lengths", "joints", "drives", "processing",
-          "parameters"}  # fmt: skip
+          "parameters", "flange", "base", "rated_payload_kg"}  # fmt: skip
 _JOINT = {"kind", "alpha_deg", "d", "theta_deg", "r", "position_deg", "position_m", "speed_deg_s", "speed_m_s",
           "acceleration_deg_s2", "acceleration_m_s2", "torque"}  # fmt: skip
-_DRIVES = {"rotor_inertia", "friction", "offsets", "coupling", "spring"}
+_DRIVES = {"rotor_inertia", "friction", "offsets", "coupling", "spring", "side"}
 _SPRING = {"joint", "stiffness", "length", "arms", "zero_deg", "table"}
 _PROCESSING = {
     "rate_hz": "rate",
@@ -35,20 +38,29 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
 
-def load_robot(name: str | Path) -> Robot:
-    """Load a shipped robot by name, or a robot from a TOML file by path.
+def load_robot(name: str | Path, base: str | None = None, tip: str | None = None) -> Robot:
+    """Load a shipped robot by name, or a robot from a TOML or URDF file by path.
+
+    Args:
+        name: a shipped robot's name or the path of a file; a URDF is known by its ending.
+        base: URDF only: first link of the chain, where there are several.
+        tip: URDF only: the flange's link, where there are several.
 
     Raises:
         InputError: if there is no such robot or file, or if the file cannot be used; the key is named.
     """
     text = str(name)
+    if Path(name).suffix.lower() == ".urdf" and Path(name).is_file():
+        return load_urdf(name, base, tip)
+    if base is not None or tip is not None:
+        raise InputError(f"--base and --tip choose links of a URDF file, {text!r} is none: leave them out")
     if text in robot_names():
         source = (resources.files(__package__) / "robots" / f"{text}.toml").read_text(encoding="utf-8")
     else:
         path = Path(name)
         if not path.is_file():
             raise InputError(
-                f"no robot {text!r}: give one of {', '.join(robot_names())}, or the path of a robot TOML file"
+                f"no robot {text!r}: give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
             )
         try:
             source = path.read_text(encoding="utf-8")
@@ -86,7 +98,11 @@ class _Reader:
             "drives": self._drives(self._table(data, "drives")),
             "processing": self._processing(self._table(data, "processing")),
             "parameters": self._parameters(self._table(data, "parameters")),
+            "flange": self._pose(self._table(data, "flange"), "flange."),
+            "base": self._pose(self._table(data, "base"), "base."),
         }
+        if "rated_payload_kg" in data:
+            arguments["rated_payload"] = self._number(data, "rated_payload_kg", "")
         if "gravity" in data:
             arguments["gravity"] = self._numbers(data, "gravity", 3, "")
         robot = self._make("", Robot, arguments)
@@ -135,8 +151,22 @@ class _Reader:
             },
         )
 
+    def _pose(self, table: Mapping[str, Any], where: str) -> Pose:
+        self._known(table, {"xyz", "rpy_deg"}, where)
+        xyz = self._numbers(table, "xyz", 3, where) if "xyz" in table else (0.0, 0.0, 0.0)
+        rpy = self._numbers(table, "rpy_deg", 3, where) if "rpy_deg" in table else (0.0, 0.0, 0.0)
+        return Pose.from_rpy(xyz, [math.radians(angle) for angle in rpy])
+
     def _drives(self, table: Mapping[str, Any]) -> Drives:
         self._known(table, _DRIVES, "drives.")
+        side = self._text(table, "side", "motor", "drives.")
+        if side not in ("motor", "link"):
+            raise self._error("drives.side", "must be 'motor' or 'link'")
+        if side == "link":
+            for key in ("rotor_inertia", "friction", "coupling"):
+                if table.get(key):
+                    raise self._error(f"drives.{key}", "sensors on the link side do not see it: leave it out")
+        drives = Drives.on_link_side() if side == "link" else Drives()
         arguments: dict[str, Any] = {}
         for key in ("rotor_inertia", "friction", "offsets"):
             if key in table:
@@ -153,7 +183,7 @@ class _Reader:
         spring = self._table(table, "spring", "drives.")
         if spring:
             arguments["spring"] = self._spring(spring, "drives.spring.")
-        return Drives(**arguments)
+        return replace(drives, **arguments)
 
     def _spring(self, table: Mapping[str, Any], where: str) -> Spring:
         self._known(table, _SPRING, where)

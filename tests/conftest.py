@@ -56,6 +56,30 @@ CROOKED = Robot(
 PRISMATIC = {robot.name: robot for robot in (STANFORD, SCARA, CROOKED)}
 
 
+IN_FULL = ("rx90", "tx40", "ur10e", "panda")
+"""Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
+ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
+"""Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
+    kept = [item for item in items if _worth_it(item)]
+    config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+    items[:] = kept
+
+
+def _worth_it(item: pytest.Item) -> bool:
+    if not isinstance(item, pytest.Function) or not hasattr(item, "callspec"):
+        return True
+    values = item.callspec.params
+    robot = values.get("robot", values.get("shipped"))
+    name = getattr(robot, "name", robot)
+    if name in IN_FULL or name not in robot_names():
+        return True
+    return item.path.name in ALL_ROBOTS and values.get("compiled") != "compiled"
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Compiled code of the tests goes to a folder of its own."""

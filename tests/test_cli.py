@@ -316,7 +316,7 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
     rx90 = ["payload", "--robot", "rx90"]
     identify = ["identify", "--robot", "rx90", "--data"]
     return [
-        ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90, tx40, ur10e"]),
+        ("unknown robot", ["payload", "--robot", "rx91", *pair], ["'rx91'", "rx90", "tx40", "ur10e"]),
         ("broken robot", ["payload", "--robot", "{broken_robot}", *pair], ["'joints[1].alpha'", "alpha_deg"]),
         ("no file", [*rx90, "--unloaded", "none.csv", "--loaded", "{loaded0}"], ["none.csv", "no such file"]),
         ("nan", [*rx90, "--unloaded", "{nan}", "--loaded", "{loaded0}"], ["nan.csv", "line 100", "'q4'"]),
@@ -453,7 +453,7 @@ def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp
     assert counts[0][3] < 1.02 < counts[1][3] < 1.1
     assert counts[1][0] < counts[0][0]
     assert counts[2][2] <= 5.0
-    assert sorted(path.name for path in plots.iterdir()) == ["essential_path.png", "essential_path.svg"]
+    assert {f"essential_path.{ending}" for ending in ("png", "svg", "pdf")} < {path.name for path in plots.iterdir()}
 
 
 def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

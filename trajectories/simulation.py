@@ -64,7 +64,7 @@ class Simulator:
 
         Args:
             motion: what the robot does, exactly.
-            payload: fixed to the last link, in its frame.
+            payload: fixed to the last link, given in the robot's payload frame.
             noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
             seed: of the noise.
             source: name of the recording.
@@ -79,9 +79,13 @@ class Simulator:
 def parameter_vector(
     robot: Robot, parameters: Mapping[str, float], payload: InertialParameters | None = None
 ) -> Array:
-    """Standard parameters in the order of ``standard_columns``, a payload added to the last link's."""
+    """Standard parameters in the order of ``standard_columns``, a payload added to the last link's.
+
+    The payload is given in the robot's payload frame.
+    """
     values = dict(parameters)
     if payload is not None:
-        for name, value in payload.named(str(robot.n)).items():
+        moved = payload.moved(robot.flange.R, robot.flange.p)
+        for name, value in moved.named(str(robot.n)).items():
             values[name] += value
     return np.array([values[name] for name in standard_columns(robot)])

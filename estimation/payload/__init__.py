@@ -5,6 +5,7 @@ from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .by_joints import ByJoints, JointShare, JointsMass, payload_by_joints
 from .constrained import ConstrainedPayload, constrain_payload, error_model
 from .equations import difference_problem, loaded_problem
+from .frame import frame_change, in_payload_frame
 from .from_change import payload_map
 from .gains import payload_gain_sensitivity
 from .global_fit import combined, combined_problem, essential_combined
@@ -35,7 +36,9 @@ __all__ = [
     "difference_problem",
     "error_model",
     "essential_combined",
+    "frame_change",
     "identify_payload",
+    "in_payload_frame",
     "loaded_problem",
     "payload_blocks",
     "payload_by_joints",

@@ -9,6 +9,7 @@ from ...model.arrays import Array
 from ..drive_gains import GainErrors, scaled_torque
 from ..estimate import Estimate
 from ..least_squares import weighted
+from .frame import in_payload_frame
 from .problem import FixedWeights, PayloadProblem
 from .robust import Method
 
@@ -40,7 +41,7 @@ def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: 
     weights = FixedWeights(weighted(bare).weights if bare is not None else None, estimate.weights)
 
     def solved(joint: int, step: float) -> Array:
-        return method(_changed(problem, joint, step), weights).values
+        return in_payload_frame(problem.robot, method(_changed(problem, joint, step), weights)).values
 
     joints = range(problem.robot.n)
     return np.column_stack([(solved(j, _STEP) - solved(j, -_STEP)) / (2.0 * _STEP) for j in joints])

@@ -33,6 +33,6 @@ def combined_problem(problem: PayloadProblem) -> ReducedProblem:
 
 
 def essential_combined(problem: PayloadProblem, rule: StopRule | None = None) -> Elimination:
-    """Essential parameters of robot and payload together, as in Table 2."""
+    """Essential parameters of robot and payload (in frame n) together, as in Table 2."""
     both = combined_problem(problem)
     return eliminate(both, weighted(both), rule)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 from ...model import InputError
+from .frame import in_payload_frame
 from .from_change import from_change
 from .from_difference import from_difference
 from .from_robot import from_robot
@@ -42,6 +43,7 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
             estimate = replace(estimate, robust=robust_covariance(problem, solve, estimate))
         except InputError as error:
             reason = str(error)
+    estimate = in_payload_frame(problem.robot, estimate)
     return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
 
 

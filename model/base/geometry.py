@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..kinematics import cos_sin
+from ..pose import cos_sin
 from ..robot import Joint, Robot
 from .polynomial import Polynomial, Scalar
 

@@ -21,7 +21,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..inertia import InertialParameters, skew
-from ..kinematics import cos_sin
+from ..pose import cos_sin
 from ..regressor import standard_columns
 from ..robot import Joint, Robot
 from .parameters import BaseParameters

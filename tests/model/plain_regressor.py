@@ -3,7 +3,7 @@
 import numpy as np
 from dynident.model import INERTIAL, Robot, standard_columns
 from dynident.model.arrays import Array
-from dynident.model.kinematics import cos_sin
+from dynident.model.pose import cos_sin
 from dynident.model.robot import Joint
 
 

@@ -177,8 +177,8 @@ def test_payload_on_the_rx90(rx90: Robot) -> None:
 
 def test_offsets_add_one_column_a_joint(shipped: Robot) -> None:
     names = [base_parameters(shipped.with_offsets(offsets)).names for offsets in (False, True)]
-    assert set(names[1]) - set(names[0]) == {f"OFF{j}" for j in range(1, 7)}
-    assert len(names[1]) == len(names[0]) + 6
+    assert set(names[1]) - set(names[0]) == {f"OFF{j}" for j in range(1, shipped.n + 1)}
+    assert len(names[1]) == len(names[0]) + shipped.n
 
 
 def test_leftmost_columns_are_chosen() -> None:

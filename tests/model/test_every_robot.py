@@ -111,7 +111,7 @@ def energy(robot: Robot, values: dict[str, float], q: Array, qd: Array) -> compl
         body = InertialParameters(np.array([values[f"{kind}{j + 1}"] for kind in INERTIAL]))
         total += 0.5 * np.trace(speed @ body.pseudo_inertia @ speed.T)
         total -= np.array(robot.gravity) @ (T @ body.pseudo_inertia)[:3, 3]
-        total += 0.5 * values[f"IA{j + 1}"] * qd[j] ** 2
+        total += 0.5 * values.get(f"IA{j + 1}", 0.0) * qd[j] ** 2
     if robot.coupling:
         first, second = robot.coupling.joints
         total += values[f"IA{second}"] * qd[first - 1] * qd[second - 1]
@@ -141,7 +141,7 @@ def friction_power(robot: Robot, values: dict[str, float], qd: Array) -> Array:
     """(2) times the speed, the offsets, and rotor k's friction at the sum of the coupled speeds."""
     power = np.zeros(len(qd))
     for j, speed in enumerate(qd.T, start=1):
-        power += values[f"FS{j}"] * np.abs(speed) + values[f"FV{j}"] * speed**2
+        power += values.get(f"FS{j}", 0.0) * np.abs(speed) + values.get(f"FV{j}", 0.0) * speed**2
         power += values.get(f"OFF{j}", 0.0) * speed
     if robot.coupling:
         first, second = robot.coupling.joints

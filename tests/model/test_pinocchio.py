@@ -77,7 +77,7 @@ def test_inverse_dynamics(
     data = model.createData()
     q, qd, qdd = random_states(robot, STATES, seed=12)
     theirs = np.array([pin.rnea(model, data, *state) for state in zip(q, qd, qdd, strict=True)])
-    theirs += qdd * [values[f"IA{joint}"] for joint in range(1, robot.n + 1)]
+    theirs += qdd * [values.get(f"IA{joint}", 0.0) for joint in range(1, robot.n + 1)]
     if robot.coupling:
         j, k = (joint - 1 for joint in robot.coupling.joints)
         theirs[:, j] += values[f"IA{k + 1}"] * qdd[:, k]

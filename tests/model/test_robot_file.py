@@ -39,6 +39,14 @@ title = "Own robot"
 payload_frame = "flange"
 gravity = [0, 3, -9]
 source = "measured"
+rated_payload_kg = 7
+
+[flange]
+xyz = [0.01, 0, 0.1]
+rpy_deg = [180, 0, 0]
+
+[base]
+xyz = [0, 0, -0.3]
 
 [lengths]
 D2 = 0.3
@@ -88,7 +96,7 @@ FSM3 = 0.5
 
 
 def test_shipped_robots_load(shipped: Robot) -> None:
-    assert shipped.n == 6
+    assert shipped.n in (6, 7)
     assert shipped.title
     assert shipped.snapped == ()
     assert {joint.revolute for joint in shipped.joints} == {True}
@@ -141,6 +149,17 @@ def test_defaults(write: Write) -> None:
     assert robot.gravity == (0.0, 0.0, -9.81)
     assert robot.payload_frame == "frame 2 (modified DH)"
     assert (robot.drives.rotor_inertia, robot.drives.friction, robot.drives.offsets) == (True, True, False)
+    assert robot.flange.is_identity
+    assert robot.base.is_identity
+    assert math.isinf(robot.rated_payload)
+
+
+def test_sensors_on_the_link_side_see_no_drive(write: Write) -> None:
+    """No rotor, no gear: the ten of each link and an offset per joint."""
+    robot = load_robot(write('name = "x"\n[[joints]]\n[[joints]]\n[drives]\nside = "link"'))
+    assert standard_columns(robot) == tuple(f"{kind}{j}" for j in (1, 2) for kind in (*INERTIAL, "OFF"))
+    without = load_robot(write('name = "x"\n[[joints]]\n[drives]\nside = "link"\noffsets = false'))
+    assert standard_columns(without) == tuple(f"{kind}1" for kind in INERTIAL)
 
 
 @pytest.mark.parametrize("degrees", [-270, -180, -90, 0, 90, 180, 270, 30, 12.5])
@@ -166,7 +185,7 @@ def test_geometry_that_is_not_special_is_kept(write: Write) -> None:
 
 
 def test_unknown_robot_lists_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"no robot 'rx91': give one of rx90, tx40, ur10e, or the path"):
+    with pytest.raises(InputError, match=r"no robot 'rx91': give one of .*rx90, .*tx40, ur10e, .*or the path"):
         load_robot("rx91")
 
 
@@ -197,7 +216,7 @@ CASES = [
     ('name = "x"\njoints = []', "joints", "give one"),
     ('name = "x"\njoints = {alpha_deg = 1}', "joints", "give one"),
     ('name = "x"\njoints = [1]', r"joints\[1\]", "must be a table"),
-    ('nmae = "x"\n[[joints]]', "nmae", "unknown; known here: drives, gravity, joints"),
+    ('nmae = "x"\n[[joints]]', "nmae", "unknown; known here: base, drives, flange, gravity, joints"),
     ('gravity = [0, 0]\nname = "x"\n[[joints]]', "gravity", "list of 3 numbers"),
     ('lengths = 3\nname = "x"\n[[joints]]', "lengths", "must be a table"),
     (ONE + 'alpha_deg = "90"', r"joints\[1\].alpha_deg", "must be a finite number, got '90'"),
@@ -219,6 +238,11 @@ CASES = [
     (ONE + "speed_deg_s = 0", r"joints\[1\]", "speed limit must be positive"),
     (ONE + "[drives]\nfriction = 1", "drives.friction", "must be true or false"),
     (ONE + "[drives]\nbacklash = 1", "drives.backlash", "unknown"),
+    (ONE + "[drives]\nside = 'gear'", "drives.side", "must be 'motor' or 'link'"),
+    (ONE + "[drives]\nside = 'link'\nfriction = true", "drives.friction", "link side do not see it"),
+    (ONE + "[flange]\nrpy = [0, 0, 0]", "flange.rpy", "unknown; known here: rpy_deg, xyz"),
+    (ONE + "[base]\nxyz = [0, 0]", "base.xyz", "list of 3 numbers"),
+    ("rated_payload_kg = 0\n" + ONE, "robot", "rated payload must be positive"),
     (ONE + "[drives.coupling]\njoints = [1, 2]", "robot", "drives name joint 2"),
     (ONE + "[drives.coupling]\njoints = [1, 1]", "drives.coupling", "must differ"),
     (ONE + "[drives.coupling]\njoints = [1.5, 2]", "drives.coupling.joints", "whole number"),

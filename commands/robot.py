@@ -1,0 +1,28 @@
+"""``dynident robot``: shipped robots, a new one from a data sheet, and what a description says."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from . import robot_check, robot_new, robot_show, robot_urdf
+from .arguments import ANSWERED
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command and of those below it."""
+    parser = commands.add_parser("robot", help="show a robot, make a new one, check its kinematics by a recording")
+    below = parser.add_subparsers(required=True, metavar="what")
+    listed = below.add_parser("list", help="the shipped robots")
+    listed.set_defaults(run=run_list)
+    for command in (robot_show, robot_new, robot_check, robot_urdf):
+        command.add_parser(below)
+
+
+def run_list(_: argparse.Namespace) -> int:
+    """Names and titles."""
+    from ..model import load_robot, robot_names
+
+    for name in robot_names():
+        print(f"{name:14s}{load_robot(name).title}")
+    return ANSWERED

@@ -1,0 +1,251 @@
+"""``dynident robot new``: a robot's TOML from a data sheet, with a drawing to lay beside the sheet."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from .arguments import ANSWERED, numbers
+
+if TYPE_CHECKING:
+    from ..model import JointAxis, Pose, Robot
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_DESCRIPTION = """
+Take any pose in which the data sheet draws the arm. x, y, z are those of the base: z up along the mounting, x to
+the front. For every joint, base to tip, give the direction of its axis (by the right-hand rule: thumb along it, the
+fingers turn the way the sheet counts positive) and any point on the axis; then the flange. What is not given as
+an option is asked for.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("new", help="make a robot's file from a data sheet", description=_DESCRIPTION)
+    parser.add_argument("--name", help="short name")
+    parser.add_argument("--title", help="full name")
+    parser.add_argument(
+        "--joint",
+        action="append",
+        metavar="AXIS,X,Y,Z[,slide]",
+        help="x, -y, .. or a:b:c, and a point [m]; one option per joint, --joint=-y,.. for a leading minus",
+    )
+    parser.add_argument("--flange", metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis")
+    parser.add_argument("--drawn-at", type=numbers, metavar="Q1,..", help="joint positions of that pose [deg or m]")
+    parser.add_argument("--limits", metavar="LOW:HIGH,..", help="positions, one pair a joint [deg or m]")
+    parser.add_argument("--speeds", type=numbers, metavar="V1,..", help="largest speeds [deg/s or m/s]")
+    parser.add_argument("--torques", type=numbers, metavar="T1,..", help="largest torques [N·m or N], if known")
+    parser.add_argument("--rated-payload", type=float, metavar="KG", help="by the data sheet")
+    parser.add_argument("--side", choices=("motor", "link"), default="motor", help="where torque is measured")
+    parser.add_argument("--source", default="", help="where the numbers come from")
+    parser.add_argument("--out", metavar="F.toml", help="file to write (default: NAME.toml)")
+    parser.add_argument("--drawing", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)")
+    parser.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from pathlib import Path
+
+    from ..model import InputError, robot_toml
+    from ..model.files import write_text
+    from ..report.robots import robot_description, robot_lines
+    from ..report.tables import console
+    from .robot_show import draw
+
+    ask(arguments)
+    robot, drawn_at = new_robot(arguments)
+    out = Path(arguments.out or f"{robot.name}.toml")
+    if out.exists() and not arguments.overwrite:
+        raise InputError(f"{out}: is there already: give another --out, or --overwrite")
+    write_text(out, robot_toml(robot, arguments.source))
+    table = robot_description(robot)
+    terminal = console(table)
+    terminal.print(table)
+    for line in robot_lines(robot):
+        terminal.print(line, markup=False, highlight=False)
+    draw(robot, arguments.drawing or str(out.with_suffix(".svg")), drawn_at)
+    print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
+    return ANSWERED
+
+
+def ask(arguments: argparse.Namespace) -> None:
+    """Ask for what the command line leaves out.
+
+    Raises:
+        InputError: without a terminal to ask on; names what is missing.
+    """
+    from ..model import InputError
+
+    missing = [name for name in ("name", "joint", "flange") if not getattr(arguments, name)]
+    if not missing:
+        return
+    if not sys.stdin.isatty():
+        options = ", ".join(f"--{name}" for name in missing)
+        raise InputError(f"give {options}, or run it in a terminal to be asked")
+    print(" ".join(_DESCRIPTION.split()))
+    if not arguments.name:
+        arguments.name = _asked("Short name", str)
+    if not arguments.joint:
+        arguments.joint = _asked_joints()
+    if not arguments.flange:
+        arguments.flange = _asked("Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", str)
+        _flange(arguments.flange)
+    if arguments.drawn_at is None:
+        arguments.drawn_at = _asked("Joint positions of that pose [deg or m], empty for all zero", numbers, True)
+    if arguments.limits is None:
+        arguments.limits = _asked("Position limits, low:high of each joint [deg or m], empty if unknown", str, True)
+    if arguments.speeds is None:
+        arguments.speeds = _asked("Largest speeds [deg/s or m/s], empty if unknown", numbers, True)
+    if arguments.rated_payload is None:
+        arguments.rated_payload = _asked("Rated payload [kg], empty if unknown", float, True)
+
+
+def _asked_joints() -> list[str]:
+    joints: list[str] = []
+    while True:
+        text = _asked(f"Joint {len(joints) + 1}: axis,x,y,z [m] (empty: no more joints)", str, bool(joints))
+        if text is None:
+            return joints
+        _axis(text)
+        joints.append(text)
+
+
+def _asked(question: str, read: Callable[[str], Any], optional: bool = False) -> Any:
+    from ..model import InputError
+
+    try:
+        text = input(f"{question}: ").strip()
+    except EOFError:
+        raise InputError(f"no answer to: {question}") from None
+    if not text:
+        if optional:
+            return None
+        raise InputError(f"an answer is needed to: {question}")
+    try:
+        return read(text)
+    except (ValueError, argparse.ArgumentTypeError) as error:
+        raise InputError(f"{question}: {error}") from None
+
+
+def new_robot(arguments: argparse.Namespace) -> tuple[Robot, tuple[float, ...]]:
+    """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in.
+
+    Raises:
+        InputError: names the option that does not fit.
+    """
+    from ..model import Drives, InputError, Processing, Robot, modified_dh
+
+    axes = [_axis(text) for text in arguments.joint]
+    flange = _flange(arguments.flange)
+    n = len(axes)
+    drawn_at = _counted("--drawn-at", arguments.drawn_at, n) or (0.0,) * n
+    axes = _limited(axes, arguments)
+    frames = modified_dh(axes, flange)
+    x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
+    try:
+        robot = Robot(
+            name=arguments.name,
+            joints=tuple(_shifted(joint, q) for joint, q in zip(frames.joints, drawn_at, strict=True)),
+            gravity=(x, y, z),
+            drives=Drives.on_link_side() if arguments.side == "link" else Drives(),
+            payload_frame="the bare flange: origin on its face, z out of it",
+            flange=frames.flange,
+            base=frames.base,
+            rated_payload=math.inf if arguments.rated_payload is None else arguments.rated_payload,
+            processing=Processing(cutoff=10.0, decimate=5, slow_fraction=0.01),
+            title=arguments.title or arguments.name,
+        )
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    return robot, drawn_at
+
+
+def _shifted(joint: Any, q: float) -> Any:
+    """The joint counted so that it stands at ``q`` [deg or m] where the frames were taken."""
+    from dataclasses import replace
+
+    if joint.revolute:
+        return replace(joint, theta=joint.theta - math.radians(q))
+    return replace(joint, r=round(joint.r - q, 12) + 0.0)
+
+
+def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[JointAxis]:
+    """The axes with the limits that were given."""
+    from dataclasses import replace
+
+    from ..model import InputError, Limits
+
+    n = len(axes)
+    speeds, torques = (_counted(f"--{name}", getattr(arguments, name), n) for name in ("speeds", "torques"))
+    pairs = arguments.limits.split(",") if arguments.limits else None
+    if pairs and len(pairs) != n:
+        raise InputError(f"--limits has {len(pairs)} pairs for {n} joints: give low:high for each")
+    limited = []
+    for j, axis in enumerate(axes):
+        scale = math.pi / 180.0 if axis.kind == "revolute" else 1.0
+        position = (-math.inf, math.inf)
+        try:
+            if pairs:
+                low, high = (scale * float(end) for end in pairs[j].split(":"))
+                position = (low, high)
+            speed = scale * speeds[j] if speeds else math.inf
+            limits = Limits(position, speed, torque=torques[j] if torques else math.inf)
+        except ValueError as error:
+            raise InputError(f"limits of joint {j + 1}: {error}") from None
+        limited.append(replace(axis, limits=limits))
+    return limited
+
+
+def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[float, ...] | None:
+    from ..model import InputError
+
+    if values is not None and len(values) != n:
+        raise InputError(f"{option} has {len(values)} numbers for {n} joints: give one per joint")
+    return values
+
+
+def _axis(text: str) -> JointAxis:
+    from ..model import InputError, JointAxis
+
+    words = [word.strip() for word in text.split(",")]
+    slides = words[-1] == "slide"
+    try:
+        axis, x, y, z = words[: len(words) - slides]
+        point = (float(x), float(y), float(z))
+        return JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
+    except ValueError as error:
+        raise InputError(f"--joint {text!r}: AXIS,X,Y,Z[,slide] is needed ({error})") from None
+
+
+def _flange(text: str) -> Pose:
+    import numpy as np
+
+    from ..model import InputError, Pose
+
+    words = [word.strip() for word in text.split(",")]
+    try:
+        *origin, out, side = words
+        x, y, z = (float(word) for word in origin)
+        along, across = np.array(_direction(out)), np.array(_direction(side))
+        along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
+        return Pose.of(np.column_stack([across, np.cross(along, across), along]), np.array([x, y, z]))
+    except ValueError as error:
+        raise InputError(
+            f"--flange {text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"
+        ) from None
+
+
+def _direction(text: str) -> tuple[float, float, float]:
+    """ "x", "-y", .. or three components "a:b:c"."""
+    plain = text.lstrip("+-")
+    if plain in _AXES:
+        a, b, c = _AXES[plain]
+        sign = -1.0 if text.startswith("-") else 1.0
+        return sign * a + 0.0, sign * b + 0.0, sign * c + 0.0
+    a, b, c = (float(part) for part in text.split(":"))
+    return a, b, c

@@ -1,0 +1,101 @@
+"""Frames a user knows: the links of the file a robot was read from, and how the arm is mounted."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .errors import InputError
+from .inertia import InertialParameters
+from .pose import Pose
+from .robot import INERTIAL, Joint, Robot
+
+MOUNTS = {"floor": (0.0, 0.0, 0.0), "wall": (0.0, 90.0, 0.0), "ceiling": (180.0, 0.0, 0.0)}
+"""Roll, pitch, yaw [deg] of the base in the world (z up); on the wall the base's x axis points down."""
+
+
+def mounted(robot: Robot, rpy: tuple[float, float, float]) -> Robot:
+    """The robot with its base turned in the world: gravity in frame 0 follows.
+
+    Args:
+        robot: its base frame stands at ``robot.base`` in frame 0.
+        rpy: roll, pitch, yaw [rad] of the base in the world, whose z axis points up.
+    """
+    down = np.array([0.0, 0.0, -math.hypot(*robot.gravity)])
+    return with_gravity(robot, tuple((Pose.from_rpy((0.0, 0.0, 0.0), rpy).R.T @ down).tolist()))
+
+
+def with_gravity(robot: Robot, gravity: tuple[float, ...]) -> Robot:
+    """The robot with another acceleration of gravity [m/s^2], given in the base's frame."""
+    x, y, z = (float(value) + 0.0 for value in robot.base.R @ np.array(gravity))
+    return replace(robot, gravity=(x, y, z))
+
+
+def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
+    """The robot with payloads given in a tool's frame.
+
+    Args:
+        robot: payloads are given in its flange so far.
+        tool: the tool's frame in the flange.
+        name: of the new frame, in words.
+    """
+    return replace(robot, flange=robot.flange @ tool, payload_frame=name)
+
+
+@dataclass(frozen=True)
+class LinkBody:
+    """Inertial parameters of a moving link in the frame of the file the robot was read from.
+
+    Attributes:
+        link: name of the link.
+        body: its parameters, those of links fixed to it included.
+    """
+
+    link: str
+    body: InertialParameters
+
+
+def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> tuple[LinkBody, ...]:
+    """Standard parameters as bodies in the frames of the robot's own file; else in the modified DH frames.
+
+    Args:
+        robot: the robot.
+        parameters: the ten of every link by name.
+
+    Raises:
+        InputError: names what is missing.
+    """
+    missing = [f"{kind}{j}" for j in range(1, robot.n + 1) for kind in INERTIAL if f"{kind}{j}" not in parameters]
+    if missing:
+        raise InputError(
+            f"robot {robot.name!r}: no {', '.join(missing[:6])}{' and more' if len(missing) > 6 else ''}: bodies "
+            "need all ten parameters of every link"
+        )
+    bodies = []
+    for j in range(robot.n):
+        body = InertialParameters(np.array([parameters[f"{kind}{j + 1}"] for kind in INERTIAL]))
+        name = f"link{j + 1}"
+        if robot.links is not None:
+            there = robot.links.poses[j].inverse()
+            name, body = robot.links.names[j], body.moved(there.R, there.p)
+        bodies.append(LinkBody(name, body))
+    return tuple(bodies)
+
+
+def step(joint: Joint, q: float) -> tuple[Pose, Pose]:
+    """Both halves of the way from frame j-1 to frame j at position ``q``: along x, then along z."""
+    theta, r = (joint.theta + q, joint.r) if joint.revolute else (joint.theta, joint.r + q)
+    return (
+        Pose.from_rpy((joint.d, 0.0, 0.0), (joint.alpha, 0.0, 0.0)),
+        Pose.from_rpy((0.0, 0.0, r), (0.0, 0.0, theta)),
+    )
+
+
+def frames_at(robot: Robot, q: Sequence[float]) -> tuple[Pose, ...]:
+    """Frames 0 to n and the payload's frame, all in the base, at the positions ``q`` [rad or m]."""
+    frames = [robot.base.inverse()]
+    for joint, position in zip(robot.joints, q, strict=True):
+        along_x, along_z = step(joint, position)
+        frames.append(frames[-1] @ along_x @ along_z)
+    return (*frames, frames[-1] @ robot.flange)

@@ -1,0 +1,174 @@
+"""Proof of the kinematics from a log: tool poses, and readings ranked by the unloaded residual."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    KinematicsCheck,
+    Reading,
+    check_pose,
+    rank_readings,
+    rank_readings_by_pose,
+    read_recording,
+)
+from dynident.model import InputError, Motion, Pose, Recording, Robot, frames_at, load_robot, with_tool
+from dynident.model.arrays import Array
+from dynident.trajectories import Simulator, random_via_points
+
+GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
+WORLD = Pose.from_rpy((1.0, -0.5, 0.3), (0.2, -0.1, 2.0))
+TOOL = Pose.from_rpy((0.05, -0.02, 0.15), (0.5, 0.4, -1.0))
+
+
+def logged(robot: Robot, q: Array) -> tuple[Array, Array]:
+    """Tool poses as a controller would log them: seen from another frame, at a tool."""
+    poses = [WORLD @ frames_at(robot, row)[-1] @ TOOL for row in q]
+    return np.array([pose.p for pose in poses]), np.array([pose.R for pose in poses])
+
+
+@pytest.fixture(scope="module")
+def log() -> Recording:
+    """An RX90's unloaded recording with some noise."""
+    robot = load_robot("rx90")
+    motion = random_via_points(robot, 8, seed=5).motion(100.0)
+    return Simulator(robot).record(motion, None, (3.0, 4.0, 1.5, 0.7, 0.9, 0.3), 1)
+
+
+@pytest.fixture
+def moves(rx90: Robot) -> Array:
+    return np.random.default_rng(2).uniform(-1.5, 1.5, (60, 6))
+
+
+@pytest.mark.parametrize("name", ["rx90", "kr6_r900", "panda"])
+def test_pose_of_a_right_log(name: str) -> None:
+    """Base and tool come back; residual at rounding."""
+    robot = load_robot(name)
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (60, robot.n))
+    positions, rotations = logged(robot, q)
+    check = check_pose(robot, q, positions, rotations)
+    assert check.rms < 1e-8
+    assert check.rms_angle is not None
+    assert check.rms_angle < 1e-6
+    assert check.as_is > 0.1
+    np.testing.assert_allclose(check.base.R, WORLD.R, atol=1e-7)
+    np.testing.assert_allclose(check.base.p, WORLD.p, atol=1e-7)
+    np.testing.assert_allclose(check.tool.p, TOOL.p, atol=1e-7)
+    np.testing.assert_allclose(check.tool.R, TOOL.R, atol=1e-7)
+    assert check_pose(robot, q, positions).angles is None
+
+
+def test_pose_of_a_wrong_length(rx90: Robot, moves: Array) -> None:
+    """20 mm on the forearm are seen as such, not hidden in base and tool."""
+    positions, _ = logged(rx90, moves)
+    joints = list(rx90.joints)
+    joints[3] = replace(joints[3], r=joints[3].r + 0.02)
+    assert 0.003 < check_pose(replace(rx90, joints=tuple(joints)), moves, positions).rms < 0.02
+
+
+def test_pose_in_the_tool_frame(rx90: Robot, moves: Array) -> None:
+    """The tool is told relative to the payload's frame."""
+    positions, rotations = logged(rx90, moves)
+    check = check_pose(with_tool(rx90, TOOL, "tool"), moves, positions, rotations)
+    assert np.abs(check.tool.p).max() < 1e-7
+    np.testing.assert_allclose(check.tool.R, np.eye(3), atol=1e-7)
+
+
+def test_poses_that_do_not_fit(rx90: Robot, moves: Array) -> None:
+    positions, rotations = logged(rx90, moves)
+    for q, p, R in (
+        (moves[:, :5], positions, None),
+        (moves, positions[:-1], None),
+        (moves, positions, rotations[:-1]),
+        (moves[:3], positions[:3], None),
+    ):
+        with pytest.raises(InputError):
+            check_pose(rx90, q, p, R)
+
+
+def spoilt(recording: Recording, truth: Reading) -> Recording:
+    """The log that reads as ``recording`` under ``truth``."""
+    q, torque = np.empty_like(recording.q), np.empty_like(recording.q)
+    for j, column in enumerate(truth.order):
+        q[:, column] = (recording.q[:, j] - truth.quarters[j] * pi / 2) * truth.sign[j]
+        torque[:, column] = recording.torque[:, j] * truth.sign[j] * truth.torque[j]
+    return Recording(recording.t, q, torque, None, "spoilt")
+
+
+RIGHT = Reading.as_recorded(6)
+PLAIN = replace(load_robot("rx90").processing, decimate=1)
+SPOILT = {
+    "a zero": replace(RIGHT, quarters=(0, 1, 0, 0, 0, 0)),
+    "order": replace(RIGHT, order=(0, 2, 1, 3, 4, 5)),
+    "a torque": replace(RIGHT, torque=(1, 1, 1, 1, -1, 1)),
+    "three things": replace(RIGHT, order=(0, 1, 3, 2, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 0, 0, 0, 2, 0)),
+}
+
+
+@pytest.fixture(scope="module")
+def right(log: Recording) -> KinematicsCheck:
+    """The ranking of the log that is right."""
+    return rank_readings(load_robot("rx90"), [log], PLAIN)
+
+
+def test_a_right_log_is_taken_as_it_stands(right: KinematicsCheck) -> None:
+    """Gravity does not see joint 1: its other zeros are listed as alike, and none is suggested."""
+    assert right.suggested is None
+    assert right.ranked[0].reading == RIGHT
+    assert {(k, 0, 0, 0, 0, 0) for k in (1, 2, 3)} <= {one.reading.quarters for one in right.alike}
+    assert len(right.ranked) > 100
+
+
+@pytest.mark.parametrize("truth", SPOILT.values(), ids=SPOILT.keys())
+def test_suggestion_restores_the_log(log: Recording, right: KinematicsCheck, truth: Reading) -> None:
+    """It explains the torques as well as the right reading does: what it leaves open, no torque tells."""
+    found = rank_readings(load_robot("rx90"), [spoilt(log, truth)], PLAIN)
+    assert found.suggested is not None
+    assert found.suggested.residual == pytest.approx(right.as_recorded.residual, rel=0.02)
+    # What is left out or added moves no more than what can be told.
+    assert found.suggested.reading.order == truth.order
+    assert found.suggested.reading.torque == truth.torque
+
+
+def test_real_recordings(recordings: Path) -> None:
+    """A UR10e's log is taken as it stands; with one sense turned round it is found out."""
+    robot = load_robot("ur10e")
+    log = read_recording(recordings / "ur10e/unloaded.csv.gz", robot, GAINS)
+    assert rank_readings(robot, [log]).suggested is None
+    turned = replace(RIGHT, sign=(1, 1, -1, 1, 1, 1))
+    found = rank_readings(robot, [spoilt(log, turned)]).suggested
+    assert found is not None
+    assert found.reading == turned
+
+
+def test_poses_tell_readings(moves: Array) -> None:
+    truth = SPOILT["a zero"]
+    robot = load_robot("irb120")
+    positions, _ = logged(robot, moves)
+    q = spoilt(Recording(np.arange(float(len(moves))), moves, moves), truth).q
+    found = rank_readings_by_pose(robot, q, positions)
+    assert found.suggested is not None
+    assert found.suggested.residual < 1e-6
+    R = found.suggested.reading
+    again = check_pose(robot, R.positions(q), positions)
+    assert again.rms < 1e-6
+
+
+def test_reading_is_told_in_words() -> None:
+    assert RIGHT.told() == "as recorded"
+    assert RIGHT.changes == 0
+    text = replace(RIGHT, order=(1, 0, 2, 3, 4, 5), sign=(1, -1, 1, 1, 1, 1), quarters=(0, 3, 0, 0, 0, 0)).told()
+    assert text == (
+        "joint 1 from column 2; joint 2 from column 1, turned round (position and torque), "
+        "zero moved by -90 degrees"
+    )
+
+
+def test_too_little_motion(rx90: Robot, wander: Callable[..., Motion]) -> None:
+    motion = wander(6, 1)
+    still = Recording(motion.t, np.zeros_like(motion.q), np.zeros_like(motion.q))
+    with pytest.raises(InputError, match="too few to check"):
+        rank_readings(rx90, [still])

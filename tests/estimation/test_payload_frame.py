@@ -1,0 +1,96 @@
+"""A payload is answered in the robot's payload frame, and arms with sensors on the link side work alike."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+from dynident.estimation import GainErrors, answer_payload, payload_problem
+from dynident.estimation.payload import frame_change
+from dynident.model import (
+    MOUNTS,
+    Drives,
+    InertialParameters,
+    Motion,
+    Pose,
+    Robot,
+    mounted,
+    standard_columns,
+    with_tool,
+)
+from dynident.trajectories import Simulator
+
+TOOL = Pose.from_rpy((0.03, -0.01, 0.12), (radians(180), 0.4, -0.2))
+
+
+def simulator_of(robot: Robot) -> Simulator:
+    known = {name: robot.parameters.get(name, 0.5) for name in standard_columns(robot)}
+    return Simulator(replace(robot, parameters=known))
+
+
+@pytest.mark.parametrize(("side", "mount"), [("motor", "floor"), ("link", "wall"), ("motor", "ceiling")])
+def test_answer_stands_in_the_tool_frame(
+    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion], side: str, mount: str
+) -> None:
+    """On the floor, the wall and the ceiling; with sensors before and behind the gear."""
+    rpy = tuple(radians(angle) for angle in MOUNTS[mount])
+    robot = with_tool(mounted(rx90, (rpy[0], rpy[1], rpy[2])), TOOL, "tool 1")
+    if side == "link":
+        robot = replace(robot, drives=Drives.on_link_side())
+    simulator = simulator_of(robot)
+    motion = wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    problem = payload_problem(simulator.robot, [loaded], [bare])
+    answer = answer_payload(problem)
+    assert [estimate.method for estimate in answer.estimates] == [1, 2, 3, 4]
+    for estimate in answer.estimates:
+        assert estimate.frame == "tool 1"
+        assert estimate.mass == pytest.approx(payload.mass, rel=2e-3)
+        np.testing.assert_allclose(estimate.body.com, payload.com, atol=1e-3)
+        # No standard deviation is of another frame: white noise is told right within a few sigma.
+        off = np.abs(estimate.estimate.values - payload.vector) / estimate.estimate.sigma
+        assert off.max() < 5.0
+
+
+def test_robust_covariance_moves_along(
+    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
+) -> None:
+    simulator = simulator_of(rx90)
+    motion = wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    robots = (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))
+    plain, tool = (
+        answer_payload(payload_problem(robot, [loaded], [bare], robust=True), (3,)).estimates[0].estimate
+        for robot in robots
+    )
+    T = frame_change(TOOL.inverse())
+    assert plain.robust is not None
+    assert tool.robust is not None
+    np.testing.assert_allclose(tool.values, T @ plain.values, atol=1e-12)
+    np.testing.assert_allclose(tool.robust.covariance, T @ plain.robust.covariance @ T.T, atol=1e-14)
+    np.testing.assert_allclose(tool.covariance, T @ plain.covariance @ T.T, atol=1e-14)
+
+
+def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]) -> None:
+    """The gains' share of the covariance and the constrained payload stand in the tool's frame too."""
+    simulator = simulator_of(rx90)
+    motion = wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    gains = GainErrors((0.02,), 0.01)
+    plain, tool = (
+        answer_payload(payload_problem(robot, [loaded], [bare]), (3,), gains=gains).recommended
+        for robot in (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))
+    )
+    T = frame_change(TOOL.inverse())
+    expected = T @ plain.result.free.covariance @ T.T
+    np.testing.assert_allclose(tool.result.free.covariance, expected, atol=1e-7 * np.abs(expected).max())
+    assert plain.sigma[9] == pytest.approx(tool.sigma[9], rel=1e-6)
+    assert plain.mass == pytest.approx(tool.mass, rel=1e-6)
+    assert tool.frame == "tool 1"
+
+
+def test_frame_change_is_that_of_a_body(payload: InertialParameters) -> None:
+    moved = payload.moved(TOOL.R, TOOL.p).vector
+    np.testing.assert_allclose(frame_change(TOOL) @ payload.vector, moved, atol=1e-14)
+    np.testing.assert_allclose(frame_change(TOOL.inverse()) @ moved, payload.vector, atol=1e-12)

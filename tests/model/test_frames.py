@@ -1,0 +1,117 @@
+"""Poses, mounting and frames a user knows."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from dynident.model import (
+    InputError,
+    JointAxis,
+    Pose,
+    Robot,
+    bodies_in_link_frames,
+    modified_dh,
+    mounted,
+    with_gravity,
+    with_tool,
+)
+
+RPY = [(0.3, -0.7, 2.0), (0.0, math.pi / 2, 0.0), (0.4, -math.pi / 2, 1.1), (math.pi, 0.0, math.pi / 2)]
+
+
+@pytest.mark.parametrize("rpy", RPY)
+def test_roll_pitch_yaw_as_pinocchio_reads_them(rpy: tuple[float, float, float]) -> None:
+    pose = Pose.from_rpy((0.1, 0.2, 0.3), rpy)
+    np.testing.assert_allclose(pose.R, pin.rpy.rpyToMatrix(*rpy), atol=1e-14)
+    np.testing.assert_allclose(Pose.from_rpy(pose.origin, pose.rpy).R, pose.R, atol=1e-14)
+
+
+def test_poses_compose_like_transforms() -> None:
+    a, b = Pose.from_rpy((0.1, -0.2, 0.3), RPY[0]), Pose.from_rpy((1.0, 0.0, -0.5), RPY[2])
+    theirs = pin.SE3(a.R, a.p) * pin.SE3(b.R, b.p)
+    np.testing.assert_allclose((a @ b).R, theirs.rotation, atol=1e-14)
+    np.testing.assert_allclose((a @ b).p, theirs.translation, atol=1e-12)
+    assert (Pose() @ Pose().inverse()).is_identity
+    assert not a.is_identity
+
+
+@pytest.mark.parametrize(
+    ("rotation", "origin"),
+    [
+        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)), (0.0, 0.0, 0.0)),
+        (((1.0, 0.0, 0.0), (0.0, 1.1, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)),
+        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, math.nan, 0.0)),
+    ],
+)
+def test_what_is_no_pose(rotation: tuple[tuple[float, float, float], ...], origin: tuple[float, ...]) -> None:
+    first, second, third = rotation
+    x, y, z = origin
+    with pytest.raises(ValueError, match="pose"):
+        Pose((first, second, third), (x, y, z))
+
+
+@pytest.mark.parametrize(
+    ("rpy_deg", "gravity"),
+    [
+        ((0, 0, 0), (0.0, 0.0, -9.81)),
+        ((180, 0, 0), (0.0, 0.0, 9.81)),
+        ((0, 90, 0), (9.81, 0.0, 0.0)),
+        ((90, 0, 0), (0.0, -9.81, 0.0)),
+        ((0, 0, 77), (0.0, 0.0, -9.81)),
+    ],
+)
+def test_mounting_turns_gravity(
+    rx90: Robot, rpy_deg: tuple[float, ...], gravity: tuple[float, float, float]
+) -> None:
+    """Gravity as the base sees it: down in the world, by the transposed rotation of the base."""
+    roll, pitch, yaw = (math.radians(angle) for angle in rpy_deg)
+    assert mounted(rx90, (roll, pitch, yaw)).gravity == pytest.approx(gravity, abs=1e-12)
+    # Where frame 0 is not the base, gravity goes through both rotations.
+    base = Pose.from_rpy((0.0, 0.0, 0.2), (math.pi / 2, 0.0, 0.0))
+    turned = mounted(replace(rx90, base=base), (roll, pitch, yaw))
+    assert turned.gravity == pytest.approx(tuple(base.R @ np.array(gravity)), abs=1e-12)
+    assert turned.base == base
+
+
+def test_gravity_is_given_in_the_base(rx90: Robot) -> None:
+    assert with_gravity(rx90, (1.0, 2.0, -9.0)).gravity == (1.0, 2.0, -9.0)
+
+
+def test_tool_frames_add_up(rx90: Robot) -> None:
+    tool = Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
+    one = with_tool(rx90, tool, "gripper")
+    two = with_tool(one, tool, "finger")
+    assert two.flange == tool @ tool
+    assert (one.last_frame, one.payload_frame, two.payload_frame) == ("frame 6 (modified DH)", "gripper", "finger")
+    assert rx90.last_frame == rx90.payload_frame
+
+
+def test_bodies_of_a_robot_without_a_file_of_its_own(rx90: Robot) -> None:
+    bodies = bodies_in_link_frames(rx90, rx90.parameters)
+    assert [body.link for body in bodies] == [f"link{j}" for j in range(1, 7)]
+    assert bodies[2].body.mass == rx90.parameters["M3"]
+    with pytest.raises(InputError, match="no M6"):
+        bodies_in_link_frames(rx90, {name: value for name, value in rx90.parameters.items() if name != "M6"})
+
+
+@pytest.mark.parametrize(
+    ("direction", "point", "problem"),
+    [((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "direction"), ((0.0, 0.0, 1.0), (0.0, math.inf, 0.0), "finite")],
+)
+def test_what_is_no_axis(
+    direction: tuple[float, float, float], point: tuple[float, float, float], problem: str
+) -> None:
+    with pytest.raises(ValueError, match=problem):
+        JointAxis("revolute", direction, point)
+
+
+def test_axes_almost_parallel_are_parallel() -> None:
+    """5e-5 rad off parallel would put the frames kilometres away."""
+    axes = [
+        JointAxis("revolute", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)),
+        JointAxis("revolute", (0.0, 5e-5, 1.0), (0.5, 0.0, 0.1)),
+    ]
+    joints = modified_dh(axes, Pose(origin=(0.8, 0.0, 0.1))).joints
+    assert max(abs(joint.d) + abs(joint.r) for joint in joints) < 1.0

@@ -1,0 +1,253 @@
+"""URDF in: against Pinocchio on known arms, and what is said of a file that cannot be used."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from dynident.model import (
+    Drives,
+    InputError,
+    Robot,
+    base_parameters,
+    bodies_in_link_frames,
+    closed_form_base_parameters,
+    forward_kinematics,
+    inverse_dynamics,
+    load_robot,
+    robot_names,
+    standard_columns,
+)
+from dynident.model.base.rank import random_states
+from dynident.tests.model.urdf_files import dressed_urdf
+
+REFERENCE = sorted((Path(__file__).parents[1] / "reference/robots").glob("*.toml"))
+SHIPPED = [Path(__file__).parents[2] / f"model/robots/{name}.toml" for name in robot_names()]
+ARMS = [*REFERENCE, *SHIPPED]
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """``write(text)``: a URDF file with this text."""
+
+    def make(text: str) -> Path:
+        path = tmp_path / "arm.urdf"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return make
+
+
+def rigid(robot: Robot) -> Robot:
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+
+
+def check_against_pinocchio(text: str, robot: Robot) -> None:
+    """Pose of the flange and joint torques by Pinocchio's own reading of the same text."""
+    model = pin.buildModelFromXML(text)
+    data = model.createData()
+    tip = model.getFrameId("tool0")
+    robot = rigid(robot)
+    chi = np.array([robot.parameters[name] for name in standard_columns(robot)])
+    ours, torque = forward_kinematics(robot), inverse_dynamics(robot)
+    for q, qd, qdd in zip(*random_states(robot, 20, seed=3), strict=True):
+        place, theirs = pinocchio_state(model, q)
+        pin.framesForwardKinematics(model, data, place)
+        R, p = (np.array(value) for value in ours(q))
+        to_base = robot.base.inverse()
+        base_R, base_p = to_base.R @ R, to_base.R @ p.ravel() + to_base.p
+        np.testing.assert_allclose(base_R @ robot.flange.R, data.oMf[tip].rotation, atol=1e-9)
+        np.testing.assert_allclose(base_R @ robot.flange.p + base_p, data.oMf[tip].translation, atol=1e-9)
+        expected = pin.rnea(model, data, place, qd, qdd)[theirs]
+        np.testing.assert_allclose(
+            np.array(torque(q, qd, qdd, chi)).ravel(), expected, atol=1e-9 * np.abs(expected).max()
+        )
+
+
+def pinocchio_state(model: pin.Model, q: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Joint positions as Pinocchio counts them (a continuous joint by cosine and sine) and speeds' places."""
+    place = np.zeros(model.nq)
+    order = []
+    for k in range(len(q)):
+        joint = model.joints[model.getJointId(f"joint{k + 1}")]
+        place[joint.idx_q : joint.idx_q + joint.nq] = [q[k]] if joint.nq == 1 else [np.cos(q[k]), np.sin(q[k])]
+        order.append(joint.idx_v)
+    return place, order
+
+
+@pytest.mark.parametrize("path", ARMS, ids=[path.stem for path in ARMS])
+def test_arms_against_pinocchio(path: Path, write: Write) -> None:
+    """Kinematics and inverse dynamics of known arms, dressed in link frames of any kind, to 1e-9."""
+    text = dressed_urdf(load_robot(path), seed=len(path.stem))
+    check_against_pinocchio(text, load_robot(write(text)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_continuous_and_prismatic_joints(prismatic: dict[str, Robot], seed: int, write: Write) -> None:
+    arm = list(prismatic.values())[seed % 3]
+    text = dressed_urdf(arm, seed, limits=False)
+    robot = load_robot(write(text))
+    assert [joint.kind for joint in robot.joints] == [joint.kind for joint in arm.joints]
+    check_against_pinocchio(text, robot)
+
+
+def test_enough_arms() -> None:
+    assert len(ARMS) >= 8
+
+
+@pytest.mark.parametrize("path", REFERENCE, ids=[path.stem for path in REFERENCE])
+def test_base_parameters_survive_the_dress(path: Path, write: Write) -> None:
+    """As many base parameters as the plain table has: nothing special is lost in rounding."""
+    plain, dressed = load_robot(path), load_robot(write(dressed_urdf(load_robot(path), seed=7)))
+    assert len(base_parameters(rigid(dressed)).columns) == len(base_parameters(rigid(plain)).columns)
+    assert len(closed_form_base_parameters(rigid(dressed)).columns) == len(base_parameters(rigid(plain)).columns)
+
+
+def test_plain_numbers_come_back(write: Write) -> None:
+    """A URDF in the modified DH frames themselves gives the table back, its flange as frame n."""
+    robot = load_robot(REFERENCE[1])
+    lines = ['<robot name="iiwa14"><link name="base"/>']
+    for j, joint in enumerate(robot.joints):
+        lines.append(f'<link name="link{j + 1}"/>')
+        origin = f"{joint.d!r} {-math.sin(joint.alpha) * joint.r!r} {math.cos(joint.alpha) * joint.r!r}"
+        lines.append(
+            f'<joint name="joint{j + 1}" type="continuous"><parent link="{f"link{j}" if j else "base"}"/>'
+            f'<child link="link{j + 1}"/><origin xyz="{origin}" rpy="{joint.alpha!r} 0 0"/><axis xyz="0 0 1"/>'
+            "</joint>"
+        )
+    read = load_robot(write("".join([*lines, "</robot>"])))
+    for ours, table in zip(read.joints, robot.joints, strict=True):
+        assert (ours.alpha, ours.theta) == (table.alpha, table.theta)
+        assert (ours.d, ours.r) == pytest.approx((table.d, table.r), abs=1e-12)
+    assert read.flange.is_identity
+    assert read.base.is_identity
+    assert read.links is not None
+    assert read.links.names == tuple(f"link{j}" for j in range(1, 8))
+    assert (read.links.base, read.links.tip) == ("base", "link7")
+    assert read.payload_frame == "link link7 of arm.urdf"
+
+
+def test_bodies_are_given_in_link_frames(write: Write) -> None:
+    """The inertial elements of the file come back in its own frames, those of fixed links merged."""
+    text = dressed_urdf(load_robot(REFERENCE[1]), seed=2)
+    robot = load_robot(write(text))
+    model = pin.buildModelFromXML(text)
+    for link in bodies_in_link_frames(robot, robot.parameters):
+        theirs = model.inertias[model.getJointId(link.link.replace("link", "joint"))]
+        assert link.body.mass == pytest.approx(theirs.mass, rel=1e-12)
+        np.testing.assert_allclose(link.body.com, theirs.lever, atol=1e-12)
+        np.testing.assert_allclose(link.body.inertia_com, theirs.inertia, atol=1e-11)
+
+
+def test_limits_and_friction_are_read(write: Write) -> None:
+    text = dressed_urdf(load_robot(REFERENCE[1]), seed=2)
+    text = text.replace('effort="40"/>', 'effort="40"/><dynamics damping="0.5" friction="2"/>', 1)
+    robot = load_robot(write(text))
+    limits = robot.joints[0].limits
+    assert (limits.position, limits.speed, limits.torque) == ((-2.0, 1.5), 3.0, 40.0)
+    assert math.isinf(limits.acceleration)
+    assert (robot.parameters["FV1"], robot.parameters["FS1"]) == (0.5, 2.0)
+
+
+def test_short_angles_are_snapped_and_said(write: Write) -> None:
+    """1.5708 for 90 degrees (FACTS: 3.7e-6 rad off) gives the very same robot as pi / 2 does."""
+    text = dressed_urdf(load_robot(REFERENCE[1]), seed=0)
+    short = text.replace(repr(math.pi / 2), "1.5708").replace(repr(math.pi), "3.1416")
+    assert short != text
+    exact, snapped = load_robot(write(text)), load_robot(write(short))
+    assert snapped.joints == exact.joints
+    assert not exact.snapped
+    assert any("1.5708 taken as 1.57079633" in note for note in snapped.snapped)
+
+
+def test_flange_without_inertials(write: Write) -> None:
+    robot = load_robot(write(dressed_urdf(load_robot(REFERENCE[1]), seed=4, inertials=False)))
+    assert not robot.parameters
+    with pytest.raises(InputError, match="no XX1"):
+        bodies_in_link_frames(robot, robot.parameters)
+
+
+LINKS = "".join(f'<link name="{name}"/>' for name in "abcd")
+
+
+def joint(name: str, parent: str, child: str, kind: str = "revolute", more: str = "") -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<axis xyz="0 0 1"/>{more}</joint>'
+    )
+
+
+def file(*joints: str) -> str:
+    return f'<robot name="x">{LINKS}{"".join(joints)}</robot>'
+
+
+CHAIN = (joint("j1", "a", "b"), joint("j2", "b", "c"), joint("j3", "c", "d", "fixed"))
+BAD = {
+    "bomb": ('<!DOCTYPE r [<!ENTITY a "aaaa">]><robot/>', "DOCTYPE is not accepted"),
+    "not XML": ("<robot", "not valid XML"),
+    "xacro": ('<robot xmlns:xacro="x" name="${n}"/>', "xacro"),
+    "not a robot": ("<sdf/>", "outermost element is <sdf>"),
+    "mimic": (file(CHAIN[0], joint("j2", "b", "c", more='<mimic joint="j1"/>'), CHAIN[2]), "'j2' mimics 'j1'"),
+    "floating": (file(CHAIN[0], joint("j2", "b", "c", "floating"), CHAIN[2]), "'j2' is 'floating'"),
+    "planar": (file(CHAIN[0], joint("j2", "b", "c", "planar"), CHAIN[2]), "'j2' is 'planar'"),
+    "several tips": (file(CHAIN[0], CHAIN[1], joint("j3", "b", "d")), "give --tip, one of c, d"),
+    "several roots": (file(CHAIN[0], joint("j2", "c", "d")), "give --base, one of a, c"),
+    "nothing moves": (file(*(joint(f"j{p}", p, c, "fixed") for p, c in ("ab", "bc", "cd"))), "no joint moves"),
+    "closed loop": (file(*CHAIN, joint("j4", "a", "d")), "'d' is the child of joints 'j3' and 'j4'"),
+    "endless": (file(joint("j1", "a", "b"), joint("j2", "b", "a"), joint("j3", "c", "d")), "own ancestor"),
+    "all in a ring": ('<robot name="x"><link name="a"/>' + joint("j", "a", "a") + "</robot>", "own ancestor"),
+    "empty": ("<robot/>", "no links"),
+    "unknown link": (file(joint("j1", "a", "z")), "no link 'z'"),
+    "no name": ("<robot><link/></robot>", "name is missing"),
+    "twice": ('<robot><link name="a"/><link name="a"/></robot>', "given twice"),
+    "letters": (file(joint("j1", "a", "b", more='<origin xyz="0 0 x"/>')), "'0 0 x' is not a number"),
+    "two numbers": (file(joint("j1", "a", "b", more='<origin xyz="0 0"/>')), "three numbers are needed"),
+    "infinite": (file(joint("j1", "a", "b", more='<origin xyz="0 0 inf"/>')), "reasonable size"),
+    "no axis": (file(CHAIN[0].replace("0 0 1", "0 0 0"), *CHAIN[1:]), "axis has no direction"),
+    "no parent": (file(CHAIN[0].replace('<parent link="a"/>', "")), "<parent link=...> is missing"),
+    "half a body": ('<robot><link name="a"><inertial><mass value="1"/></inertial></link></robot>', "<inertia>"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "problem"), BAD.values(), ids=BAD.keys())
+def test_what_cannot_be_used(write: Write, text: str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem) as error:
+        load_robot(write(text))
+    assert "\n" not in str(error.value)
+    assert "arm.urdf" in str(error.value)
+
+
+def test_files_that_are_no_descriptions(write: Write, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="larger than 5 MB"):
+        load_robot(write(f"<robot>{' ' * 5_000_000}</robot>"))
+    (tmp_path / "utf16.urdf").write_bytes('<robot name="x"/>'.encode("utf-16"))
+    with pytest.raises(InputError, match="UTF-8"):
+        load_robot(tmp_path / "utf16.urdf")
+
+
+def test_choosing_base_and_tip(write: Write) -> None:
+    path = write(file(CHAIN[0], CHAIN[1], joint("j3", "b", "d")))
+    links = load_robot(path, tip="d").links
+    assert links is not None
+    assert (links.names, links.joints, links.base, links.tip) == (("b", "d"), ("j1", "j3"), "a", "d")
+    assert load_robot(path, base="b", tip="c").n == 1
+    assert load_robot(path, tip="c").snapped == (
+        "joint 'j3' is not of the chain: it and what hangs on it are left out",
+    )
+    with pytest.raises(InputError, match="no link 'e': the links are a, b, c, d"):
+        load_robot(path, tip="e")
+    with pytest.raises(InputError, match="no chain leads from 'c' down to 'a'"):
+        load_robot(path, base="c", tip="a")
+    with pytest.raises(InputError, match="links of a URDF"):
+        load_robot("rx90", tip="tool0")
+
+
+def test_axes_almost_parallel_are_told(write: Write) -> None:
+    """A calibrated description: 1 mrad off parallel, the common normal far from the arm."""
+    lean = '<origin xyz="0.5 0 0" rpy="0 0.001 0"/>'
+    robot = load_robot(write(file(joint("j1", "a", "b"), joint("j2", "b", "c", more=lean), CHAIN[2])))
+    assert any("axes 1 and 2 are almost parallel" in note for note in robot.snapped)

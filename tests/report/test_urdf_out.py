@@ -1,0 +1,130 @@
+"""URDF out: Pinocchio and MuJoCo read the same robot back, with equal torques."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from dynident.model import (
+    Drives,
+    InertialParameters,
+    InputError,
+    Pose,
+    Robot,
+    inverse_dynamics,
+    load_robot,
+    standard_columns,
+    with_tool,
+)
+from dynident.model.arrays import Array
+from dynident.model.base.rank import random_states
+from dynident.report.urdf import robot_urdf
+from dynident.tests.model.urdf_files import dressed_urdf
+
+GAUGE = "all links by a table."
+RandomBodies = Callable[[int, int], list[InertialParameters]]
+RandomParameters = Callable[[Robot, int], dict[str, float]]
+
+
+def rigid(robot: Robot) -> Robot:
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))
+
+
+def torques(robot: Robot, parameters: dict[str, float], states: tuple[Array, ...]) -> Array:
+    chi = np.array([parameters[name] for name in standard_columns(robot)])
+    function = inverse_dynamics(robot)
+    return np.array([np.array(function(*state, chi)).ravel() for state in zip(*states, strict=True)])
+
+
+def by_pinocchio(text: str, states: tuple[Array, ...]) -> Array:
+    model = pin.buildModelFromXML(text)
+    data = model.createData()
+    return np.array([pin.rnea(model, data, *state) for state in zip(*states, strict=True)])
+
+
+def by_mujoco(text: str, states: tuple[Array, ...]) -> Array:
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    data = mujoco.MjData(model)
+    rows = []
+    for state in zip(*states, strict=True):
+        data.qpos, data.qvel, data.qacc = state
+        mujoco.mj_inverse(model, data)
+        rows.append(data.qfrc_inverse.copy())
+    return np.array(rows)
+
+
+READERS = {"pinocchio": by_pinocchio, "mujoco": by_mujoco}
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("name", ["rx90", "kr6_r900", "panda", "tx2_90"])
+def test_whole_robot_and_payload(
+    name: str,
+    reader: str,
+    random_parameters: RandomParameters,
+    random_bodies: RandomBodies,
+) -> None:
+    robot = rigid(with_tool(load_robot(name), Pose.from_rpy((0.02, 0.0, 0.1), (0.3, -0.5, 1.0)), "tool"))
+    values, payload = random_parameters(robot, 3), random_bodies(1, 5)[0]
+    on_link = payload.moved(robot.flange.R, robot.flange.p).named(str(robot.n))
+    loaded = values | {key: values[key] + value for key, value in on_link.items()}
+    states = random_states(robot, 20, seed=2)
+    expected = torques(robot, loaded, states)
+    text = robot_urdf(robot, values, GAUGE, payload)
+    np.testing.assert_allclose(READERS[reader](text, states), expected, atol=1e-9 * np.abs(expected).max())
+    assert GAUGE in text
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_urdf_comes_back_in_its_own_frames(reader: str, tmp_path: Path) -> None:
+    """Read, written and read again: same links, joints and flange, equal torques."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(dressed_urdf(load_robot("irb120"), seed=1), encoding="utf-8")
+    robot = rigid(load_robot(path))
+    text = robot_urdf(robot, robot.parameters, GAUGE)
+    path.write_text(text, encoding="utf-8")
+    again = rigid(load_robot(path))
+    assert again.links is not None
+    assert robot.links is not None
+    assert (again.links.names, again.links.joints, again.links.tip) == (
+        robot.links.names, robot.links.joints, robot.links.tip
+    )  # fmt: skip
+    np.testing.assert_allclose(again.flange.R, robot.flange.R, atol=1e-12)
+    np.testing.assert_allclose(again.flange.p, robot.flange.p, atol=1e-9)
+    assert [joint.limits for joint in again.joints] == [joint.limits for joint in robot.joints]
+    states = random_states(robot, 20, seed=2)
+    expected = torques(robot, dict(robot.parameters), states)
+    np.testing.assert_allclose(READERS[reader](text, states), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_friction_and_what_has_no_place(rx90: Robot) -> None:
+    text = robot_urdf(rx90, rx90.parameters, "a -- b <c>")
+    model = pin.buildModelFromXML(text)
+    assert '<dynamics damping="29.3" friction="21.7"/>' in text
+    assert "IA1 = 4.00019851" in text
+    assert "a - - b &lt;c&gt;" in text
+    assert model.effortLimit.max() == 1e6
+    assert model.velocityLimit[0] == pytest.approx(np.radians(236))
+
+
+def test_prismatic_joints(prismatic: dict[str, Robot], random_parameters: RandomParameters) -> None:
+    for arm in prismatic.values():
+        robot = replace(rigid(arm), gravity=(0.0, 0.0, -9.81))
+        values = random_parameters(robot, 4)
+        model = pin.buildModelFromXML(robot_urdf(robot, values, GAUGE))
+        data = model.createData()
+        for q, qd, qdd in zip(*random_states(robot, 5, seed=2), strict=True):
+            place = np.concatenate([[np.cos(x), np.sin(x)] if j.revolute else [x]
+                                    for x, j in zip(q, robot.joints, strict=True)])  # fmt: skip
+            expected = torques(robot, values, (q[None], qd[None], qdd[None]))[0]
+            theirs = pin.rnea(model, data, place, qd, qdd)
+            np.testing.assert_allclose(theirs, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_links_without_parameters_are_refused() -> None:
+    with pytest.raises(InputError, match="no XX1"):
+        robot_urdf(load_robot("ur5e"), {}, GAUGE)

@@ -1,0 +1,229 @@
+"""``dynident robot`` and how an arm is mounted, on the command line."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import Drives, InertialParameters, Pose, Recording, load_robot, mounted, robot_names, with_tool
+from dynident.model.arrays import Array
+from dynident.report.drawing import outline
+from dynident.tests.model.urdf_files import dressed_urdf
+from dynident.trajectories import Simulator, random_via_points
+
+NEW = [
+    "robot", "new", "--name", "kr", "--joint=-z,0,0,0.4", "--joint", "y,0.025,0,0.4", "--joint", "y,0.025,0,0.855",
+    "--joint=-x,0.025,0,0.89", "--joint", "y,0.445,0,0.89", "--joint=-x,0.525,0,0.89",
+    "--flange", "0.525,0,0.89,x,-z", "--drawn-at", "0,-90,90,0,0,0",
+    "--limits=-170:170,-190:45,-120:156,-185:185,-120:120,-350:350", "--speeds", "360,300,360,381,388,615",
+    "--rated-payload", "6", "--source", "data sheet",
+]  # fmt: skip
+LOAD = InertialParameters.from_com(5.0, [0.02, 0.01, 0.1], np.diag([0.03, 0.025, 0.02]))
+Answer = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def answer(capsys: pytest.CaptureFixture[str]) -> Answer:
+    """``answer(*arguments)``: exit status and both outputs."""
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        try:
+            status = main(list(arguments))
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        output = capsys.readouterr()
+        return status, output.out, output.err
+
+    return run
+
+
+def test_list(answer: Answer) -> None:
+    status, text, _ = answer("robot", "list")
+    assert status == 0
+    assert [line.split()[0] for line in text.splitlines()] == list(robot_names())
+    assert "KUKA KR 6 R900 sixx" in text
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_show_and_draw(answer: Answer, tmp_path: Path, ending: str) -> None:
+    """The same arm gives the same bytes."""
+    paths = [tmp_path / f"{k}.{ending}" for k in (1, 2)]
+    for path in paths:
+        status, text, _ = answer(
+            "robot", "show", "--robot", "kr6_r900", "--drawing", str(path), "--at", "0,-90,90,0,0,0"
+        )
+        assert status == 0
+    assert "(0.98, 0, 0.435) m in the base" in text
+    assert "Rated payload: 6 kg." in text
+    assert "the bare flange" in text
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_outline_ends_in_the_flange() -> None:
+    """Corners in the known home pose: base, shoulder, elbow, wrist, flange."""
+    corners = outline(load_robot("kr6_r900"), np.radians([0, -90, 90, 0, 0, 0]).tolist())
+    for corner in ((0, 0, 0), (0, 0, 0.4), (0.025, 0, 0.4), (0.025, 0, 0.855), (0.025, 0, 0.89), (0.445, 0, 0.89)):
+        assert np.abs(corners - np.array(corner)).max(axis=1).min() < 1e-12
+    np.testing.assert_allclose(corners[-1], [0.525, 0.0, 0.89], atol=1e-12)
+    assert len(corners) == 2 * 6 + 3
+
+
+def test_new_robot_is_the_shipped_one(answer: Answer, tmp_path: Path) -> None:
+    """Described in the home pose of the sheet, it is the arm that was read from a description at zero."""
+    out = tmp_path / "kr.toml"
+    status, text, _ = answer(*NEW, "--out", str(out))
+    assert status == 0
+    assert "Compare the drawing" in text
+    ElementTree.parse(out.with_suffix(".svg"))
+    robot, shipped = load_robot(out), load_robot("kr6_r900")
+    assert robot.rated_payload == 6.0
+    np.testing.assert_allclose(robot.flange.R, shipped.flange.R, atol=1e-12)
+    for ours, theirs in zip(robot.joints, shipped.joints, strict=True):
+        assert (ours.alpha, ours.theta, ours.d, ours.r) == pytest.approx(
+            (theirs.alpha, theirs.theta, theirs.d, theirs.r), abs=1e-12
+        )
+        assert ours.limits.position == pytest.approx(theirs.limits.position, abs=1e-12)
+        assert ours.limits.speed == pytest.approx(theirs.limits.speed)
+    status, _, error = answer(*NEW, "--out", str(out))
+    assert status == 2
+    assert "is there already" in error
+    assert answer(*NEW, "--out", str(out), "--overwrite")[0] == 0
+
+
+def test_new_robot_asks(answer: Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A SCARA in a dialogue; empty answers leave out what is not known."""
+    replies = iter(
+        ["scara", "z,0,0,0.3", "z,0.4,0,0.3", "-z,0.7,0,0.3,slide", "z,0.7,0,0.3", "", "0.7,0,0.2,-z,x", "",
+         "-130:130,-150:150,0:0.2,-360:360", "", "3"]
+    )  # fmt: skip
+    monkeypatch.setattr("builtins.input", lambda _: next(replies))
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    out = tmp_path / "scara.toml"
+    status, text, _ = answer(
+        "robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png")
+    )
+    assert status == 0
+    assert "thumb along it" in text
+    robot = load_robot(out)
+    assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
+    assert robot.joints[2].limits.position == (0.0, 0.2)
+    assert robot.drives == Drives.on_link_side()
+    assert robot.rated_payload == 3.0
+    corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
+    np.testing.assert_allclose(corners[-1], [0.7, 0.0, 0.1], atol=1e-12)
+
+
+def without(option: str) -> list[str]:
+    k = NEW.index(option)
+    return [*NEW[:k], *NEW[k + 2 :]]
+
+
+BAD = {
+    "no flange": (without("--flange"), "give --flange"),
+    "axis": ([*NEW, "--joint", "w,0,0,0"], "--joint 'w,0,0,0': AXIS,X,Y,Z"),
+    "point": ([*NEW, "--joint", "x,0,0"], "AXIS,X,Y,Z"),
+    "no direction": ([*NEW, "--joint", "0:0:0,0,0,0"], "direction"),
+    "skew flange": ([*without("--flange"), "--flange", "0,0,0,x,1:1:0"], "two directions at right angles"),
+    "limits": ([*without("--speeds"), "--limits", "1:2"], "--limits has 1 pairs for 6 joints"),
+    "empty range": ([*NEW, "--limits", ",".join(["2:1"] * 6)], "limits of joint 1"),
+    "speeds": ([*NEW, "--speeds", "1,2"], "--speeds has 2 numbers for 6 joints"),
+    "payload": ([*NEW, "--rated-payload", "-1"], "rated payload must be positive"),
+    "drawing": ([*NEW, "--drawing", "x.gif"], "ends in .png, .svg or .pdf"),
+    "no robot": (["robot", "show", "--robot", "kr7"], "no robot 'kr7'"),
+    "at": (["robot", "show", "--robot", "panda", "--at", "1,2"], "--at has 2 numbers, panda has 7 joints"),
+    "base of no URDF": (["robot", "show", "--robot", "panda", "--tip", "x"], "links of a URDF"),
+    "both": (["robot", "show", "--robot", "panda", "--mount", "wall", "--gravity", "0,0,9"], "give one of them"),
+    "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
+    "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
+    "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "problem"), BAD.values(), ids=BAD.keys())
+def test_what_cannot_be_used(
+    answer: Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], problem: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, _, error = answer(*arguments)
+    assert status == 2
+    assert problem in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.glob("*.svg"))
+
+
+def write_csv(path: Path, recording: Recording, sign: Array) -> Path:
+    n = recording.q.shape[1]
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1)]
+    values = np.column_stack([recording.t, recording.q * sign, recording.torque * sign])
+    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+    return path
+
+
+def test_check_suggests_and_does_not_apply(answer: Answer, tmp_path: Path) -> None:
+    robot = load_robot("rx90")
+    log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
+    path = write_csv(tmp_path / "turned.csv", log, np.array([1, 1, -1, 1, 1, 1]))
+    options = ("--robot", "rx90", "--decimate", "1")
+    out = tmp_path / "c.json"
+    status, text, _ = answer("robot", "check", *options, "--data", str(path), "--json", str(out))
+    assert status == 1
+    assert "Suggested, not applied: joint 3 turned round (position and torque)" in text
+    document = json.loads(out.read_text())
+    assert document["suggested"].startswith("joint 3 turned round")
+    assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
+
+
+def test_payload_on_a_wall_in_a_tool_frame(answer: Answer, tmp_path: Path) -> None:
+    """From a URDF on the wall, the answer stands in the tool frame that is asked for, and says so."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(dressed_urdf(load_robot("irb120"), seed=1, limits=False), encoding="utf-8")
+    robot = mounted(load_robot(path), (0.0, np.pi / 2, 0.0))
+    tool = Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, np.pi / 2))
+    values = dict(robot.parameters)
+    for j in range(1, 7):
+        values |= {f"IA{j}": 0.5, f"FS{j}": 2.0, f"FV{j}": 3.0}
+    simulator = Simulator(with_tool(replace(robot, parameters=values), tool, "tool"))
+    motion = random_via_points(load_robot("irb120"), 10, seed=3).motion(100.0)
+    files = []
+    for name, load in (("bare", None), ("loaded", LOAD)):
+        files.append(write_csv(tmp_path / f"{name}.csv", simulator.record(motion, load, [0.05] * 6, 3), np.ones(6)))
+    out = tmp_path / "p.json"
+    status, text, error = answer(
+        "payload", "--robot", str(path), "--mount", "wall", "--tool-frame", "0,0,0.1,0,0,90", "--method", "3",
+        "--unloaded", str(files[0]), "--loaded", str(files[1]), "--json", str(out),
+    )  # fmt: skip
+    assert status in (0, 1), error
+    document = json.loads(out.read_text())
+    assert document["frame"] == "tool frame (0, 0, 0.1 m; rpy 0, 0, 90 deg) in: link tool0 of arm.urdf"
+    assert "tool frame (0, 0, 0.1 m" in " ".join(text.split())
+    estimate = document["estimates"][0]
+    assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=0.01)
+    np.testing.assert_allclose(estimate["com"], LOAD.com, atol=3e-3)
+
+
+def test_whole_robot_as_urdf(answer: Answer, tmp_path: Path) -> None:
+    """From its own description, and from an identification with the gauge in a comment."""
+    robot = load_robot("rx90")
+    out, parameters = tmp_path / "rx90.urdf", tmp_path / "r.json"
+    assert answer("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
+    own = load_robot(out)
+    assert own.parameters["M3"] == pytest.approx(robot.parameters["M3"])
+    log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
+    path = write_csv(tmp_path / "d.csv", log, np.ones(6))
+    assert (
+        answer("identify", "--robot", "rx90", "--decimate", "1", "--data", str(path), "--json", str(parameters))[0]
+        == 0
+    )
+    status, text, error = answer(
+        "robot", "urdf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out)
+    )
+    assert status == 0, error
+    assert "one choice of many" in text
+    assert "one choice of many" in out.read_text()
+    again = load_robot(out)
+    bodies = [np.array([again.parameters[f"{kind}{j}"] for kind in ("XX", "M")]) for j in range(1, 7)]
+    assert min(body[1] for body in bodies) > 0.0
