@@ -1,11 +1,12 @@
 """Text stays text, whatever it holds; pages of any content are whole."""
 
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 from dynident.estimation import Curve, TorquePrediction
-from dynident.report.figures import Drawing, prediction_figure, worst_joint_figure
+from dynident.report.figures import Drawing, prediction_figure, save_drawings, worst_joint_figure
 from dynident.report.figures.canvas import new_figure
 from dynident.report.html import (
     Html,
@@ -63,6 +64,14 @@ def test_files_named_like_scripts_are_harmless() -> None:
     assert page.texts["h1"] == page.texts["title"][:1] == [EVIL]
     assert sum(EVIL in one for one in page.texts["code"]) == 1
     assert sum(EVIL in one for one in page.texts["figcaption"]) == 2
+
+
+def test_figures_are_written_alike_twice(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        save_drawings(tmp_path / folder, [worst_joint_figure(evil_prediction())])
+    for ending in ("png", "svg", "pdf"):
+        a, b = (tmp_path / folder / f"worst_joint.{ending}" for folder in "ab")
+        assert a.read_bytes() == b.read_bytes()
 
 
 def test_two_figures_share_no_identifier() -> None:
