@@ -22,6 +22,7 @@ bench: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/streaming.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/base_parameters.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/constrained.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/design.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/essential.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py --robust --memory 20 --runs 120

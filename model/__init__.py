@@ -43,6 +43,7 @@ from .regressor import (
     payload_columns,
     payload_regressor,
     regressor,
+    smooth_regressor,
     standard_columns,
     standard_regressor,
 )
@@ -98,6 +99,7 @@ __all__ = [
     "regressor",
     "robot_names",
     "robot_toml",
+    "smooth_regressor",
     "standard_columns",
     "standard_regressor",
     "step",

@@ -1,5 +1,6 @@
 """What the drives add to a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
@@ -135,19 +136,22 @@ class Drives:
         return (f"FVM{self.coupling.joints[1]}", f"FSM{self.coupling.joints[1]}") if self.coupling else ()
 
 
-def drive_terms(drives: Drives, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:
+def drive_terms(
+    drives: Drives, qd: ca.SX, qdd: ca.SX, sign: Callable[[ca.SX], ca.SX] = ca.sign
+) -> dict[str, dict[int, ca.SX]]:
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
         drives: the drives.
         qd: joint speeds, n x 1 [rad/s or m/s].
         qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2].
+        sign: what stands for the sign in Coulomb friction.
 
     Source: (2), (3) and, for coupled drives, (10) and (11).
     """
     terms: dict[str, dict[int, ca.SX]] = {}
     for row in range(qd.numel()):
-        factors = {"IA": qdd[row], "FS": ca.sign(qd[row]), "FV": qd[row], "OFF": ca.SX(1)}
+        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": ca.SX(1)}
         for name in drives.names(row + 1):
             terms[name] = {row: factors[parameter_kind(name)]}
     if drives.coupling:
@@ -155,7 +159,7 @@ def drive_terms(drives: Drives, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca
         terms[f"IA{k + 1}"][j] = qdd[k]
         terms[f"IA{k + 1}"][k] = qdd[k] + qdd[j]
         terms[f"FVM{k + 1}"] = {j: qd[k], k: qd[j]}
-        both = ca.sign(qd[j] + qd[k])
-        printed = {j: ca.sign(qd[k]), k: ca.sign(qd[j])}
+        both = sign(qd[j] + qd[k])
+        printed = {j: sign(qd[k]), k: sign(qd[j])}
         terms[f"FSM{k + 1}"] = {j: both, k: both} if drives.coupling.coulomb == "sum" else printed
     return terms

@@ -68,12 +68,31 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
         KeyError: for a name that is not a standard parameter of the robot.
     """
     (q, qd, qdd), terms = _terms(robot)
+    phi = _matrix(robot, columns, terms)
+    return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+
+
+def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:
+    """``smooth_regressor(q, qd, qdd, width) -> Phi``: sign(v) in Coulomb friction replaced by tanh(v / width).
+
+    Everywhere differentiable, for optimisation; arguments and errors as ``regressor``, ``width`` a number
+    [rad/s or m/s].
+    """
+    (q, qd, qdd), terms = _terms(robot)
+    width = ca.SX.sym("width")
+    smooth = drive_terms(robot.drives, qd, qdd, lambda speed: ca.tanh(speed / width))
+    phi = _matrix(robot, columns, terms | smooth)
+    inputs = [q, qd, qdd, width]
+    return ca.Function("smooth_regressor", inputs, [ca.cse(phi)], ["q", "qd", "qdd", "width"], ["Phi"])
+
+
+def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.SX]]) -> ca.SX:
     phi = ca.SX(robot.n, len(columns))
     for k, column in enumerate(columns):
         for row, value in terms[column].items():
             if not value.is_zero():
                 phi[row, k] = value
-    return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+    return phi
 
 
 @functools.lru_cache(maxsize=16)

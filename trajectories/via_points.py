@@ -1,8 +1,9 @@
-"""Motions through via points, at rest in each, by quintic segments."""
+"""Motions through via points by quintic segments, at rest in each or passing."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import Motion, Robot
 from ..model.arrays import Array, frozen_array
@@ -11,17 +12,44 @@ _PEAK_SPEED = 15.0 / 8.0  # of a quintic from 0 to 1 in unit time
 _PEAK_ACCELERATION = 10.0 / np.sqrt(3.0)
 
 
+# Quintic Hermite polynomials on 0 <= s <= 1: row k holds the coefficients of 1, s, ..., s^5 that multiply
+# p0, T v0, T^2 a0, T^2 a1, T v1, p1.
+_HERMITE = np.array(
+    [
+        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
+        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
+        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
+        [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
+        [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
+        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
+    ]
+)
+
+
+def quintic_basis(s: Array) -> tuple[Array, Array, Array]:
+    """What multiplies p0, T v0, T^2 a0, T^2 a1, T v1 and p1 at s = t / T: in q, T qd and T^2 qdd, each (N, 6)."""
+    powers = s[:, None] ** np.arange(6)
+    k = np.arange(1, 6)
+    first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
+    second = np.hstack([np.zeros((len(s), 2)), k[1:] * k[:4] * powers[:, :4]])
+    return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+
+
 @dataclass(frozen=True)
 class ViaPoints:
-    """Points to pass and the durations between them.
+    """Points to pass, the durations between them, and the speeds and accelerations there.
 
     Attributes:
         points: positions [rad or m], shape (points, n).
         durations: of the segments [s], shape (points - 1,).
+        speeds: at the points [rad/s or m/s], shape (points, n); None for rest in each.
+        accelerations: at the points [rad/s^2 or m/s^2], shape (points, n); None for zero.
     """
 
     points: Array
     durations: Array
+    speeds: Array | None = None
+    accelerations: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
@@ -30,19 +58,38 @@ class ViaPoints:
         object.__setattr__(self, "durations", frozen_array(self.durations, (count,), "durations"))
         if count < 1 or not (self.durations > 0.0).all():
             raise ValueError("a motion needs two points and positive durations")
+        for name in ("speeds", "accelerations"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen_array(getattr(self, name), self.points.shape, name))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last point [s]."""
+        return float(self.durations.sum())
+
+    @property
+    def rests(self) -> bool:
+        """Whether the robot rests in every point."""
+        return not any(x is not None and x.any() for x in (self.speeds, self.accelerations))
 
     def motion(self, rate: float) -> Motion:
-        """Sample the motion at ``rate`` [Hz]; it starts and ends at rest."""
+        """Sample the motion at ``rate`` [Hz]."""
         knots = np.concatenate([[0.0], np.cumsum(self.durations)])
         t = np.arange(int(knots[-1] * rate) + 1) / rate
         k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(self.durations) - 1)
         T = self.durations[k][:, None]
-        s = ((t - knots[k])[:, None]) / T
-        step = np.diff(self.points, axis=0)[k]
-        q = self.points[k] + step * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-        qd = step / T * 30.0 * s**2 * (1.0 - s) ** 2
-        qdd = step / T**2 * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
-        return Motion(t, q, qd, qdd)
+        # The step alone enters the polynomials, so that a joint that stays put does so exactly.
+        start = self.points[k]
+        ends = np.stack([np.zeros_like(start), *self._inner(k, T), np.diff(self.points, axis=0)[k]])
+        q, qd, qdd = (np.einsum("Nk,kNn->Nn", b, ends) for b in quintic_basis((t - knots[k]) / T[:, 0]))
+        return Motion(t, start + q, qd / T, qdd / T**2)
+
+    def _inner(self, k: NDArray[np.intp], T: Array) -> tuple[Array, Array, Array, Array]:
+        """T v0, T^2 a0, T^2 a1, T v1 of the segments ``k``."""
+        still = np.zeros_like(self.points)
+        v = still if self.speeds is None else self.speeds
+        a = still if self.accelerations is None else self.accelerations
+        return T * v[k], T**2 * a[k], T**2 * a[k + 1], T * v[k + 1]
 
 
 def shortest_durations(robot: Robot, points: Array, speed: float = 1.0) -> Array:

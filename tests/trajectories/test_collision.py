@@ -1,0 +1,94 @@
+"""Distances of capsules and half-spaces against brute force, their slopes, and scenes that cannot be."""
+
+import numpy as np
+import pytest
+from dynident.model import InputError, load_robot
+from dynident.model.arrays import Array
+from dynident.trajectories import Capsule, HalfSpace, Scene
+from dynident.trajectories.collision import Clearance
+from dynident.trajectories.limits import Slopes, State
+from dynident.trajectories.samples import Samples
+
+ROBOT = load_robot("rx90")
+SCENE = Scene(
+    (
+        Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+        Capsule("upper arm", 2, 0.12, (0.0, 0.0, 0.0), (0.45, 0.0, 0.0)),
+        Capsule("forearm", 4, 0.1, (0.0, 0.0, -0.45), (0.0, 0.0, 0.0)),
+        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+        Capsule("ball", 0, 0.05, (0.5, 0.5, 0.5)),
+    ),
+    (HalfSpace("floor", (0.0, 0.0, 2.0), -0.42),),
+    (("tool", "column"), ("forearm", "column"), ("column", "forearm"), ("tool", "ball")),
+    (("upper arm", "floor"),),
+)
+
+
+def state(q: Array) -> State:
+    return State(Samples(np.ones(len(q)), q, 0 * q, 0 * q), np.zeros((0, len(q))))
+
+
+def frame(q: Array, link: int) -> tuple[Array, Array]:
+    """Axes and origin of a link's frame, by plain matrices (modified DH)."""
+    T = np.eye(4)
+    for joint, angle in zip(ROBOT.joints[:link], q, strict=False):
+        ca, sa, ct, st = np.cos(joint.alpha), np.sin(joint.alpha), np.cos(angle), np.sin(angle)
+        T = T @ np.array(
+            [
+                [ct, -st, 0, joint.d],
+                [ca * st, ca * ct, -sa, -joint.r * sa],
+                [sa * st, sa * ct, ca, joint.r * ca],
+                [0, 0, 0, 1],
+            ]
+        )
+    return T[:3, :3], T[:3, 3]
+
+
+def axis_points(body: Capsule, q: Array) -> Array:
+    R, p = frame(q, body.link)
+    start, end = np.array(body.start), np.array(body.end or body.start)
+    return np.asarray(p + (start + np.linspace(0, 1, 401)[:, None] * (end - start)) @ R.T)
+
+
+def test_distances_are_those_of_dense_points() -> None:
+    q = np.random.default_rng(0).uniform(-2.5, 2.5, (20, 6))
+    limit = Clearance(ROBOT, SCENE)
+    found = dict(zip(limit.labels, (0.1 * limit.values(state(q))).T, strict=True))
+    bodies = {body.name: body for body in SCENE.bodies}
+    for a, b in SCENE.pairs:
+        for k, pose in enumerate(q):
+            gap = axis_points(bodies[a], pose)[:, None] - axis_points(bodies[b], pose)[None]
+            apart = np.linalg.norm(gap, axis=2).min() - bodies[a].radius - bodies[b].radius
+            assert found[f"{a} to {b}"][k] == pytest.approx(apart, abs=1e-3)
+    heights = [axis_points(bodies["forearm"], pose)[[0, -1], 2] + 0.42 - 0.1 for pose in q]
+    assert np.allclose(found["forearm, start, to floor"], np.array(heights)[:, 0])
+    assert np.allclose(found["forearm, end, to floor"], np.array(heights)[:, 1])
+    assert not any("upper arm" in label and "floor" in label for label in limit.labels)
+    assert not any(label.startswith("column") and "floor" in label for label in limit.labels)
+
+
+def test_slopes_are_derivatives() -> None:
+    draw, step = np.random.default_rng(1), 1e-6
+    q, limit = draw.uniform(-2.0, 2.0, (15, 6)), Clearance(ROBOT, SCENE)
+    seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
+    slopes = Slopes(Samples.zeros(state(q).samples), np.zeros((0, 15)))
+    limit.pullback(state(q), seed, slopes)
+    change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
+    assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Capsule("c", 1, -0.1), "'c': link 1 and radius -0.1"),
+        (lambda: HalfSpace("h", (0.0, 0.0, 0.0)), "'h' needs a normal"),
+        (lambda: Scene((Capsule("c", 1, 0.1), Capsule("c", 2, 0.1))), "same name"),
+        (lambda: Scene((Capsule("c", 1, 0.1),), pairs=(("c", "d"),)), "no body or surface 'd'"),
+        (lambda: Clearance(ROBOT, Scene((Capsule("c", 9, 0.1),))), "does not have: it has 6"),
+        (lambda: Clearance(ROBOT, Scene((Capsule("c", 3, 0.1),))), "nothing in the scene can collide"),
+    ],
+)
+def test_scenes_that_cannot_be(make: object, message: str) -> None:
+    assert callable(make)
+    with pytest.raises(InputError, match=message):
+        make()

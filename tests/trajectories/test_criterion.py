@@ -1,0 +1,79 @@
+"""Criteria: values against NumPy's own, slopes against differences, singular matrices never a number."""
+
+import numpy as np
+import pytest
+from dynident.model.arrays import Array
+from dynident.trajectories.criterion import Criterion, Kind, condition_numbers
+
+DRAW = np.random.default_rng(0)
+W = DRAW.standard_normal((60, 6)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7, 1.5])
+REFERENCE = np.array([1.0, -2.0, 3.0, 0.5, 1.0, 4.0])
+
+
+def scaled(W: Array) -> Array:
+    return np.asarray(W / np.linalg.norm(W, axis=0))
+
+
+def test_condition_numbers_are_numpys() -> None:
+    plain, columns = condition_numbers(W)
+    assert plain == pytest.approx(np.linalg.cond(W))
+    assert columns == pytest.approx(np.linalg.cond(scaled(W)))
+
+
+@pytest.mark.parametrize(("kind", "matrix"), [("cond", W), ("cond-scaled", scaled(W))])
+def test_the_surrogate_is_an_upper_bound_that_closes(kind: Kind, matrix: Array) -> None:
+    exact = np.log(np.linalg.cond(matrix))
+    values = [Criterion(kind)(W.T @ W, p).value for p in (1.0, 8.0, 24.0, 400.0)]
+    assert all(np.diff(values) <= 0.0)
+    assert values[-1] == pytest.approx(exact, abs=0.01)
+    assert min(values) >= exact - 1e-12
+
+
+def test_d_and_a_are_what_they_say() -> None:
+    G = W.T @ W
+    covariance = np.linalg.inv(G)
+    assert Criterion("d")(G).value == pytest.approx(-np.linalg.slogdet(G)[1] / 6)
+    own = covariance[np.ix_([1, 4], [1, 4])]
+    assert Criterion("d", interest=[1, 4])(G).value == pytest.approx(np.linalg.slogdet(own)[1] / 2)
+    relative = np.sqrt(np.diag(covariance)) / REFERENCE
+    assert Criterion("a", REFERENCE)(G).value == pytest.approx(0.5 * np.log((relative**2).mean()))
+    assert Criterion("a", REFERENCE, [2, 3])(G).value == pytest.approx(0.5 * np.log((relative[2:4] ** 2).mean()))
+
+
+CRITERIA = {
+    "d": Criterion("d"),
+    "d of two": Criterion("d", interest=[0, 3]),
+    "a": Criterion("a", REFERENCE),
+    "a of three": Criterion("a", REFERENCE, [1, 2, 5]),
+    "cond": Criterion("cond"),
+    "cond-scaled": Criterion("cond-scaled"),
+}
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+@pytest.mark.parametrize("order", [1.0, 8.0, 24.0])
+def test_slopes_are_derivatives(name: str, order: float) -> None:
+    G, step = W.T @ W, 1e-5
+    direction = DRAW.standard_normal((6, 6))
+    direction = direction + direction.T
+    M = CRITERIA[name](G, order).M
+    ahead, behind = (CRITERIA[name](G + s * direction, order).value for s in (step, -step))
+    assert np.allclose(M, M.T, atol=1e-12 * np.abs(M).max())
+    assert np.sum(M * direction) == pytest.approx((ahead - behind) / (2 * step), rel=1e-6)
+
+
+def test_scaling_columns_changes_only_what_it_should() -> None:
+    other = W * np.array([10.0, 0.1, 3.0, 1.0, 1.0, 7.0])
+    for kind, same in (("cond-scaled", True), ("cond", False)):
+        criterion = CRITERIA[kind]
+        assert np.isclose(criterion(W.T @ W, 8.0).value, criterion(other.T @ other, 8.0).value) == same
+
+
+def test_a_singular_matrix_has_no_condition_number() -> None:
+    twice = np.column_stack([W, W[:, 0] + W[:, 1]])
+    assert condition_numbers(twice) == (np.inf, np.inf)
+    assert condition_numbers(np.column_stack([W, np.zeros(60)])) == (np.inf, np.inf)
+    assert condition_numbers(W[:4]) == (np.inf, np.inf)
+    G = np.column_stack([W, np.zeros(60)])
+    assert Criterion("d")(G.T @ G).value == np.inf
+    assert Criterion("cond-scaled")(G.T @ G).value == np.inf

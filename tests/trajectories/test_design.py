@@ -1,0 +1,307 @@
+"""Designs: exact gradients, limits kept between samples, honest answers where there is no good one."""
+
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+import pytest
+from dynident.model import INERTIAL, InertialParameters, InputError, Kernel, Robot, inverse_dynamics, load_robot
+from dynident.model.arrays import Array
+from dynident.tests.conftest import CROOKED
+from dynident.trajectories import (
+    Capsule,
+    Design,
+    DesignProblem,
+    Earlier,
+    FourierShape,
+    Goal,
+    HalfSpace,
+    JointBounds,
+    Loads,
+    Scene,
+    Step,
+    ViaPoints,
+    ViaPointShape,
+    build_design,
+    floor_of,
+    parameter_vector,
+    random_via_points,
+    score_motion,
+    solve_design,
+)
+from dynident.trajectories.criterion import Kind
+from dynident.trajectories.free_via_points import FreeViaPoints
+from dynident.trajectories.lagrangian import Multipliers
+from dynident.trajectories.samples import Samples
+
+ROBOT = load_robot("rx90")
+TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
+STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
+BOUNDS = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
+NOISE = tuple(0.1 * torque for torque in TORQUE)
+PAYLOAD = InertialParameters.from_com(4.0, [0.0, 0.02, 0.1], 0.02 * np.eye(3))
+SCENE = Scene(
+    (
+        Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+        Capsule("elbow", 3, 0.15),
+        Capsule("wrist", 4, 0.1),
+        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+    ),
+    (HalfSpace("floor", offset=-0.42),),
+    (("tool", "column"), ("wrist", "column"), ("elbow", "column")),
+)
+FEW = ("ZZ1", "FV1", "FS1", "XX2", "ZZ2", "MX2", "FV2", "FS2", "IA3", "IA4", "FS5", "FSM6")
+GOALS = {
+    "d": Goal("d", noise=NOISE),
+    "d of some": Goal("d", noise=NOISE, interest=("ZZ1", "IA5")),
+    "a": Goal("a", columns=FEW, reference=dict.fromkeys(FEW, 2.0), noise=NOISE),
+    "cond": Goal("cond"),
+    "cond-scaled": Goal("cond-scaled"),
+    "payload": Goal("cond-scaled", payload_only=True),
+}
+SHAPES: dict[str, ViaPointShape | FourierShape] = {
+    "via": ViaPointShape(14),
+    "rest": ViaPointShape(14, passing=False),
+    "fourier": FourierShape(5, 10.0),
+}
+
+
+def problem(
+    goal: str,
+    shape: str,
+    *,
+    bounds: JointBounds = BOUNDS,
+    duration: float | None = None,
+    start: Array | None = None,
+) -> DesignProblem:
+    """With torque limits for two loads, and obstacles."""
+    loads = Loads(ROBOT.parameters, PAYLOAD)
+    return build_design(
+        ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
+    )
+
+
+def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
+    """Central differences of two steps, extrapolated (Richardson)."""
+    assert callable(function)
+    one, two = ((function(x + h * direction) - function(x - h * direction)) / (2.0 * h) for h in (step, 0.5 * step))
+    return float((4.0 * two - one) / 3.0)
+
+
+@pytest.mark.parametrize("goal", GOALS)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
+    """With the terms of every limit that bites: joints, torques of two loads, duration and obstacles."""
+    bounds = JointBounds.of(ROBOT) if goal == "payload" else BOUNDS
+    task = problem(goal, shape, bounds=bounds, duration=None if shape == "fourier" else 12.0)
+    draw = np.random.default_rng(0)
+    x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
+    limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
+    assert limits.violation(task.state(x, 0.5)) > 0.0
+    value, slope = task.evaluate(x, 8.0, 0.5, limits)
+    assert np.isfinite(value)
+    direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
+    found = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
+    assert slope @ direction == pytest.approx(found, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
+
+
+def test_limits_have_exact_jacobians() -> None:
+    task = problem("d", "via", duration=12.0)
+    task = replace(task, family=FreeViaPoints(ROBOT, BOUNDS, 3, samples=3))
+    draw = np.random.default_rng(1)
+    x = task.family.random(draw) + 0.05 * draw.standard_normal(task.family.size)
+    J, direction, step = task.constraint_jacobian(x, 0.5), draw.standard_normal(task.family.size), 1e-5
+    ahead, behind = (task.constraint_values(x + s * direction, 0.5) for s in (step, -step))
+    difference = (ahead - behind) / (2.0 * step)
+    assert J.shape == (len(difference), task.family.size)
+    assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()
+
+
+def torques(robot: Robot, design: Design, payload: InertialParameters | None) -> Array:
+    """By the recursive Newton-Euler algorithm, not by the regressor."""
+    motion = design.motion(1000.0)
+    kernel = Kernel(inverse_dynamics(robot))
+    return kernel(motion.q, motion.qd, motion.qdd, parameter_vector(robot, robot.parameters, payload)).T
+
+
+@pytest.fixture(scope="module")
+def guarded() -> Design:
+    """A motion with every kind of limit."""
+    start = np.array([0.2, -1.2, 0.8, 0.3, 0.5, -0.4])
+    return solve_design(problem("d", "via", duration=15.0, start=start), seed=1, starts=1)
+
+
+def test_every_limit_is_kept_at_a_millisecond(guarded: Design) -> None:
+    """On another grid than the solver's, with torques and heights found in other ways."""
+    motion = guarded.motion(1000.0)
+    assert guarded.feasible
+    assert guarded.score.max_violation <= 1e-9
+    assert motion.t[-1] <= 15.0
+    assert np.allclose(motion.q[0], [0.2, -1.2, 0.8, 0.3, 0.5, -0.4])
+    for j, joint in enumerate(ROBOT.joints):
+        assert joint.limits.position[0] <= motion.q[:, j].min()
+        assert motion.q[:, j].max() <= joint.limits.position[1]
+        assert np.abs(motion.qd[:, j]).max() <= joint.limits.speed
+        assert np.abs(motion.qdd[:, j]).max() <= STRONG[j]
+    for payload in (None, PAYLOAD):
+        assert (np.abs(torques(ROBOT, guarded, payload)).max(axis=0) <= TORQUE).all()
+    again = score_motion(guarded.problem, motion)
+    assert again.feasible
+    assert again.learnt.condition_number == pytest.approx(guarded.learnt.condition_number, rel=0.01)
+    assert again.value == pytest.approx(guarded.score.value, abs=0.01)
+
+
+def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
+    """Per second, against resting motions at the limits, which need not even keep the torques."""
+    robot = guarded.problem.bounds.on(ROBOT)
+    random = [
+        score_motion(guarded.problem, random_via_points(robot, 14, seed, speed=1.0).motion(100.0))
+        for seed in range(20)
+    ]
+    assert guarded.score.value < min(score.value for score in random) - 0.3
+
+
+def test_predicted_sigma_is_that_of_the_covariance(guarded: Design) -> None:
+    task = guarded.problem
+    motion = guarded.motion(task.goal.rate)
+    W = task.kernel.matrix(Samples(np.ones(len(motion.t)), motion.q, motion.qd, motion.qdd))
+    W = W[:, task.places] / np.repeat(NOISE, len(motion.t))[:, None]
+    sigma = np.sqrt(np.diag(np.linalg.inv(W.T @ W)))
+    assert np.allclose(list(guarded.learnt.sigma.values()), sigma, rtol=0.02)
+    assert guarded.learnt.log_det == pytest.approx(np.linalg.slogdet(W.T @ W)[1], abs=1.0)
+
+
+def test_condition_number_of_a_design_and_its_floor() -> None:
+    design = solve_design(build_design(ROBOT, ViaPointShape(14), Goal("cond")), seed=0, starts=1)
+    assert design.feasible
+    assert design.learnt.condition_number < 18.0
+    assert design.score.value == pytest.approx(np.log(design.learnt.condition_number), abs=1e-6)
+    floor = floor_of(design, states=60, effort=1)
+    assert 8.0 < np.exp(floor.value) < 11.0
+    assert floor.gap == pytest.approx(design.score.value - floor.value)
+
+
+def test_same_seed_same_motion() -> None:
+    task = build_design(ROBOT, FourierShape(3, 5.0), Goal("cond-scaled", payload_only=True))
+    one, two, other = (solve_design(task, seed=seed, starts=1) for seed in (1, 1, 2))
+    assert np.array_equal(one.motion(50.0).q, two.motion(50.0).q)
+    assert not np.array_equal(one.motion(50.0).q, other.motion(50.0).q)
+
+
+def test_half_the_speed_if_the_override_says_so() -> None:
+    bounds = JointBounds.of(ROBOT, override=0.5)
+    design = solve_design(build_design(ROBOT, FourierShape(3, 5.0), GOALS["payload"], bounds=bounds), starts=1)
+    fast = np.abs(design.motion(500.0).qd).max(axis=0) / [joint.limits.speed for joint in ROBOT.joints]
+    assert design.feasible
+    assert 0.45 < fast.max() <= 0.5
+
+
+def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
+    """What is known well already needs no more of the motion's time."""
+    names = tuple(f"{kind}6" for kind in INERTIAL)
+    known = Earlier(names, np.diag([1e-3] * 6 + [1e3] * 4))  # the first moments and the mass
+    plain = Goal("d", payload_only=True, data_length=10.0)
+    shape = FourierShape(3, 5.0)
+    first, second = (
+        solve_design(build_design(ROBOT, shape, goal), seed=0, starts=1)
+        for goal in (plain, replace(plain, earlier=known))
+    )
+    assert all(second.learnt.sigma[name] <= 1.001e-3 for name in names[6:])
+    assert second.score.value < score_motion(second.problem, first.motion(200.0)).value - 0.005
+
+
+def test_parameters_that_cannot_be_told_apart_are_named() -> None:
+    with pytest.raises(InputError, match=r"rank 2 of 4\): XX1 has no effect; YY2 .* with ZZ1, XX2"):
+        build_design(ROBOT, goal=Goal("cond", columns=("ZZ1", "XX2", "XX1", "YY2")))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Goal(cast(Kind, "e")), "'e' is not one of d, a, cond, cond-scaled"),
+        (lambda: Goal("a"), "needs reference values"),
+        (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
+        (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
+        (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
+        (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
+        (lambda: build_design(ROBOT, start=[9.0] * 6), "6 positions within the limits"),
+        (
+            lambda: build_design(ROBOT, start=[0.0, 1.2, 1.2, 0.0, 0.0, 0.0], scene=SCENE),
+            "another start pose: clearance of .* against 0, violated",
+        ),
+        (lambda: build_design(ROBOT, FourierShape(), duration=3.0), "stands in its shape"),
+        (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
+        (
+            lambda: build_design(ROBOT, bounds=BOUNDS, loads=Loads({"FV1": 1.0})),
+            "torque limits need the parameters",
+        ),
+    ],
+)
+def test_requests_that_cannot_be(make: object, message: str) -> None:
+    assert callable(make)
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_limits_that_cannot_be_met_are_named() -> None:
+    """The arm cannot be held up with 20 N·m on joint 2."""
+    weak = JointBounds.of(ROBOT, torque=(300.0, 20.0, 120.0, 50.0, 40.0, 20.0))
+    task = build_design(ROBOT, FourierShape(2, 4.0), Goal("d", columns=FEW), bounds=weak)
+    design = solve_design(task, starts=1)
+    assert not design.feasible
+    assert design.score.max_violation > 0.01
+    assert any("torque of joint 2" in line and "against" in line for line in design.score.violations)
+
+
+def test_interrupted_it_keeps_the_best_so_far() -> None:
+    task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
+    steps: list[Step] = []
+
+    def stop(step: Step) -> None:
+        steps.append(step)
+        if len(steps) == 3:
+            raise KeyboardInterrupt
+
+    design = solve_design(task, progress=stop)
+    assert design.interrupted
+    assert design.feasible
+    assert steps[-1].best == pytest.approx(design.score.value)
+    assert isinstance(design.plan, ViaPoints)
+
+
+def test_interrupted_within_an_evaluation(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = build_design(ROBOT, ViaPointShape(14), Goal("cond"))
+    calls, true = [0], type(task).evaluate
+
+    def evaluate(
+        self: DesignProblem, x: Array, order: float, width: float, limits: Multipliers | None = None
+    ) -> tuple[float, Array]:
+        calls[0] += 1
+        if calls[0] > 50:
+            raise KeyboardInterrupt
+        return true(self, x, order, width, limits)
+
+    monkeypatch.setattr(type(task), "evaluate", evaluate)
+    design = solve_design(task)
+    assert design.interrupted
+    assert design.feasible
+    assert calls[0] == 51
+
+
+def test_a_spring_is_part_of_the_torque() -> None:
+    """Torques in the limits are those of inverse dynamics, the known spring taken off."""
+    draw = np.random.default_rng(0)
+    names = [*(f"{kind}{j}" for j in range(1, 6) for kind in (*INERTIAL, "IA", "FS", "FV", "OFF")), "FVM5", "FSM5"]
+    joints = tuple(
+        replace(joint, limits=replace(joint.limits, position=(-1.0, 1.0), speed=2.0, acceleration=9.0, torque=50.0))
+        for joint in CROOKED.joints
+    )
+    robot = replace(CROOKED, joints=joints, parameters={name: draw.uniform(0.1, 1.0) for name in names})
+    task = build_design(robot, FourierShape(4, 6.0), Goal("d"))
+    x = task.family.random(draw)
+    samples = task.family.sample(x)
+    state = task.state(x, 0.0)
+    limit = next(limit for limit in task.limits if limit.name == "torque")
+    kernel = Kernel(inverse_dynamics(robot))
+    expected = kernel(samples.q, samples.qd, samples.qdd, parameter_vector(robot, robot.parameters)).T
+    assert np.allclose(limit.values(state) * 50.0, expected, rtol=1e-8, atol=1e-8)

@@ -1,0 +1,135 @@
+"""Families of motions: exact derivatives, rest at both ends, what the values promise."""
+
+import numpy as np
+import pytest
+from dynident.model import InputError, Joint, Robot, load_robot
+from dynident.model.arrays import Array
+from dynident.trajectories import Fourier, JointBounds, ViaPoints
+from dynident.trajectories.bound import FreeStates
+from dynident.trajectories.fourier import FreeFourier
+from dynident.trajectories.free_via_points import FreeViaPoints
+from dynident.trajectories.samples import Family, Samples
+
+ROBOT = load_robot("rx90")
+BOUNDS = JointBounds.of(ROBOT)
+POSE = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
+
+
+def families() -> dict[str, Family]:
+    return {
+        "passing": FreeViaPoints(ROBOT, BOUNDS, 5),
+        "resting": FreeViaPoints(ROBOT, BOUNDS, 4, passing=False),
+        "from a pose": FreeViaPoints(ROBOT, BOUNDS, 4, start=POSE),
+        "fourier": FreeFourier(ROBOT, BOUNDS, 3, 6.0),
+        "fourier from a pose": FreeFourier(ROBOT, BOUNDS, 4, 8.0, start=POSE),
+        "states": FreeStates(ROBOT, BOUNDS, 7, 1.0),
+    }
+
+
+@pytest.fixture(params=families())
+def family(request: pytest.FixtureRequest) -> Family:
+    return families()[request.param]
+
+
+def somewhere(family: Family, seed: int = 0) -> Array:
+    """Away from rest in the via points."""
+    draw = np.random.default_rng(seed)
+    x = family.random(draw) + 0.1 * draw.standard_normal(family.size)
+    return np.asarray(np.clip(x, family.low, family.high))
+
+
+def test_jacobian_is_the_derivative(family: Family) -> None:
+    x = somewhere(family)
+    direction, step = np.random.default_rng(1).standard_normal(family.size), 1e-5
+    ahead, behind = family.sample(x + step * direction), family.sample(x - step * direction)
+    for J, a, b in zip(family.jacobian(x), ahead[1:], behind[1:], strict=True):
+        difference = (a - b) / (2.0 * step)
+        assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()
+
+
+def test_pullback_is_the_jacobian_transposed(family: Family) -> None:
+    x, draw = somewhere(family), np.random.default_rng(2)
+    samples = family.sample(x)
+    slope = Samples(np.zeros_like(samples.weight), *(draw.standard_normal(samples.q.shape) for _ in range(3)))
+    expected = sum(np.tensordot(part, J, axes=2) for part, J in zip(slope[1:], family.jacobian(x), strict=True))
+    assert np.allclose(family.pullback(x, slope), expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
+
+
+def test_weights_are_pulled_back_too(family: Family) -> None:
+    x, draw, step = somewhere(family), np.random.default_rng(3), 1e-6
+    samples = family.sample(x)
+    seed = draw.standard_normal(samples.weight.shape)
+    slope = Samples(seed, *(np.zeros_like(samples.q) for _ in range(3)))
+    direction = draw.standard_normal(family.size)
+    change = family.sample(x + step * direction).weight - family.sample(x - step * direction).weight
+    assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", [name for name in families() if name != "states"])
+def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
+    family = families()[name]
+    x = somewhere(family)
+    plan = family.plan(x)
+    motion = plan.motion(2000.0)
+    assert plan.duration == pytest.approx(family.sample(x).weight.sum())
+    assert np.abs(motion.qd[0]).max() < 1e-12 * np.abs(motion.qd).max()
+    assert np.abs(motion.qdd[0]).max() < 1e-12 * np.abs(motion.qdd).max()
+    assert np.abs(motion.qd[-1]).max() < 0.01 * np.abs(motion.qd).max()
+    for value, slope in ((motion.q, motion.qd), (motion.qd, motion.qdd)):
+        difference = np.gradient(value, motion.t, axis=0)
+        assert np.abs(difference - slope)[5:-5].max() < 1e-2 * np.abs(slope).max()
+    if "pose" in name:
+        assert np.allclose(motion.q[0], POSE, atol=1e-12)
+    fine = family.sample(x, 10)
+    assert np.allclose(fine.q.max(axis=0), motion.q.max(axis=0), atol=2e-3)
+    assert np.allclose(fine.qdd.max(axis=0), motion.qdd.max(axis=0), rtol=2e-2, atol=0.05)
+
+
+def test_a_passing_motion_has_the_speeds_and_accelerations_it_is_given() -> None:
+    draw = np.random.default_rng(0)
+    p, v, a = draw.standard_normal((3, 4, 2))
+    via = ViaPoints(p, np.array([0.5, 1.0, 0.25]), v, a)
+    motion = via.motion(400.0)
+    for k, row in enumerate((0, 200, 600, 700)):
+        assert np.allclose(motion.q[row], p[k], atol=1e-12)
+        assert np.allclose(motion.qd[row], v[k], atol=1e-12)
+        assert np.allclose(motion.qdd[row], a[k], atol=1e-10)
+    assert not via.rests
+    assert ViaPoints(p, via.durations, 0 * v).rests
+
+
+def test_a_fourier_series_is_the_sum_that_is_written() -> None:
+    plan = Fourier(np.array([0.1]), np.array([[1.0, -1.0]]), np.array([[0.5, -0.25]]), 4.0)
+    motion = plan.motion(10.0)
+    w, t = 2 * np.pi / 4.0, motion.t
+    q = 0.1 + np.sin(w * t) / w - np.sin(2 * w * t) / (2 * w)
+    q += -0.5 * np.cos(w * t) / w + 0.25 * np.cos(2 * w * t) / (2 * w)
+    assert np.allclose(motion.q[:, 0], q)
+    assert len(t) == 41
+
+
+def test_slower_and_smaller() -> None:
+    via, fourier = families()["passing"], families()["fourier"]
+    x = somewhere(via)
+    slow = via.plan(via.eased(x, 1.25, 1.0)).motion(500.0)
+    fast = via.plan(x).motion(500.0)
+    assert np.abs(slow.qd).max() == pytest.approx(np.abs(fast.qd).max() / 1.25, rel=1e-3)
+    assert np.allclose(slow.q.max(axis=0), fast.q.max(axis=0), atol=1e-3)
+    x = somewhere(fourier)
+    small, large = (fourier.sample(y) for y in (fourier.eased(x, 1.0, 0.5), x))
+    assert np.allclose(small.qdd, 0.5 * large.qdd)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(InputError, match="1 harmonics"):
+        FreeFourier(ROBOT, BOUNDS, 1, 10.0)
+    with pytest.raises(InputError, match="1 via points"):
+        FreeViaPoints(ROBOT, BOUNDS, 1)
+    with pytest.raises(ValueError, match="positive period"):
+        Fourier(np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), 0.0)
+    with pytest.raises(InputError, match="override is 1"):
+        JointBounds.of(ROBOT, override=1.5)
+    with pytest.raises(InputError, match="needs 6 positive numbers"):
+        JointBounds.of(ROBOT, torque=[1.0])
+    with pytest.raises(InputError, match="'free' has no position limit for joint 1, 2"):
+        JointBounds.of(Robot("free", (Joint(), Joint())))

@@ -1,0 +1,128 @@
+"""How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from ..model import Motion
+from ..model.arrays import Array
+from .criterion import condition_numbers
+from .limits import LimitCheck, State, check
+from .problem import DesignProblem
+from .samples import Samples
+
+FINER = 10
+"""The final check's grid is so many times finer than the optimisation's."""
+TOLERANCE = 1e-9
+"""A limit missed by less than this, in its own units, is met."""
+_SINGULAR = 1e-8  # smallest singular value of W with scaled columns that counts as full rank
+
+
+class Learnt(NamedTuple):
+    """What data would teach.
+
+    Attributes:
+        log_det: log det of the information matrix (d); -inf if it is singular.
+        condition_number: of W in SI units, rows unweighted; inf if W has not full rank.
+        condition_number_scaled: of W with its columns scaled to norm 1.
+        sigma: predicted standard deviation of each parameter; inf if W has not full rank.
+    """
+
+    log_det: float
+    condition_number: float
+    condition_number_scaled: float
+    sigma: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Score:
+    """A motion judged, whatever the criterion it was designed for.
+
+    Attributes:
+        value: of the goal's criterion, for one second of data or the goal's data length: small is good.
+        learnt: by the motion and the earlier recordings together.
+        limits: how near each limit comes.
+        duration: of the motion [s].
+    """
+
+    value: float
+    learnt: Learnt
+    limits: tuple[LimitCheck, ...]
+    duration: float
+
+    @property
+    def max_violation(self) -> float:
+        """Largest violation of a limit, in units of the limit; 0 if all are met."""
+        return max((limit.relative for limit in self.limits), default=0.0)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all limits are met."""
+        return self.max_violation <= TOLERANCE
+
+    @property
+    def violations(self) -> tuple[str, ...]:
+        """One line for each limit that is not met."""
+        return tuple(str(limit) for limit in self.limits if limit.relative > TOLERANCE)
+
+    def relative_sigma(self, reference: dict[str, float]) -> dict[str, float]:
+        """Predicted standard deviations relative to reference values other than zero."""
+        return {
+            name: sigma / abs(reference[name]) for name, sigma in self.learnt.sigma.items() if reference.get(name)
+        }
+
+
+def score_motion(problem: DesignProblem, motion: Motion) -> Score:
+    """Judge any motion by a problem's goal and limits, such as one read back from a log."""
+    t = motion.t
+    weight = np.zeros(len(t))
+    step = np.diff(t)
+    weight[:-1] += 0.5 * step
+    weight[1:] += 0.5 * step
+    return score_samples(problem, Samples(weight, motion.q, motion.qd, motion.qdd))
+
+
+def score_samples(problem: DesignProblem, samples: Samples) -> Score:
+    """Judge samples of a motion."""
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    value = exact_value(problem, state)
+    checks = tuple(check(limit, state) for limit in problem.limits)
+    return Score(value, learnt(problem, state), checks, float(samples.weight.sum()))
+
+
+def exact_value(problem: DesignProblem, state: State) -> float:
+    """The criterion without surrogate: for condition numbers the log of the number itself."""
+    weights = problem.row_weights(state.samples, problem.criterion.weighted)
+    W = _rows(problem, state, weights, True)
+    kind = problem.criterion.kind
+    if kind in ("cond", "cond-scaled"):
+        return float(np.log(condition_numbers(W)[kind == "cond-scaled"]))
+    return problem.criterion(W.T @ W).value
+
+
+def learnt(problem: DesignProblem, state: State) -> Learnt:
+    """What the motion teaches, together with the earlier recordings where they are in the weights needed."""
+    with_earlier = problem.criterion.weighted
+    duration = problem.goal.data_length or float(state.samples.weight.sum())
+    plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
+    conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
+    R = np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r"))
+    scale = np.linalg.norm(R, axis=0)
+    if R.shape[0] < R.shape[1] or not scale.all() or np.linalg.svd(R / scale, compute_uv=False)[-1] < _SINGULAR:
+        return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
+    inverse = solve_triangular(R / scale, np.eye(len(scale)))
+    sigma = np.linalg.norm(inverse / scale[:, None], axis=1)
+    log_det = 2.0 * float(np.log(np.abs(np.diag(R))).sum())
+    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)))
+
+
+def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:
+    """Rows whose Gram matrix is the information: the motion's, then the earlier recordings'."""
+    W = np.zeros((problem.robot.n, len(state.samples.q), len(problem.kernel.columns)))
+    for j, (part, own) in enumerate(problem.kernel.parts):
+        W[j][:, own] = state.entries[part].T
+    W *= np.sqrt(weights)[:, :, None]
+    rows = W.reshape(-1, W.shape[2])[:, problem.places]
+    return np.vstack([rows, problem.earlier]) if earlier else rows
