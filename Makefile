@@ -20,6 +20,7 @@ bench: .venv/installed-test
 	$(BIN)/python benchmarks/operation_counts.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/regressor.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/streaming.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/simulation.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/base_parameters.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/constrained.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/design.py

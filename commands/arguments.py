@@ -146,6 +146,22 @@ def positive(text: str) -> int:
     return int(text)
 
 
+def number(text: str) -> float:
+    """Any number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def share(text: str) -> float:
+    """A number from 0 to below 1."""
+    value = number(text)
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a share from 0 to below 1")
+    return value
+
+
 def gains_or_file(text: str) -> tuple[float, ...] | str:
     """Numbers separated by commas, or the path of a JSON file."""
     return text if text.lower().endswith(".json") else gains_list(text)

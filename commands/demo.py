@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .arguments import positive, whole
+from .arguments import positive, share, whole
 
 
 def add_parser(commands: Any) -> None:
@@ -17,11 +17,37 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--trajectories", type=positive, default=18, metavar="N", help="default: 18, as in the paper"
     )
+    parser.add_argument(
+        "--noise",
+        choices=("paper", "slow", "none"),
+        default="paper",
+        help="as the paper's robot (default), with a memory of 0.8 s, or none",
+    )
+    parser.add_argument(
+        "--gain-error", type=share, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
+    )
+    parser.add_argument(
+        "--repeat",
+        type=positive,
+        metavar="N",
+        help="N experiments with seeds from --seed on, each with every noise and with a gain error "
+        "(default: 0.02): spread and coverage of every method",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from .paper_experiment import run_demo
+    from ..model import InputError
 
-    return run_demo(Path(arguments.out), arguments.seed, arguments.trajectories)
+    folder, seed, count = Path(arguments.out), arguments.seed, arguments.trajectories
+    if arguments.repeat is None:
+        from .paper_experiment import run_demo
+
+        return run_demo(folder, seed, count, arguments.noise, arguments.gain_error or 0.0)
+    if arguments.noise != "paper":
+        raise InputError("--repeat runs every noise: leave --noise out")
+    from .repeated_experiment import run_repeated
+
+    gain_error = 0.02 if arguments.gain_error is None else arguments.gain_error
+    return run_repeated(folder, seed, count, arguments.repeat, gain_error)

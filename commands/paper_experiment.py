@@ -3,94 +3,64 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
-from ..estimation import (
-    Identification,
-    Observer,
-    PayloadAnswer,
-    answer_payload,
-    combined,
-    fit,
-    identify,
-    loaded_problem,
-    measurement,
-    payload_problem,
-)
+from ..estimation import Observer, measurement
 from ..estimation.payload import payload_map
-from ..model import Recording, Robot, load_robot
-from ..report.documents import payload_document, write_json
-from ..report.paper import PaperTables, paper_tables
+from ..report.documents import identification_document, payload_document, write_json
+from ..report.paper import paper_tables
+from ..report.paper_comparison import constrained_table, experiment_notes, table1, table2
 from ..report.plots import save_torques
-from ..report.tables import console, paper_payload_table, paper_robot_table, payload_notes
-from ..trajectories import RX90_NOISE, Simulator, random_via_points
-
-RATE = 250.0
-"""Hz, as the paper's controller records."""
-VIA_POINTS = 14
-"""Points per trajectory, as in the paper."""
+from ..report.tables import console, paper_payload_table, payload_notes
+from .paper_analysis import Analysis, analyse
+from .paper_setup import levels, paper_robot, simulate_paper
+from .progress import bar
 
 
-def run_demo(folder: Path, seed: int, trajectories: int) -> int:
+def run_demo(folder: Path, seed: int, trajectories: int, noise: str, gain_error: float) -> int:
     """Simulate, identify by all four methods, and print the result next to the truth and the paper.
 
     Args:
         folder: where the figure and the JSON go; made if it is not there.
         seed: of the trajectories and the noise.
         trajectories: number of trajectories, each run without and with payload; one more is held out.
+        noise: "paper", "slow" or "none".
+        gain_error: standard deviation of the drive gains, relative.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    robot, paper = load_robot("rx90"), paper_tables()
-    unloaded, loaded = record_runs(robot, paper, seed, trajectories + 1)
+    robot, paper = paper_robot(), paper_tables()
+    with bar("simulating") as progress:
+        experiment = simulate_paper(robot, paper.payload, levels(noise, gain_error), seed, trajectories, progress)
     with Console(stderr=True).status("reducing") as status:
-        robot_result = identify(robot, unloaded[:-1], progress=status.update)
-        problem = payload_problem(robot, loaded[:-1], unloaded[:-1], progress=status.update)
-        answer = answer_payload(problem, held_out=unloaded[-1:])
-    tables = _tables(robot_result, answer, paper)
+        analysis = analyse(experiment, status.update)
+    first = table1(analysis.answer, paper)
+    tables = [
+        *([first] if first else []),
+        table2(analysis.joint, analysis.essential, analysis.truth, paper),
+        paper_payload_table(analysis.answer.estimates, paper.payload, paper),
+        constrained_table(analysis.answer, paper.payload),
+    ]
     terminal = console(*tables)
     terminal.print(*tables)
-    held_out = loaded_problem(robot, problem.base, [measurement(loaded[-1], robot.processing)], robot.processing)
-    both = fit(held_out, combined(problem).values)
-    terminal.print(f"Held-out trajectory with payload: relative residual {100 * both.relative:.2f} % (method 4).")
-    for line in payload_notes(answer):
+    notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
+    for line in [*notes, *payload_notes(analysis.answer)]:
         terminal.print(line, markup=False, highlight=False)
-    _save(folder, robot_result, answer, loaded[-1])
-    terminal.print(f"Written: {folder / 'payload.json'}, {folder / 'torques.png'}", highlight=False)
+    _save(folder, analysis)
+    written = ", ".join(str(folder / name) for name in ("payload.json", "robot.json", "torques.png"))
+    terminal.print(f"Written: {written}", highlight=False)
     return 0
 
 
-def record_runs(robot: Robot, paper: PaperTables, seed: int, count: int) -> tuple[list[Recording], list[Recording]]:
-    """``count`` random trajectories, each recorded without and with the paper's payload."""
-    simulator = Simulator(robot)
-    unloaded, loaded = [], []
-    for k in track(range(count), "simulating", console=Console(stderr=True), transient=True):
-        motion = random_via_points(robot, VIA_POINTS, seed=1000 * seed + k).motion(RATE)
-        name = f"trajectory {k + 1}"
-        unloaded.append(simulator.record(motion, None, RX90_NOISE, [seed, k, 0], f"{name} without payload"))
-        loaded.append(simulator.record(motion, paper.payload, RX90_NOISE, [seed, k, 1], f"{name} with payload"))
-    return unloaded, loaded
-
-
-def _tables(result: Identification, answer: PayloadAnswer, paper: PaperTables) -> tuple[Table, Table]:
-    problem = answer.problem
-    truth = dict(zip(result.base.columns, result.base.value(problem.robot.parameters), strict=True))
-    return (
-        paper_robot_table(combined(problem), truth, paper),
-        paper_payload_table(answer.estimates, paper.payload, paper),
-    )
-
-
-def _save(folder: Path, result: Identification, answer: PayloadAnswer, held_out: Recording) -> None:
-    problem = answer.problem
+def _save(folder: Path, analysis: Analysis) -> None:
+    problem = analysis.answer.problem
     robot, processing = problem.robot, problem.robot.processing
-    write_json(folder / "payload.json", payload_document(answer, processing))
+    write_json(folder / "payload.json", payload_document(analysis.answer, processing))
+    write_json(folder / "robot.json", identification_document(analysis.robot, processing, None))
     observer = Observer(robot, problem.base.columns)
+    held_out = analysis.experiment.runs[-1].recording
     observation = observer.observe(measurement(held_out, processing), processing)
-    loaded = combined(problem)
-    bare = result.estimate.values
+    bare, joint = analysis.robot.estimate.values, analysis.joint.values
     # The payload changes the base parameters as in (25)-(28).
-    with_payload = loaded.values[: len(bare)] + payload_map(problem) @ loaded.values[len(bare) :]
+    with_payload = joint[: len(bare)] + payload_map(problem) @ joint[len(bare) :]
     save_torques(
         folder / "torques.png",
         observation,

@@ -20,7 +20,7 @@ from .impossible import elimination_warnings, impossible_payload, impossible_rob
 from .intervals import Intervals, profile_intervals
 from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
-from .logs import LogMap, read_log_map, read_recording, stream_samples
+from .logs import LogMap, TrajectoryTable, read_log_map, read_recording, read_trajectory, stream_samples
 from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
@@ -115,6 +115,7 @@ __all__ = [
     "Stretch",
     "Tested",
     "TorquePrediction",
+    "TrajectoryTable",
     "Verdict",
     "Weighing",
     "aligned",
@@ -160,6 +161,7 @@ __all__ = [
     "rank_readings_by_pose",
     "read_log_map",
     "read_recording",
+    "read_trajectory",
     "reduced",
     "reduced_log",
     "reduced_measurement",

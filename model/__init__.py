@@ -13,10 +13,13 @@ from .dynamics import (
     coriolis,
     coriolis_matrix,
     drive_torque,
+    dry_friction_names,
     forward_dynamics,
+    forward_dynamics_base,
     gravity,
     inverse_dynamics_base,
     mass_matrix,
+    smooth_dry_friction,
 )
 from .errors import InputError
 from .frames import (
@@ -34,6 +37,7 @@ from .kernel import Kernel
 from .kinematics import forward_kinematics
 from .motion import Measurement, Motion, Recording
 from .newton_euler import inverse_dynamics
+from .payload_file import read_payload
 from .pose import Pose
 from .processing import Processing
 from .reframe import JointAxis, Reframed, modified_dh
@@ -81,8 +85,10 @@ __all__ = [
     "coriolis",
     "coriolis_matrix",
     "drive_torque",
+    "dry_friction_names",
     "essential_regressor",
     "forward_dynamics",
+    "forward_dynamics_base",
     "forward_kinematics",
     "frames_at",
     "generate_code",
@@ -96,9 +102,11 @@ __all__ = [
     "mounted",
     "payload_columns",
     "payload_regressor",
+    "read_payload",
     "regressor",
     "robot_names",
     "robot_toml",
+    "smooth_dry_friction",
     "smooth_regressor",
     "standard_columns",
     "standard_regressor",

@@ -11,6 +11,8 @@ from dataclasses import replace
 import casadi as ca
 
 from .base.parameters import BaseParameters
+from .drives import drive_terms
+from .names import parameter_kind
 from .newton_euler import drive_torque_symbol, inverse_dynamics, parameter_values, rigid_body_torque
 from .regressor import standard_columns
 from .robot import Robot
@@ -77,6 +79,46 @@ def forward_dynamics(robot: Robot) -> ca.Function:
     D, LT, order = ca.ldl(_mass_matrix(robot, q, chi))
     qdd = ca.ldl_solve(rest, D, LT, order)
     return _function("forward_dynamics", {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, qdd, "qdd")
+
+
+def forward_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
+    """``forward_dynamics_base(q, qd, Gamma, chi) -> qdd`` with chi the base parameters, N_b x 1.
+
+    Motion is as determined by the base parameters as torque is: A and the rest are the same in them.
+    """
+    inverse = inverse_dynamics_base(robot, base)
+    q, qd, torque = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "Gamma"))
+    chi, still = ca.SX.sym("chi", len(base.columns)), ca.SX.zeros(robot.n)
+    qdd = ca.SX.sym("qdd", robot.n)
+    A = ca.tril2symm(ca.tril(ca.jacobian(inverse(q, still, qdd, chi), qdd)))
+    D, LT, order = ca.ldl(A)
+    result = ca.ldl_solve(torque - inverse(q, qd, still, chi), D, LT, order)
+    return _function("forward_dynamics_base", {"q": q, "qd": qd, "Gamma": torque, "chi": chi}, result, "qdd")
+
+
+def dry_friction_names(robot: Robot) -> tuple[str, ...]:
+    """Parameters of dry friction: FS of every joint, FSM of coupled drives; none without friction."""
+    return tuple(name for name in standard_columns(robot) if parameter_kind(name) in ("FS", "FSM"))
+
+
+def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
+    """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: dry friction that can be integrated in time.
+
+    Args:
+        robot: the robot.
+        width: w of tanh(qd / w), which stands for the sign [rad/s or m/s].
+
+    Returns:
+        Function of the speeds and the parameters ``dry_friction_names`` [N·m or N].
+    """
+    names = dry_friction_names(robot)
+    qd, level = ca.SX.sym("qd", robot.n), ca.SX.sym("level", len(names))
+    terms = drive_terms(robot.drives, qd, ca.SX.zeros(robot.n), lambda speed: ca.tanh(speed / width))
+    torque = ca.SX.zeros(robot.n)
+    for k, name in enumerate(names):
+        for row, factor in terms[name].items():
+            torque[row] += level[k] * factor
+    return _function("smooth_dry_friction", {"qd": qd, "level": level}, torque, "Gamma")
 
 
 def _symbols(robot: Robot) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

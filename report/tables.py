@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ..estimation import Estimate, Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
+from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from .by_joints import mass_by_joints_note
@@ -65,9 +65,9 @@ def data_notes(answer: PayloadAnswer) -> list[str]:
             f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
         )
     if robot_fit is not None:
-        lines.append(f"Relative residual of the robot's model: {_residual(robot_fit)}")
+        lines.append(f"Relative residual of the robot's model: {residual_text(robot_fit)}")
     if validation is not None:
-        lines.append(f"The same on the validation recording: {_residual(validation)}")
+        lines.append(f"The same on the validation recording: {residual_text(validation)}")
     return [*lines, _alignment(problem)] if problem.pairs else lines
 
 
@@ -122,10 +122,10 @@ def robot_notes(result: Identification) -> list[str]:
     lines = [
         f"{result.problem.equations} equations, {len(result.base.columns)} parameters; "
         f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
-        f"Relative residual: {_residual(result.estimate.fit)}",
+        f"Relative residual: {residual_text(result.estimate.fit)}",
     ]
     if result.validation is not None:
-        lines.append(f"On the validation recording: {_residual(result.validation)}")
+        lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines.append(f"sigma {_FORMULA}")
     reasons = fit_reasons(result.estimate.fit, "the model")
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
@@ -138,27 +138,10 @@ def paper_payload_table(
     headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
     table = empty_table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
     for k, kind in enumerate(INERTIAL):
-        cells = [_short(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
+        cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
         rows = [paper.table1.get(kind), paper.table2.get(kind)]
-        cells += [_short(row.value, row.two_sigma) if row else "" for row in rows]
+        cells += [short_value(row.value, row.two_sigma) if row else "" for row in rows]
         table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
-    return table
-
-
-def paper_robot_table(estimate: Estimate, truth: dict[str, float], paper: PaperTables) -> Table:
-    """The robot's rows of Table 2: truth of the simulation, identified by method 4, and as printed."""
-    title = "Robot (method 4): simulated truth, identified ± 2 sigma, the paper's Table 2 (SI units)"
-    table = empty_table(title, ("",), ("truth", "identified", "%", "Table 2", "%"))
-    for name, printed in paper.table2_robot.items():
-        k = estimate.names.index(name)
-        table.add_row(
-            name,
-            f"{truth[name]:.3f}",
-            _value(estimate.values[k], 2.0 * estimate.sigma[k]),
-            f"{estimate.relative_sigma_percent[k]:.3f}",
-            f"{printed.value:.3f}±{printed.two_sigma:.3f}",
-            f"{printed.relative_sigma_percent:.3f}",
-        )
     return table
 
 
@@ -189,7 +172,7 @@ def _value(value: float, sigma: float) -> str:
     return f"{value:.{digits}f}±{sigma:.{digits}f}"
 
 
-def _short(value: float, spread: float) -> str:
+def short_value(value: float, spread: float) -> str:
     """Three decimals, as the paper prints; a spread that they do not show is left out."""
     text = f"{round(value, 3) + 0.0:.3f}"
     if spread < 0.0005:
@@ -208,6 +191,7 @@ def _alignment(problem: PayloadProblem) -> str:
     )
 
 
-def _residual(fit: Fit) -> str:
+def residual_text(fit: Fit) -> str:
+    """Relative residual in percent, of all joints and of each."""
     joints = " ".join(f"{100.0 * value:.1f}" for value in fit.relative_per_joint)
     return f"{100.0 * fit.relative:.2f} % (joints {joints} %)"

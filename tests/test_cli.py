@@ -417,19 +417,6 @@ def test_as_a_program(logs: dict[str, str]) -> None:
         assert name in helped.stdout
 
 
-def test_demo(run: Run, tmp_path: Path) -> None:
-    status, out, _ = run("demo", "--out", str(tmp_path / "demo"), "--trajectories", "3", "--seed", "4")
-    assert status == 0
-    assert "…" not in out
-    data: dict[str, Any] = json.loads((tmp_path / "demo" / "payload.json").read_text())
-    assert len(data["estimates"]) == 8
-    for estimate in data["estimates"]:
-        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.03)
-    assert (tmp_path / "demo" / "torques.png").stat().st_size > 50_000
-    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700"):
-        assert words in out
-
-
 def identify_arguments(logs: dict[str, str], *more: str) -> list[str]:
     return ["identify", "--robot", "rx90", "--data", logs["bare0"], "--data", logs["bare1"], *more]
 

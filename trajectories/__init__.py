@@ -3,22 +3,43 @@
 from .bound import Floor, floor_of
 from .bounds import JointBounds
 from .build import FourierShape, Loads, ViaPointShape, build_design
+from .closed_loop import ClosedLoop, Reference, Run
 from .collision import Capsule, HalfSpace, Scene
+from .controller import Controller
 from .design import Design, Step, solve_design
+from .disturbances import (
+    RX90_DISTURBANCES,
+    RX90_SLOW_NOISE,
+    Disturbances,
+    RobotErrors,
+    no_disturbances,
+    relative_disturbances,
+)
+from .experiment import RATE, Experiment, SimulatedRun, Task, mean_friction, run_experiment
 from .fourier import Fourier
 from .goal import Earlier, Goal
+from .integrator import Ripple
 from .limits import LimitCheck
+from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .problem import DesignProblem
+from .sampled import SampledTrajectory
 from .score import Learnt, Score, score_motion
 from .simulation import RX90_NOISE, Simulator, parameter_vector
 from .via_points import ViaPoints, random_via_points, shortest_durations
 
 __all__ = [
+    "RATE",
+    "RX90_DISTURBANCES",
     "RX90_NOISE",
+    "RX90_SLOW_NOISE",
     "Capsule",
+    "ClosedLoop",
+    "Controller",
     "Design",
     "DesignProblem",
+    "Disturbances",
     "Earlier",
+    "Experiment",
     "Floor",
     "Fourier",
     "FourierShape",
@@ -28,16 +49,30 @@ __all__ = [
     "Learnt",
     "LimitCheck",
     "Loads",
+    "PointToPoint",
+    "Reference",
+    "Ripple",
+    "RobotErrors",
+    "Run",
+    "SampledTrajectory",
     "Scene",
     "Score",
+    "SimulatedRun",
     "Simulator",
     "Step",
+    "Task",
     "ViaPointShape",
     "ViaPoints",
     "build_design",
     "floor_of",
+    "mean_friction",
+    "no_disturbances",
     "parameter_vector",
+    "plan_point_to_point",
+    "random_points",
     "random_via_points",
+    "relative_disturbances",
+    "run_experiment",
     "score_motion",
     "shortest_durations",
     "solve_design",

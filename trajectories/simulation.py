@@ -31,12 +31,7 @@ class Simulator:
         Raises:
             InputError: if the robot's description lacks standard parameters.
         """
-        missing = [name for name in standard_columns(robot) if name not in robot.parameters]
-        if missing:
-            raise InputError(
-                f"robot {robot.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
-                f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table"
-            )
+        check_parameters(robot)
         self.robot = robot
         model = inverse_dynamics(robot)
         self._kernel = Kernel(model)
@@ -74,6 +69,20 @@ class Simulator:
             draw = np.random.default_rng(seed)
             torque += np.asarray(noise) * draw.standard_normal(torque.shape)
         return Recording(motion.t, motion.q, torque, None, source)
+
+
+def check_parameters(robot: Robot) -> None:
+    """Refuse a robot whose description lacks standard parameters.
+
+    Raises:
+        InputError: names them.
+    """
+    missing = [name for name in standard_columns(robot) if name not in robot.parameters]
+    if missing:
+        raise InputError(
+            f"robot {robot.name!r} cannot be simulated: its description lacks {', '.join(missing[:6])}"
+            f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table"
+        )
 
 
 def parameter_vector(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..model import Motion, Robot
 from ..model.arrays import Array, frozen_array
+from .point_to_point import random_points
 
 _PEAK_SPEED = 15.0 / 8.0  # of a quintic from 0 to 1 in unit time
 _PEAK_ACCELERATION = 10.0 / np.sqrt(3.0)
@@ -127,10 +128,5 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
     Raises:
         ValueError: if a joint has no position limits.
     """
-    ranges = np.array([joint.limits.position for joint in robot.joints])
-    if not np.isfinite(ranges).all():
-        raise ValueError(f"robot {robot.name!r} has joints without position limits")
-    middle, half = ranges.mean(axis=1), 0.5 * span * np.diff(ranges, axis=1)[:, 0]
-    draw = np.random.default_rng(seed)
-    points = middle + half * draw.uniform(-1.0, 1.0, (count, robot.n))
+    points = random_points(robot, count, seed, span)
     return ViaPoints(points, shortest_durations(robot, points, speed))

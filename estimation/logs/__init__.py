@@ -7,6 +7,7 @@ from .mapping import FilePart, LogMap, Quantity
 from .opening import open_log
 from .recording import Samples, holds_currents_only, read_recording, stream_samples
 from .table import RawLog, Table
+from .trajectory import TrajectoryTable, read_trajectory
 
 __all__ = [
     "FilePart",
@@ -16,10 +17,12 @@ __all__ = [
     "RawLog",
     "Samples",
     "Table",
+    "TrajectoryTable",
     "holds_currents_only",
     "open_log",
     "read_log_map",
     "read_recording",
+    "read_trajectory",
     "stream_samples",
     "with_flags",
 ]

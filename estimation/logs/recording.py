@@ -55,7 +55,7 @@ def read_recording(
     if len(values["t"]) < 2:
         raise InputError(f"{raw.path}: {len(values['t'])} rows of numbers: a recording needs many")
     t = values["t"].reshape(-1)
-    _check_time(raw, columns.time, t)
+    check_time(raw, columns.time, t)
     return Recording(t, values["q"], values["torque"], values.get("qd"), str(raw.path), columns.notes)
 
 
@@ -97,7 +97,7 @@ def _samples(
     scale = np.ones(robot.n) if gains is None else np.array(gains, dtype=float)
     row = 0
     for table in raw.blocks(columns.wanted):
-        _check_finite(raw, table, row)
+        check_finite(raw, table, row)
         if columns.time:
             t = table.columns([columns.time])[:, 0] * factor("time", log_map.time_unit)
         else:
@@ -131,7 +131,12 @@ class _Growing:
         return array
 
 
-def _check_finite(raw: RawLog, table: Table, row: int) -> None:
+def check_finite(raw: RawLog, table: Table, row: int) -> None:
+    """Refuse rows with a number that is not finite; ``row``: of the table's first.
+
+    Raises:
+        InputError: says where it stands.
+    """
     good = np.isfinite(table.values)
     if not good.all():
         k, place = np.argwhere(~good)[0]
@@ -141,7 +146,12 @@ def _check_finite(raw: RawLog, table: Table, row: int) -> None:
         )
 
 
-def _check_time(raw: RawLog, column: str, t: Array) -> None:
+def check_time(raw: RawLog, column: str, t: Array) -> None:
+    """Refuse times [s] that do not rise, leave a gap, or are in another unit.
+
+    Raises:
+        InputError: says where.
+    """
     steps = np.diff(t)
     if (steps <= 0.0).any():
         k = int(np.argmax(steps <= 0.0))

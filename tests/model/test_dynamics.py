@@ -19,8 +19,10 @@ from dynident.model import (
     coriolis,
     coriolis_matrix,
     drive_torque,
+    dry_friction_names,
     essential_regressor,
     forward_dynamics,
+    forward_dynamics_base,
     forward_kinematics,
     gravity,
     inverse_dynamics,
@@ -29,6 +31,7 @@ from dynident.model import (
     mass_matrix,
     payload_regressor,
     robot_names,
+    smooth_dry_friction,
     standard_columns,
     standard_regressor,
 )
@@ -259,3 +262,28 @@ def test_function_serves_in_an_optimisation(robot: Robot, name: str) -> None:
         float(value(point + step * e)[0] - value(point - step * e)[0]) / (2 * step) for e in np.eye(len(point))
     ]
     np.testing.assert_allclose(gradient, slopes, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
+
+
+def test_motion_by_base_parameters(robot: Robot) -> None:
+    """Forward dynamics needs no more than the base parameters."""
+    base, draw = base_parameters(robot), np.random.default_rng(0)
+    values = dict(zip(standard_columns(robot), draw.uniform(0.01, 0.1, len(standard_columns(robot))), strict=True))
+    for j in range(1, robot.n + 1):
+        values |= {f"XX{j}": 0.5, f"YY{j}": 0.5, f"ZZ{j}": 0.5, f"M{j}": 2.0, f"IA{j}": 1.0}
+    values = {name: values[name] for name in standard_columns(robot)}
+    q, qd, torque = draw.uniform(-1.0, 1.0, (3, robot.n))
+    by_base = np.array(forward_dynamics_base(robot, base)(q, qd, torque, base.value(values)))
+    by_standard = np.array(forward_dynamics(robot)(q, qd, torque, list(values.values())))
+    assert np.allclose(by_base, by_standard, rtol=1e-8, atol=1e-8)
+
+
+def test_smooth_dry_friction_nears_the_sign(robot: Robot) -> None:
+    names, draw = dry_friction_names(robot), np.random.default_rng(1)
+    level, qd = draw.uniform(1.0, 2.0, len(names)), draw.uniform(0.5, 1.0, robot.n) * draw.choice([-1, 1], robot.n)
+    smooth = np.array(smooth_dry_friction(robot, 1e-3)(qd, level))[:, 0]
+    values = dict.fromkeys(standard_columns(robot), 0.0) | dict(zip(names, level, strict=True))
+    still = np.zeros(robot.n)
+    bare = replace(robot, drives=replace(robot.drives, spring=None))
+    sharp = np.array(drive_torque(bare)(still, qd, [values[name] for name in standard_columns(robot)]))[:, 0]
+    assert np.allclose(smooth, sharp, atol=1e-12)
+    assert not np.array(smooth_dry_friction(robot, 1e-3)(still, level)).any()

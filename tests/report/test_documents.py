@@ -8,7 +8,7 @@ import pytest
 from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate, RobustCovariance
 from dynident.report.documents import _estimate_document, write_json
 from dynident.report.paper import paper_tables
-from dynident.report.tables import _short, _value, payload_table, sigma_notes
+from dynident.report.tables import _value, payload_table, short_value, sigma_notes
 
 
 def test_json_is_plain_and_whole(tmp_path: Path) -> None:
@@ -78,10 +78,10 @@ def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
     assert cells[1][12] == _value(0.1, result.sigma_com[2])
 
 
-def test_short_values_are_as_the_paper_prints() -> None:
-    assert _short(0.157, 0.019) == ".157±.019"
-    assert _short(10.05, 0.02) == "10.050±.020"
-    assert _short(-0.0001, 0.0) == "0.000"
+def testshort_value_values_are_as_the_paper_prints() -> None:
+    assert short_value(0.157, 0.019) == ".157±.019"
+    assert short_value(10.05, 0.02) == "10.050±.020"
+    assert short_value(-0.0001, 0.0) == "0.000"
 
 
 def test_printed_sigma_and_percent_agree() -> None:

@@ -1,0 +1,167 @@
+"""``dynident simulate``: recordings of a robot whose parameters are known.
+
+Without noise a recording holds the exact motion and motor torques. What an identification then misses (0.3 % of a
+payload, up to 2 % of dry friction) comes from its filter, and from dry friction that the simulation takes as
+tanh(qd / 0.01 rad/s).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .arguments import ANSWERED, number, robot_argument, share, whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..model import Robot
+    from ..trajectories import Disturbances, Reference
+
+_SHARE = 0.08
+_POINTS = 16
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser(
+        "simulate", help="recordings of a robot with known parameters under its controller"
+    )
+    robot_argument(parser)
+    parser.add_argument(
+        "--trajectory",
+        action="append",
+        default=[],
+        metavar="CSV",
+        help="motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points",
+    )
+    parser.add_argument("--payload", metavar="TOML", help="run each trajectory with this payload too")
+    parser.add_argument(
+        "--noise",
+        default="",
+        metavar="LEVEL",
+        help="none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08",
+    )
+    parser.add_argument(
+        "--gain-error",
+        type=share,
+        default=0.0,
+        metavar="SHARE",
+        help="of the drive gains, such as 0.02 (default: 0)",
+    )
+    parser.add_argument("--rate", type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
+    parser.add_argument("--seed", type=whole, default=0, help="of all that is drawn (default: 0)")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the recordings and of truth.toml")
+    parser.set_defaults(run=run)
+
+
+def rate(text: str) -> float:
+    """A rate that a controller may have [Hz]."""
+    value = number(text)
+    if not 20.0 <= value <= 1e4:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 20 to 10000 Hz")
+    return value
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from dataclasses import replace
+
+    from ..model import load_robot, read_payload
+    from ..trajectories import Controller, Task, run_experiment
+    from ..trajectories.simulation import check_parameters
+    from .progress import bar
+
+    robot = load_robot(arguments.robot)
+    check_parameters(robot)
+    payload = read_payload(arguments.payload) if arguments.payload else None
+    references = _references(robot, arguments.trajectory, arguments.seed)
+    disturbances = _disturbances(robot, arguments.noise, list(references.values()))
+    disturbances = replace(disturbances, gain_error=arguments.gain_error)
+    tasks = [Task(f"{name}_unloaded", reference) for name, reference in references.items()]
+    if payload is not None:
+        tasks += [Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
+    controller = Controller()
+    with bar("simulating") as progress:
+        experiment = run_experiment(
+            robot, tasks, disturbances, arguments.seed, controller, arguments.rate, progress
+        )
+    _write(Path(arguments.out), experiment, controller)
+    return ANSWERED
+
+
+def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Reference]:
+    """What to run, by name."""
+    from ..estimation import read_trajectory
+    from ..model import InputError
+    from ..trajectories import SampledTrajectory, plan_point_to_point, random_points
+
+    found: dict[str, Reference] = {}
+    for file in files:
+        name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
+        if name in found:
+            raise InputError(f"--trajectory: two files are called {name!r}: rename one")
+        trajectory = SampledTrajectory(*read_trajectory(file, robot), file)
+        trajectory.check_limits(robot)
+        found[name] = trajectory
+    if found:
+        return found
+    try:
+        return {"random": plan_point_to_point(robot, random_points(robot, _POINTS, seed))}
+    except ValueError as error:
+        raise InputError(f"{error}: give --trajectory") from None
+
+
+def _disturbances(robot: Robot, noise: str, references: Sequence[Reference]) -> Disturbances:
+    from ..model import InputError
+    from ..trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
+
+    noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
+    if noise == "none":
+        return no_disturbances(robot.n)
+    if noise in ("paper", "slow"):
+        if robot.name != "rx90":
+            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
+        return RX90_DISTURBANCES if noise == "paper" else RX90_SLOW_NOISE
+    try:
+        level = share(noise)
+    except argparse.ArgumentTypeError:
+        raise InputError(
+            f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
+        ) from None
+    return relative_disturbances(_root_mean_square(robot, references), level)
+
+
+def _root_mean_square(robot: Robot, references: Sequence[Reference]) -> Any:
+    """Root mean square torque of each joint [N·m or N], shape (n,)."""
+    import numpy as np
+
+    from ..model import Motion
+    from ..trajectories import Simulator
+
+    simulator, torques = Simulator(robot), []
+    for reference in references:
+        t = np.linspace(0.0, reference.duration, 2000)
+        torques.append(simulator.measure(Motion(t, *reference.at(t))).torque)
+    return np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+
+
+def _write(folder: Path, experiment: Any, controller: Any) -> None:
+    from importlib.metadata import version
+
+    from .. import __version__
+    from ..report.recordings import write_recording, write_truth
+
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [f"{run.task.name}.csv" for run in experiment.runs]
+    for file, one in zip(files, experiment.runs, strict=True):
+        write_recording(folder / file, one.recording)
+    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
+    write_truth(folder / "truth.toml", experiment, controller, files, versions)
+    for file, one in zip(files, experiment.runs, strict=True):
+        print(
+            f"{folder / file}: {one.exact.motion.t[-1]:.1f} s, tracking error at most "
+            f"{1e3 * one.tracking_error.max():.2f} mrad"
+        )
+    print(f"{folder / 'truth.toml'}: what is true of them")

@@ -1,0 +1,142 @@
+"""The commands simulate and demo: recordings that give their truth back, tables beside the paper's, repetition."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import base_parameters, load_robot
+from dynident.trajectories import plan_point_to_point, random_points
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    def runner(*arguments: str) -> tuple[int, str, str]:
+        try:
+            status = main(arguments)
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return status, out, err
+
+    return runner
+
+
+def test_demo(run: Run, tmp_path: Path) -> None:
+    status, out, _ = run("demo", "--out", str(tmp_path / "demo"), "--trajectories", "3", "--seed", "4")
+    assert status == 0
+    assert "…" not in out
+    data: dict[str, Any] = json.loads((tmp_path / "demo" / "payload.json").read_text())
+    assert len(data["estimates"]) == 8
+    assert {estimate["method"] for estimate in data["estimates"]} == {1, 2, 3, 4}
+    for estimate in data["estimates"]:
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.03)
+    robot: dict[str, Any] = json.loads((tmp_path / "demo" / "robot.json").read_text())
+    assert len(robot["columns"]) == 54
+    assert robot["validation"]["all"] < 0.15
+    assert (tmp_path / "demo" / "torques.png").stat().st_size > 50_000
+    for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700", "condition number", "robust sigma"):
+        assert words in out
+    assert "Drive gains are off" not in out
+
+
+def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
+    arguments = ("--trajectories", "2", "--gain-error", "0.02", "--noise", "none")
+    status, out, _ = run("demo", "--out", str(tmp_path / "demo"), *arguments)
+    assert status == 0
+    assert "Drive gains are off by" in out
+
+
+def test_demo_repeats(run: Run, tmp_path: Path) -> None:
+    status, out, _ = run("demo", "--out", str(tmp_path), "--trajectories", "2", "--repeat", "2", "--seed", "5")
+    assert status == 0
+    assert (tmp_path / "simulated_experiment.md").read_text() in out
+    assert (tmp_path / "simulated_experiment.png").stat().st_size > 20_000
+    numbers = json.loads((tmp_path / "simulated_experiment.json").read_text())
+    assert set(numbers) == {"paper", "slow", "gains"}
+    for scenario in numbers.values():
+        assert scenario["method 4"]["M_L"]["truth"] == pytest.approx(7.025)
+    for words in ("| method 4 |", "Slow noise", "Drive gains wrong by 2 %", "| FSM6 |"):
+        assert words in out
+    assert run("demo", "--repeat", "2", "--noise", "slow")[0] == 2
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Exact recordings without and with a payload, of a trajectory file."""
+    folder = tmp_path_factory.mktemp("simulated")
+    robot = load_robot("rx90")
+    motion = plan_point_to_point(robot, random_points(robot, 14, 0)).motion(250.0)
+    header = ",".join(["t", *(f"q{j}" for j in range(1, 7))])
+    table = np.column_stack([motion.t, motion.q])
+    np.savetxt(folder / "move.csv", table, delimiter=",", header=header, comments="", fmt="%.10g")
+    (folder / "load.toml").write_text("mass = 5\ncom = [0.02, 0, 0.1]\ninertia_com = [0.05, 0, 0, 0.05, 0, 0.05]\n")
+    arguments = [
+        "--trajectory",
+        str(folder / "move.csv"),
+        "--payload",
+        str(folder / "load.toml"),
+        "--noise",
+        "none",
+    ]
+    assert main(["simulate", "--robot", "rx90", *arguments, "--out", str(folder / "out")]) == 0
+    return folder
+
+
+def test_simulated_recordings_give_their_payload_back(simulated: Path, run: Run, tmp_path: Path) -> None:
+    """Exact recordings: what is left is the sign of the speed, and the filter."""
+    out = simulated / "out"
+    target = tmp_path / "payload.json"
+    files = ("--unloaded", str(out / "move_unloaded.csv"), "--loaded", str(out / "move_loaded.csv"))
+    assert run("payload", "--robot", "rx90", *files, "--method", "4", "--json", str(target))[0] == 0
+    estimate = json.loads(target.read_text())["estimates"][0]
+    assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=3e-3)
+    assert np.allclose(estimate["com"], [0.02, 0.0, 0.1], atol=1e-3)
+
+
+def test_simulated_recordings_give_the_robot_back(simulated: Path, run: Run, tmp_path: Path) -> None:
+    target = tmp_path / "robot.json"
+    data = ("--data", str(simulated / "out" / "move_unloaded.csv"))
+    assert run("identify", "--robot", "rx90", *data, "--json", str(target))[0] == 0
+    result = json.loads(target.read_text())
+    assert result["relative_residual"]["all"] < 0.01
+    robot = load_robot("rx90")
+    base = base_parameters(robot)
+    for name, true, found in zip(base.names, base.value(robot.parameters), result["base_parameters"], strict=True):
+        assert found["name"] == name
+        assert found["value"] == pytest.approx(true, rel=0.02, abs=0.02), name
+
+
+def test_simulate_repeats_by_its_seed(simulated: Path, run: Run, tmp_path: Path) -> None:
+    arguments = ("simulate", "--robot", "rx90", "--trajectory", str(simulated / "move.csv"), "--seed")
+    for seed, folder in (("1", "a"), ("1", "b"), ("2", "c")):
+        assert run(*arguments, seed, "--out", str(tmp_path / folder))[0] == 0
+    a, b, c = ((tmp_path / folder / "move_unloaded.csv").read_bytes() for folder in "abc")
+    assert a == b
+    assert a != c
+    assert (tmp_path / "a" / "truth.toml").read_bytes() == (tmp_path / "b" / "truth.toml").read_bytes()
+
+
+def test_simulate_says_what_it_cannot_do(simulated: Path, run: Run, tmp_path: Path) -> None:
+    out = ("--out", str(tmp_path / "x"))
+    move = str(simulated / "move.csv")
+    for arguments, words in (
+        (("--robot", "ur10e"), "lacks XX1"),
+        (("--robot", "rx90", "--noise", "loud"), "--noise 'loud'"),
+        (("--robot", "rx90", "--noise", "-1"), "--noise '-1'"),
+        (("--robot", "rx90", "--rate", "1"), "not a rate"),
+        (("--robot", "rx90", "--gain-error", "2"), "not a share"),
+        (("--robot", "rx90", "--trajectory", move, "--trajectory", move), "two files are called 'move'"),
+        (("--robot", "rx90", "--trajectory", "nothing.csv"), "no such file"),
+        (("--robot", "rx90", "--payload", "nothing.toml"), "cannot be read"),
+    ):
+        status, _, err = run("simulate", *arguments, *out)
+        assert status == 2, arguments
+        assert words in err
+        assert len(err.splitlines()) == 1
+    assert not (tmp_path / "x").exists()

@@ -1,0 +1,178 @@
+"""Motions as a robot controller plans them: synchronised moves with trapezoidal speed that blend at via points.
+
+Every move turns all joints by the same law: a ramp to constant speed, and a ramp down. A ramp's acceleration rises
+and falls linearly over part of its time, so that torques do not jump. At a via point the next move starts before
+the last one has ended, as the VAL3 language's ``leave`` and ``reach`` have it; what both give is added.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..model import Motion, Robot
+from ..model.arrays import Array, frozen_array
+
+_STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
+
+
+@dataclass(frozen=True)
+class PointToPoint:
+    """Moves from point to point.
+
+    Attributes:
+        points: positions [rad or m], shape (K, n).
+        durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
+        ramps: durations of the ramps at each point [s], shape (K,).
+        blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
+            stops there.
+        smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
+    """
+
+    points: Array
+    durations: Array
+    ramps: Array
+    blend: float = 1.0
+    smoothing: float = 0.25
+
+    def __post_init__(self) -> None:
+        """Lock the arrays and check that ramps fit into their moves."""
+        object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
+        count = len(self.points)
+        object.__setattr__(self, "durations", frozen_array(self.durations, (count - 1,), "durations"))
+        object.__setattr__(self, "ramps", frozen_array(self.ramps, (count,), "ramps"))
+        if count < 2 or not (self.ramps > 0.0).all():
+            raise ValueError("a motion needs two points and positive ramps")
+        if (self.durations < self._shortest * (1.0 - 1e-12)).any():
+            raise ValueError("a move is shorter than its ramps")
+        if not 0.0 <= self.blend <= 1.0 or not 0.0 < self.smoothing <= 0.5:
+            raise ValueError("blend must be in [0, 1], smoothing in (0, 0.5]")
+
+    @property
+    def _shortest(self) -> Array:
+        return 0.5 * (self.ramps[:-1] + self.ramps[1:])
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest [s]."""
+        return float(self._pieces.knots[-1])
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
+        return self._pieces.at(t)
+
+    def motion(self, rate: float) -> Motion:
+        """Sample the motion at ``rate`` [Hz]; it starts and ends at rest."""
+        t = np.arange(int(self.duration * rate) + 1) / rate
+        return Motion(t, *self.at(t))
+
+    @cached_property
+    def _pieces(self) -> "_Pieces":
+        """The sum of all ramps as one piecewise cubic."""
+        speed = np.diff(self.points, axis=0) / self.durations[:, None]
+        up, down = np.zeros(len(speed)), np.zeros(len(speed))
+        start = 0.0
+        for k, (duration, shortest) in enumerate(zip(self.durations, self._shortest, strict=True)):
+            up[k], down[k] = start, start + duration - shortest + self.ramps[k]
+            start = down[k] + (1.0 - self.blend) * self.ramps[k + 1]
+        starts = np.concatenate([up, down])
+        lengths = np.concatenate([self.ramps[:-1], self.ramps[1:]])
+        change = np.concatenate([speed, -speed])
+        corners = np.array([0.0, self.smoothing, 1.0 - self.smoothing, 1.0])
+        knots = np.unique(starts[:, None] + lengths[:, None] * corners)
+        x = (knots[:, None] - starts) / lengths
+        shapes = _ramp(x, self.smoothing)
+        q = self.points[0] + (shapes[0] * lengths) @ change
+        qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
+        steps = np.diff(knots)[:, None]
+        return _Pieces(knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])]))
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """A piecewise cubic by its values at the knots; the third derivative is constant in between."""
+
+    knots: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    jerk: Array
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        t = np.clip(t, 0.0, self.knots[-1])
+        k = np.searchsorted(self.knots, t, side="right") - 1
+        h = (t - self.knots[k])[:, None]
+        jerk, qdd, qd = self.jerk[k], self.qdd[k], self.qd[k]
+        q = self.q[k] + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
+        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
+
+
+def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
+    """A ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
+
+    def power(m: int) -> Array:
+        inside = np.clip(x, 0.0, 1.0)
+        parts = [np.maximum(inside - corner, 0.0) ** m for corner in (0.0, s, 1.0 - s)]
+        return np.asarray((parts[0] - parts[1] - parts[2]) / (s * (1.0 - s)))
+
+    return power(3) / 6.0 + np.maximum(x - 1.0, 0.0), power(2) / 2.0, power(1)
+
+
+def plan_point_to_point(
+    robot: Robot,
+    points: Array,
+    speed: float = 0.5,
+    acceleration: float = 0.5,
+    blend: float = 1.0,
+    smoothing: float = 0.25,
+) -> PointToPoint:
+    """The quickest such motion through points that keeps the speed and acceleration limits.
+
+    Args:
+        robot: its joints' limits; a joint without limits sets no bound.
+        points: positions [rad or m], shape (K, n).
+        speed: fraction of the speed limits to use.
+        acceleration: fraction of the acceleration limits to use.
+        blend: as in ``PointToPoint``.
+        smoothing: as in ``PointToPoint``.
+
+    Raises:
+        ValueError: if no limit bounds a move, or two neighbouring points are the same.
+    """
+    step = np.diff(np.asarray(points, dtype=float), axis=0)
+    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
+    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
+    durations = (np.abs(step) / top).max(axis=1)
+    if not ((durations > 0.0).all() and np.isfinite(strong).any()):
+        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+    while True:
+        moving = step / durations[:, None]
+        before = np.vstack([np.zeros_like(step[:1]), moving])
+        after = np.vstack([moving, np.zeros_like(step[:1])])
+        # While both moves act, each with its own part of its speed, no combination accelerates more than these.
+        change = np.maximum(np.abs(after - before), np.maximum(np.abs(before), np.abs(after)))
+        ramps = (change / strong).max(axis=1)
+        short = durations < 0.5 * (ramps[:-1] + ramps[1:])
+        if not short.any():
+            return PointToPoint(points, durations, ramps, blend, smoothing)
+        durations = np.where(short, durations * _STRETCH, durations)
+
+
+def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:
+    """Random positions within the limits, shape (count, n).
+
+    Args:
+        robot: its joints need position limits.
+        count: number of points.
+        seed: of the random numbers.
+        span: fraction of the position range to use, about its middle.
+
+    Raises:
+        ValueError: if a joint has no position limits.
+    """
+    ranges = np.array([joint.limits.position for joint in robot.joints])
+    if not np.isfinite(ranges).all():
+        raise ValueError(f"robot {robot.name!r} has joints without position limits")
+    middle, half = ranges.mean(axis=1), 0.5 * span * np.diff(ranges, axis=1)[:, 0]
+    draw = np.random.default_rng(seed)
+    return np.asarray(middle + half * draw.uniform(-1.0, 1.0, (count, robot.n)))
