@@ -21,10 +21,11 @@ _MOST_DRAWN = 3
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
-def report_arguments(parser: argparse.ArgumentParser) -> None:
-    """``--report`` and ``--plots``."""
+def report_arguments(parser: argparse.ArgumentParser, default: str = "") -> None:
+    """``--report`` and ``--plots``; ``default``: where the report goes anyway."""
     group = parser.add_argument_group("report")
-    group.add_argument("--report", metavar="F.html", help="write a report, one self-contained HTML file")
+    written = "write a report, one self-contained HTML file" + (f" (default: {default})" if default else "")
+    group.add_argument("--report", metavar="F.html", help=written)
     group.add_argument("--plots", metavar="DIR", help="write its figures as PNG, SVG and PDF; made if missing")
 
 
