@@ -35,9 +35,7 @@ def write_paper_report(
     return target
 
 
-def _page(
-    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
-) -> Page:
+def _page(arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> Page:
     answer, experiment = analysis.answer, analysis.experiment
     robot, base = answer.problem.robot, answer.problem.base
     processing = robot.processing
@@ -62,6 +60,7 @@ def _page(
         warnings,
         others=len(experiment.runs) - 2,
         extra=_extra(analysis, tables, notes),
+        origin="The paper's experiment on a simulated robot",
     )
 
 

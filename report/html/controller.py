@@ -7,7 +7,7 @@ from typing import Any
 
 from ...model import InputError
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
-from ..controllers.form import number, six
+from ..controllers.form import six
 from ..controllers.payload_file import is_flange
 from .markup import Html, joined, paragraph, tag
 from .provenance import copyable
@@ -76,10 +76,10 @@ def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Html:
 
 
 def _plain_text(load: ControllerLoad) -> str:
-    x, y, z = (number(float(value)) for value in load.com)
-    lines = [f"mass {number(load.mass)} kg", f"centre of mass {x} {y} {z} m"]
+    x, y, z = (f"{value + 0.0:.5f}" for value in load.com)
+    lines = [f"mass {load.mass:.4f} kg", f"centre of mass {x} {y} {z} m"]
     if not load.point_mass:
         names = ("xx", "yy", "zz", "xy", "xz", "yz")
         lines.append("inertia at the centre of mass, kg m^2, axes of that frame:")
-        lines += [f"  {name} {number(float(value))}" for name, value in zip(names, six(load.inertia), strict=True)]
+        lines += [f"  {name} {value + 0.0:.6f}" for name, value in zip(names, six(load.inertia), strict=True)]
     return "\n".join(lines)

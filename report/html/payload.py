@@ -34,6 +34,7 @@ def payload_page(
     warnings: Sequence[str] = (),
     others: int = 0,
     extra: Sequence[Section] = (),
+    origin: str = "Identified from recordings of joint positions and torques",
 ) -> Page:
     """First page for the one who types the number in, the rest for the one who asks why.
 
@@ -46,6 +47,7 @@ def payload_page(
         warnings: what speaks against the essential parameters.
         others: number of recordings that are not drawn.
         extra: sections to stand behind the payload's.
+        origin: what kind of data it is, below the title.
     """
     robot = answer.problem.robot
     title = robot.title or robot.name
@@ -62,7 +64,13 @@ def payload_page(
         essential_section(answer.elimination, warnings, title, labels),
         data_section(data_notes(answer), provenance),
     )
-    head = first.html(answer, predictions, controller_block(document, "this report", title), provenance)
+    block = controller_block(document, "this report", title)
+    head = joined(
+        tag("h1", f"Payload on the {title}"),
+        paragraph(f"{origin}, {provenance.day}", class_="sub"),
+        first.html(answer, predictions, block),
+        files_table(provenance),
+    )
     return Page(f"Payload on the {title}", head, sections, foot(provenance), first.drawings)
 
 
@@ -82,21 +90,15 @@ class _First(NamedTuple):
     def drawings(self) -> tuple[Drawing, ...]:
         return (self.flange,) if self.worst is None else (self.flange, self.worst)
 
-    def html(
-        self, answer: PayloadAnswer, predictions: Sequence[TorquePrediction], block: Html, provenance: Provenance
-    ) -> Html:
-        robot = answer.problem.robot
+    def html(self, answer: PayloadAnswer, predictions: Sequence[TorquePrediction], block: Html) -> Html:
         worst = joined(tag("h3", "The worst joint"), figure_html(self.worst)) if self.worst else Html()
         why = joined(tag("h3", "Reasons for the verdict"), reasons(answer.verdict))
         how = joined(tag("h3", "How to improve it"), improvements(answer, predictions))
         what = joined(tag("h3", "What to type into the controller"), block)
         return joined(
-            tag("h1", f"Payload on the {robot.title or robot.name}"),
-            paragraph(f"Identified from recordings of joint positions and torques, {provenance.day}", class_="sub"),
             verdict_of(answer.verdict),
-            _pair(joined(quantities_table(answer), agreement(answer)), figure_html(self.flange)),
-            _pair(what, joined(worst, why, how)),
-            files_table(provenance),
+            _pair(joined(quantities_table(answer), agreement(answer), why), figure_html(self.flange)),
+            _pair(what, joined(worst, how)),
         )
 
 

@@ -44,9 +44,9 @@ class Provenance:
 
 
 def files_table(provenance: Provenance) -> Html:
-    """Names and whole checksums of the files that were read."""
+    """Names and whole checksums of the files that were read; nothing without any."""
     if not provenance.files:
-        return paragraph("No file was read.")
+        return Html()
     rows = [(one.role, one.name, one.sha256) for one in provenance.files]
     return table("Files that were read", ("", "file", "SHA-256"), rows, class_="scroll plain")
 

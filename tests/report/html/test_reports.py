@@ -11,7 +11,16 @@ from dynident.cli import main
 from .conftest import Made, payload_command, read
 
 SECTIONS = ["payload", "consistency", "methods", "joints", "torques", "excitation", "essential", "data"]
-FIGURES = ["flange", "worst_joint", "methods", "by_joints", "torques_1", "torques_2", "excitation", "essential_path"]
+FIGURES = [
+    "flange",
+    "worst_joint",
+    "methods",
+    "by_joints",
+    "torques_1",
+    "torques_2",
+    "excitation",
+    "essential_path",
+]
 
 
 @pytest.mark.parametrize(
