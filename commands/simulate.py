@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, number, robot_argument, share, whole
+from .arguments import ANSWERED, chosen_robot, number, robot_argument, share, whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,12 +68,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from dataclasses import replace
 
-    from ..model import load_robot, read_payload
+    from ..model import read_payload
     from ..trajectories import Controller, Task, run_experiment
     from ..trajectories.simulation import check_parameters
     from .progress import bar
 
-    robot = load_robot(arguments.robot)
+    robot = chosen_robot(arguments)
     check_parameters(robot)
     payload = read_payload(arguments.payload) if arguments.payload else None
     references = _references(robot, arguments.trajectory, arguments.seed)

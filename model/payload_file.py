@@ -16,7 +16,7 @@ _LARGEST = 1e6
 
 
 def read_payload(path: str | Path) -> InertialParameters:
-    """Read a payload, in the frame of the last link.
+    """Read a payload, in the robot's payload frame.
 
     The file, or its table [payload], holds either Khalil's ten about the frame's origin (``XX`` to ``M``; what is
     missing is zero), or ``mass`` [kg], ``com`` [m] (three numbers) and ``inertia_com`` [kg m^2] about the centre of

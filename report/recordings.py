@@ -41,8 +41,13 @@ def write_truth(
         versions: of the programs that made it.
     """
     robot, errors = experiment.robot, experiment.errors
-    lines = ["# What dynident simulated. SI units. The payload is in the frame of the last link.", ""]
-    lines += _lines({"robot": robot.name, "robot_fingerprint": robot.fingerprint, "seed": experiment.seed})
+    lines = ["# What dynident simulated. SI units. The payload is in payload_frame.", ""]
+    about_robot = {
+        "robot": robot.name,
+        "robot_fingerprint": robot.fingerprint,
+        "payload_frame": robot.payload_frame,
+    }
+    lines += _lines(about_robot | {"seed": experiment.seed})
     lines += _table("versions", versions)
     lines += _table("parameters", robot.parameters)
     bodies = [run.task.payload for run in experiment.runs if run.task.payload is not None]

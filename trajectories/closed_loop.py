@@ -48,7 +48,7 @@ class Run:
         reference: what the robot is told to do.
         friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
             ``dry_friction_names``; the last row holds on.
-        payload: fixed to the last link, in its frame.
+        payload: fixed to the last link, in the robot's payload frame.
     """
 
     reference: Reference

@@ -42,7 +42,8 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
     missing = [name for name in wanted if name not in raw.names]
     if missing:
         raise InputError(
-            f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found {', '.join(raw.names)}"
+            f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found "
+            f"{', '.join(raw.names)}"
         )
     if f"q{n + 1}" in raw.names:
         raise InputError(
