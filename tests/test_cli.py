@@ -424,8 +424,8 @@ def identify_arguments(logs: dict[str, str], *more: str) -> list[str]:
 def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     target, plots = tmp_path / "robot.json", tmp_path / "plots"
     counts = []
-    for option in ((), ("--essential-ratio", "1.1"), ("--essential-sigma", "5%")):
-        status, out, _ = run(*identify_arguments(logs, *option, "--json", str(target), "--plots", str(plots)))
+    for option in (("--plots", str(plots)), ("--essential-ratio", "1.1"), ("--essential-sigma", "5%")):
+        status, out, _ = run(*identify_arguments(logs, *option, "--json", str(target)))
         assert status == 0
         data = json.loads(target.read_text())
         found = data["elimination"]
