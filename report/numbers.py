@@ -14,10 +14,12 @@ def interval_digits(width: float) -> int:
 
 def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     """Value and interval as texts, to the same place; a dash where there is no interval."""
+    if not np.isfinite([low, high]).all():
+        return f"{value + 0.0:.4g}", "-"
     digits = interval_digits(high - low)
     # Zero has no sign.
     told = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
-    return told[0], f"{told[1]} to {told[2]}" if np.isfinite([low, high]).all() else "-"
+    return told[0], f"{told[1]} to {told[2]}"
 
 
 def percent(share: float) -> str:

@@ -102,7 +102,7 @@ def test_tables_have_heads_and_named_rows() -> None:
         ((2.80551, 2.7812, 2.8298), ("2.806", "2.781 to 2.830")),
         ((-0.00001, -0.004, 0.004), ("0.0000", "-0.0040 to 0.0040")),
         ((123.4, 80.0, 170.0), ("123", "80 to 170")),
-        ((1.0, np.nan, np.nan), ("1.0000", "-")),
+        ((-980.1377, np.nan, np.nan), ("-980.1", "-")),
     ],
 )
 def test_numbers_have_the_digits_of_their_interval(
