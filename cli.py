@@ -14,7 +14,7 @@ from . import __version__
 from .commands import COMMANDS
 from .commands.arguments import BAD_INPUT, INTERRUPTED, check_target
 
-_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz")
+_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
 """Options that name a file to write."""
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 """Packages whose versions decide the numbers."""

@@ -17,6 +17,7 @@ from .filtering import measurement, resampled
 from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
 from .impossible import elimination_warnings, impossible_payload, impossible_robot
+from .information import Information, read_information, recorded_noise
 from .intervals import Intervals, profile_intervals
 from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
@@ -85,6 +86,7 @@ __all__ = [
     "Identification",
     "InEllipsoid",
     "InHull",
+    "Information",
     "Intervals",
     "JointShare",
     "JointsMass",
@@ -159,9 +161,11 @@ __all__ = [
     "profile_intervals",
     "rank_readings",
     "rank_readings_by_pose",
+    "read_information",
     "read_log_map",
     "read_recording",
     "read_trajectory",
+    "recorded_noise",
     "reduced",
     "reduced_log",
     "reduced_measurement",
