@@ -9,6 +9,7 @@ from .page import Page, Section, write_plots, write_report
 from .payload import payload_page
 from .plain import plain_page, plain_section
 from .provenance import Provenance, SourceFile
+from .svg import without_namespaces
 
 __all__ = [
     "Html",
@@ -27,6 +28,7 @@ __all__ = [
     "robot_section",
     "table",
     "tag",
+    "without_namespaces",
     "write_plots",
     "write_report",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 
@@ -30,6 +30,10 @@ class Section:
     content: Html
     drawings: tuple[Drawing, ...] = ()
     after: Html = Html()
+
+    def with_content(self, more: Html) -> Section:
+        """The same with more content before its figures."""
+        return replace(self, content=joined(self.content, more))
 
     def html(self) -> Html:
         """The section."""

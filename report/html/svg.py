@@ -37,7 +37,7 @@ def inline_svg(drawing: Drawing) -> Html:
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
         drawing.figure.savefig(stream, format="svg", metadata=nothing)
     text = _METADATA.sub("", _HEAD.sub("", stream.getvalue()))
-    text = re.sub(r' xmlns(?::xlink)?="[^"]*"', "", text).replace("xlink:href", "href")
+    text = without_namespaces(text)
     text = _FONTS.sub(r"\1sans-serif", text)
     text = _own_names(text, f"{drawing.name}-")
     text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
@@ -46,6 +46,11 @@ def inline_svg(drawing: Drawing) -> Html:
     text = text.replace("<svg ", described, 1)
     at = text.index(">") + 1
     return Html(text[:at] + tag("title", drawing.text, id=label) + text[at:])
+
+
+def without_namespaces(svg: str) -> Html:
+    """An SVG document's element as HTML wants it inline: without the addresses that name its kind."""
+    return Html(re.sub(r' xmlns(?::xlink)?="[^"]*"', "", _HEAD.sub("", svg)).replace("xlink:href", "href"))
 
 
 def _own_names(text: str, prefix: str) -> str:
