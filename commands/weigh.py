@@ -11,7 +11,7 @@ from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..estimation import WeighProblem
+    from ..estimation import WeighAnswer, WeighProblem
     from ..estimation.stored import StoredRobot
     from ..model import Processing, Robot
 
@@ -45,6 +45,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--max-mismatch", type=float, metavar="RAD", help="largest difference of position with and without payload"
     )
+    parser.add_argument("--plots", metavar="DIR", help="the mass by groups of joints as PNG, SVG and PDF")
     knowledge_arguments(parser)
     processing_arguments(parser)
     parser.set_defaults(run=run)
@@ -69,8 +70,6 @@ def run(arguments: argparse.Namespace) -> int:
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
     from ..report.documents import write_json
-    from ..report.tables import console
-    from ..report.weigh import detail_notes, detail_tables, first_notes, first_screen
     from ..report.weigh_documents import weigh_document
 
     if not arguments.unloaded and not arguments.robot_parameters:
@@ -89,22 +88,50 @@ def run(arguments: argparse.Namespace) -> int:
             )
         except SolverError as error:
             raise InputError(str(error)) from None
-    if stand_in is not None and answer.stand_in is None:
-        notes = ["--inertia is not needed: the inertia was measured well enough."]
-    else:
-        notes = []
-    pages = [(first_screen(answer), [*first_notes(answer), *notes])]
+    _show(arguments, answer, stand_in is not None and answer.stand_in is None)
+    if arguments.json:
+        write_json(arguments.json, weigh_document(answer, processing, arguments.drive_gains))
+    if arguments.plots:
+        _draw(arguments.plots, answer)
+    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _show(arguments: argparse.Namespace, answer: WeighAnswer, measured: bool) -> None:
+    """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
+    from ..report.tables import console
+    from ..report.weigh import detail_notes, detail_tables, first_notes, first_screen
+
+    notes = first_notes(answer)
+    if measured:
+        notes.append("--inertia is not needed: the inertia was measured well enough.")
+    pages = [(first_screen(answer), notes)]
     if arguments.details:
-        tables = detail_tables(answer)
-        pages += [(table, []) for table in tables[:-1]] + [(tables[-1], detail_notes(answer))]
+        *tables, last = detail_tables(answer)
+        pages += [*((table, []) for table in tables), (last, detail_notes(answer))]
     terminal = console(*(table for table, _ in pages))
     for table, lines in pages:
         terminal.print(table)
         for line in lines:
             terminal.print(line, markup=False, highlight=False)
-    if arguments.json:
-        write_json(arguments.json, weigh_document(answer, processing, arguments.drive_gains))
-    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _draw(folder: str, answer: WeighAnswer) -> None:
+    """The figure of the mass as groups of joints see it.
+
+    Raises:
+        InputError: if no joints see it, or the folder is none.
+    """
+    from pathlib import Path
+
+    from ..model import InputError
+    from ..report.figures import joints_figure, save_drawings
+
+    if Path(folder).exists() and not Path(folder).is_dir():
+        raise InputError(f"--plots {folder!r}: is not a folder")
+    drawing = joints_figure(answer.by_joints, answer.mass, answer.mass_interval)
+    if drawing is None:
+        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+    save_drawings(folder, [drawing])
 
 
 def _problems(

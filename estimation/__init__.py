@@ -12,6 +12,7 @@ from .decimation import decimated, noise_bandwidth
 from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
+from .excitation import Excitation, excitation, payload_excitation
 from .filtering import measurement, resampled
 from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
@@ -50,6 +51,7 @@ from .payload import (
     usable_methods,
 )
 from .pose_check import PoseCheck, check_pose
+from .prediction import Curve, TorquePrediction, payload_prediction, payload_predictions, robot_prediction
 from .problem import ReducedProblem, merged
 from .readings import Reading
 from .reduction import reduced, reduced_measurement, reduced_stream
@@ -91,11 +93,13 @@ __all__ = [
     "ConstrainedPayload",
     "ConstrainedRobot",
     "Constraint",
+    "Curve",
     "CvxpyProblem",
     "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
+    "Excitation",
     "Fit",
     "Following",
     "FollowingChange",
@@ -138,6 +142,7 @@ __all__ = [
     "StopRule",
     "Stretch",
     "Tested",
+    "TorquePrediction",
     "TrajectoryTable",
     "Verdict",
     "WeighAnswer",
@@ -159,6 +164,7 @@ __all__ = [
     "eliminate",
     "elimination_warnings",
     "essential_combined",
+    "excitation",
     "fit",
     "following_change",
     "gain_problem",
@@ -179,7 +185,10 @@ __all__ = [
     "origins",
     "payload_blocks",
     "payload_by_joints",
+    "payload_excitation",
     "payload_over_time",
+    "payload_prediction",
+    "payload_predictions",
     "payload_problem",
     "payload_system",
     "profile_intervals",
@@ -196,6 +205,7 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prediction",
     "robot_prior",
     "solve_constrained",
     "solve_constrained_base",

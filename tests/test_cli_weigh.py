@@ -88,7 +88,9 @@ def test_refused_after_the_motion_accepted_with_the_mass(
     assert document["visibility"]["parameters"]["M"] == "no"
 
 
-def test_the_first_screen_leads_with_what_to_do(logs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_first_screen_leads_with_what_to_do(
+    logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     status = weigh(logs, "arm", "--mass", "7.02", "--mass-sigma", "0.02")
     text = capsys.readouterr().out
     assert status == 0
@@ -103,7 +105,10 @@ def test_the_first_screen_leads_with_what_to_do(logs: dict[str, str], capsys: py
         assert words in flat
     assert "condition" not in flat
     assert "chi2" not in flat
-    weigh(logs, "arm", "--details")
+    assert weigh(logs, "arm", "--details", "--plots", str(tmp_path / "figures")) == 0
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == {
+        f"by_joints.{x}" for x in ("png", "svg", "pdf")
+    }
     flat = " ".join(capsys.readouterr().out.split())
     assert "condition number" in flat
     assert "joints 2-3 kg" in flat
