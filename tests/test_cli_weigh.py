@@ -34,7 +34,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         (folder / name).mkdir()
         assert designed(folder / name, joints, *known)[0] == 0
         run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
-        assert main(["simulate", "--robot", "rx90", *run, "--out", str(folder / name / "logs")]) == 0
+        assert main(["simulate", "--robot", "rx90", *run, "--seed", "1", "--out", str(folder / name / "logs")]) == 0
         for load in ("unloaded", "loaded"):
             paths[f"{name} {load}"] = str(folder / name / "logs" / f"motion_{load}.csv")
     return paths

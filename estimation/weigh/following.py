@@ -126,10 +126,10 @@ def following_change(
         )
     pair = aligned(before.recording, after.recording, None, max_mismatch)
     t = pair.loaded.t
-    qd = np.gradient(pair.loaded.q, t, axis=0)
+    qd: Array = np.gradient(pair.loaded.q, t, axis=0)
     moving = moving_parts(Motion(t, pair.loaded.q, qd, np.zeros_like(qd)), still_speed)
     q = pair.loaded.q[moving]
-    spans = q.max(axis=0) - q.min(axis=0) if len(q) else np.zeros(qd.shape[1])
+    spans = q.max(axis=0) - q.min(axis=0) if len(q) else np.zeros(pair.loaded.q.shape[1])
     joints = [int(j) for j in np.flatnonzero(spans > _MOVES)]
     edges = np.arange(t[0], t[-1], _BLOCK)
     block = np.searchsorted(edges, t[moving], side="right")
