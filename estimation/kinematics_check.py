@@ -165,8 +165,8 @@ def _simplest(candidates: Iterable[Ranked]) -> Ranked:
 def _thinned(recording: Recording, processing: Processing, count: int) -> Measurement:
     """Few moving samples of a filtered recording; the torque is filtered alike."""
     filtered = measurement(recording, processing)
-    t = filtered.motion.t
-    torque = lowpass(filtered.torque, float(t[1] - t[0]), processing.cutoff, recording.source)
+    step = float(filtered.motion.t[1] - filtered.motion.t[0])
+    torque = lowpass(filtered.torque, step, processing.cutoff, recording.source)
     moving = kept_rows(filtered.motion, replace(processing, slow_fraction=0.0)).any(axis=1)
     places = np.flatnonzero(moving)
     if len(places) < 100:
