@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
-from ..model.arrays import Array
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
 from .drive_gains import gain_sensitivity
 from .essential import Elimination, StopRule, eliminate

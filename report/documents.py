@@ -86,6 +86,7 @@ def identification_document(
             result.elimination, warnings, dict(zip(estimate.names, result.base.names, strict=True))
         ),
         "constrained": constrained_document(constrained, result.base) if constrained is not None else None,
+        "chi2_by": "formula" if estimate.robust is None else "jackknife",
         "condition_number": raw,
         "condition_number_scaled": scaled,
         "gain_sensitivity": estimate.gain_sensitivity,

@@ -141,8 +141,8 @@ def robot_sigma_notes(result: Identification) -> list[str]:
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
         "essential goes by the formula's.",
         f"sigma_robust/sigma (jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more to "
-        f"formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 where errors of the torque last longer than "
-        "a sample. chi2 and p by the jackknife's.",
+        f"formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 where errors of the torque last "
+        "longer than a sample. chi2 and p by the jackknife's.",
         *([robust.warning] if robust.warning else []),
     ]
 

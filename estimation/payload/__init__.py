@@ -49,6 +49,6 @@ __all__ = [
     "payload_problem",
     "robust_covariance",
     "selected",
-    "with_robust",
     "usable_methods",
+    "with_robust",
 ]

@@ -28,7 +28,6 @@ from ..progress import Progress, silent
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import difference_problem, loaded_problem
 
-
 FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "
     "version"
