@@ -14,7 +14,7 @@ from . import __version__
 from .commands import COMMANDS
 from .commands.arguments import BAD_INPUT, INTERRUPTED, check_target
 
-_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz")
+_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
 """Options that name a file to write."""
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 """Packages whose versions decide the numbers."""
@@ -23,6 +23,7 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
     arguments = _parser().parse_args(argv)
+    arguments.argv = tuple(sys.argv[1:] if argv is None else argv)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):

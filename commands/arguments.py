@@ -214,6 +214,22 @@ def gains_list(text: str) -> tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
 
 
+def names_list(text: str) -> tuple[str, ...]:
+    """Names separated by commas."""
+    names = tuple(part.strip() for part in text.split(","))
+    if not all(names) or len(set(names)) != len(names):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different names separated by commas")
+    return names
+
+
+def positive_number(text: str) -> float:
+    """A number above 0."""
+    value = number(text)
+    if not 0.0 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
+
+
 def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
     """The robot with the model structure and processing that the command line asks for."""
     from ..model import InputError
@@ -245,6 +261,7 @@ def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
     given = getattr(arguments, "drive_gains", None)
     arguments.gain_covariance = None
     if isinstance(given, str):
+        arguments.gains_file = given
         stored = read_stored_gains(given)
         stored.check(robot, given)
         arguments.drive_gains = tuple(float(value) for value in stored.values)

@@ -1,6 +1,6 @@
 """Motions that excite the parameters, and recordings simulated on them. Imports only the model room."""
 
-from .bound import Floor, floor_of
+from .bound import Floor, floor_of, floor_under
 from .bounds import JointBounds
 from .build import FourierShape, Loads, ViaPointShape, build_design
 from .closed_loop import ClosedLoop, Reference, Run
@@ -20,9 +20,11 @@ from .fourier import Fourier
 from .goal import Earlier, Goal
 from .integrator import Ripple
 from .limits import LimitCheck
+from .load import load_torques
 from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory
+from .scene_file import read_scene
 from .score import Learnt, Score, score_motion
 from .simulation import RX90_NOISE, Simulator, parameter_vector
 from .via_points import ViaPoints, random_via_points, shortest_durations
@@ -65,12 +67,15 @@ __all__ = [
     "ViaPoints",
     "build_design",
     "floor_of",
+    "floor_under",
+    "load_torques",
     "mean_friction",
     "no_disturbances",
     "parameter_vector",
     "plan_point_to_point",
     "random_points",
     "random_via_points",
+    "read_scene",
     "relative_disturbances",
     "run_experiment",
     "score_motion",

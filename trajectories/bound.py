@@ -18,6 +18,7 @@ from .design import Design
 from .lagrangian import Multipliers
 from .limits import State, StateLimit
 from .minimise import minimised
+from .problem import DesignProblem
 from .samples import Clear, Plan, Samples, everywhere
 from .score import exact_value
 from .settle import FINE_WIDTH, WIDTH
@@ -112,15 +113,22 @@ class Floor:
 
 
 def floor_of(design: Design, *, states: int = 0, seed: int = 0, effort: int = 3) -> Floor:
-    """Estimate the floor under a design's criterion, all limits of single states kept.
+    """Estimate the floor under a design's criterion, all limits of single states kept; see ``floor_under``."""
+    return floor_under(design.problem, design.score.value, states=states, seed=seed, effort=effort)
+
+
+def floor_under(
+    problem: DesignProblem, reached: float, *, states: int = 0, seed: int = 0, effort: int = 3
+) -> Floor:
+    """Estimate the floor under any motion's criterion, all limits of single states kept.
 
     Args:
-        design: what ``solve_design`` returned.
+        problem: whose criterion and limits count.
+        reached: value of the motion's criterion, as in ``Score.value``.
         states: number of states; 0 for three for each parameter.
         seed: of the random states.
         effort: rounds of 200 iterations at the surrogate's last order.
     """
-    problem = design.problem
     count = states or 3 * len(problem.names)
     family = FreeStates(problem.robot, problem.bounds, count, 1.0)
     kept = tuple(x for x in problem.limits if not isinstance(x, StateLimit) and x.name != "duration")
@@ -135,4 +143,4 @@ def floor_of(design: Design, *, states: int = 0, seed: int = 0, effort: int = 3)
         limits.update(free.state(x, width))
     samples = family.sample(x)
     value = exact_value(free, State(samples, free.kernel.entries(samples, 0.0)))
-    return Floor(value, design.score.value - value, count, evaluations)
+    return Floor(value, reached - value, count, evaluations)

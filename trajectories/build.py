@@ -184,7 +184,7 @@ def _coefficients(
         missing = [name for name in base.columns if name not in known]
         raise InputError(
             f"torque limits need the parameters of robot {robot.name!r}: {', '.join(missing[:6])} "
-            "are missing; identify the robot first, or leave the torque limits out"
+            "are missing; identify the robot first, or leave torque limits out"
         )
     cases = {"": values}
     if loads is not None and loads.heaviest is not None:

@@ -51,9 +51,13 @@ class Fourier:
     def motion(self, rate: float) -> Motion:
         """Sample one period at ``rate`` [Hz], its end included where a sample falls on it."""
         t = np.arange(int(self.period * rate * (1.0 + 1e-12)) + 1) / rate
-        B, Bd, Bdd = fourier_basis(t, self.a.shape[1], self.period)
+        return Motion(t, *self.at(t))
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after one period."""
+        B, Bd, Bdd = fourier_basis(np.clip(t, 0.0, self.period), self.a.shape[1], self.period)
         c = np.hstack([self.a, self.b]).T
-        return Motion(t, self.offset + B @ c, Bd @ c, Bdd @ c)
+        return self.offset + B @ c, Bd @ c, Bdd @ c
 
 
 def fourier_basis(t: Array, harmonics: int, period: float) -> tuple[Array, Array, Array]:

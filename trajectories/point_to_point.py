@@ -121,8 +121,8 @@ def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
 def plan_point_to_point(
     robot: Robot,
     points: Array,
-    speed: float = 0.5,
-    acceleration: float = 0.5,
+    speed: float | Array = 0.5,
+    acceleration: float | Array = 0.5,
     blend: float = 1.0,
     smoothing: float = 0.25,
 ) -> PointToPoint:
@@ -131,8 +131,8 @@ def plan_point_to_point(
     Args:
         robot: its joints' limits; a joint without limits sets no bound.
         points: positions [rad or m], shape (K, n).
-        speed: fraction of the speed limits to use.
-        acceleration: fraction of the acceleration limits to use.
+        speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
+        acceleration: fraction of the acceleration limits to use; at each point its own with shape (K, 1).
         blend: as in ``PointToPoint``.
         smoothing: as in ``PointToPoint``.
 

@@ -44,6 +44,9 @@ class Plan(Protocol):
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
 
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the end."""
+
 
 class Family(Protocol):
     """Motions that depend smoothly on a vector x whose entries are of the order of 1.

@@ -76,12 +76,16 @@ class Score:
 
 def score_motion(problem: DesignProblem, motion: Motion) -> Score:
     """Judge any motion by a problem's goal and limits, such as one read back from a log."""
-    t = motion.t
+    return score_samples(problem, Samples(time_weights(motion.t), motion.q, motion.qd, motion.qdd))
+
+
+def time_weights(t: Array) -> Array:
+    """Time that each sample stands for [s], (N,): the trapezoidal rule."""
     weight = np.zeros(len(t))
     step = np.diff(t)
     weight[:-1] += 0.5 * step
     weight[1:] += 0.5 * step
-    return score_samples(problem, Samples(weight, motion.q, motion.qd, motion.qdd))
+    return weight
 
 
 def score_samples(problem: DesignProblem, samples: Samples) -> Score:

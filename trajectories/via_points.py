@@ -75,15 +75,20 @@ class ViaPoints:
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
+        t = np.arange(int(self.duration * rate) + 1) / rate
+        return Motion(t, *self.at(t))
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
         knots = np.concatenate([[0.0], np.cumsum(self.durations)])
-        t = np.arange(int(knots[-1] * rate) + 1) / rate
+        t = np.clip(t, 0.0, knots[-1])
         k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(self.durations) - 1)
         T = self.durations[k][:, None]
         # The step alone enters the polynomials, so that a joint that stays put does so exactly.
         start = self.points[k]
         ends = np.stack([np.zeros_like(start), *self._inner(k, T), np.diff(self.points, axis=0)[k]])
         q, qd, qdd = (np.einsum("Nk,kNn->Nn", b, ends) for b in quintic_basis((t - knots[k]) / T[:, 0]))
-        return Motion(t, start + q, qd / T, qdd / T**2)
+        return start + q, qd / T, qdd / T**2
 
     def _inner(self, k: NDArray[np.intp], T: Array) -> tuple[Array, Array, Array, Array]:
         """T v0, T^2 a0, T^2 a1, T v1 of the segments ``k``."""

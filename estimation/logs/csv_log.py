@@ -8,7 +8,8 @@ import re
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import islice
+from dataclasses import replace
+from itertools import islice, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,13 @@ from .table import BLOCK, RawLog, Table
 
 
 def csv_log(path: Path, layout: Layout) -> RawLog:
-    """Open a text file.
+    """Open a text file; lines before the header that start with # say something about it.
 
     Raises:
         InputError: if it has no header where one is needed, or cannot be read.
     """
+    if not layout.skip:
+        layout = replace(layout, skip=_remarks(path))
     delimiter = DELIMITERS[layout.delimiter or ("tab" if ".tsv" in path.suffixes else "comma")]
     text = _Text(path, layout, delimiter)
     names = layout.names or text.header()
@@ -125,6 +128,11 @@ class _Text:
                             "mend or remove the row"
                         )
         return InputError(f"{self._path}: the rows cannot be read as numbers")
+
+
+def _remarks(path: Path) -> int:
+    with _opened(path) as text:
+        return sum(1 for _ in takewhile(lambda line: line.startswith("#"), text))
 
 
 def _finite(cell: str) -> bool:

@@ -178,3 +178,16 @@ def test_byte_order_mark_and_windows_lines(tmp_path: Path, rx90: Robot) -> None:
     path = tmp_path / "windows.csv"
     path.write_bytes(b"\xef\xbb\xbf" + "\r\n".join(lines).encode())
     assert len(read_recording(path, rx90).t) == 50
+
+
+def test_remarks_before_the_header(write: Write, rx90: Robot) -> None:
+    path = write()
+    bare = read_recording(path, rx90)
+    text = path.read_text()
+    path.write_text("# what it is\n#\n" + text)
+    assert np.array_equal(read_recording(path, rx90).q, bare.q)
+    lines = text.splitlines()
+    lines[8] = lines[8].replace(",", ",x", 1)
+    path.write_text("# what it is\n#\n" + "\n".join(lines))
+    with pytest.raises(InputError, match="line 11, column 'q1'"):
+        read_recording(path, rx90)

@@ -1,0 +1,170 @@
+"""Files that ``dynident design`` writes."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
+    from ..model import Motion, Robot
+    from ..trajectories import Design, Score
+    from .design_problem import Request
+
+_FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
+
+
+def output_arguments(parser: argparse.ArgumentParser) -> None:
+    """Where to write what."""
+    from .arguments import names_list, positive_number
+
+    group = parser.add_argument_group("files")
+    group.add_argument("--csv", metavar="F", help="samples: t, q, qd, qdd")
+    group.add_argument("--json", metavar="F", help="the result as JSON")
+    group.add_argument("--ros2", metavar="F.yaml", help="JointTrajectory of ROS 2")
+    group.add_argument("--joint-names", type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)")
+    group.add_argument(
+        "--val3", metavar="DIR", help="VAL3 application of via points, best with --rest; made if missing"
+    )
+    group.add_argument("--urscript", metavar="F", help="servoj program")
+    group.add_argument(
+        "--controller-rate", type=positive_number, metavar="HZ", help="of --urscript: 500 (default) or 125"
+    )
+    group.add_argument(
+        "--sample-rate", type=positive_number, metavar="HZ", help="of --csv and --ros2 (default: 250)"
+    )
+    group.add_argument(
+        "--plots", metavar="DIR", help="figures as PNG and SVG, the moving arm as SVG; made if missing"
+    )
+    group.add_argument("--report", metavar="F.html", help="a report, one self-contained HTML file")
+
+
+def check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse options that would be ignored, and folders that are none.
+
+    Raises:
+        InputError: one line.
+    """
+    from ..model import InputError
+
+    for option, needs in (
+        ("joint_names", ("ros2",)),
+        ("controller_rate", ("urscript",)),
+        ("sample_rate", ("csv", "ros2")),
+    ):
+        if getattr(arguments, option) and not any(getattr(arguments, other) for other in needs):
+            wanted = " or ".join(f"--{other}" for other in needs)
+            raise InputError(f"--{option.replace('_', '-')} has no effect without {wanted}")
+    if arguments.evaluate:
+        for option in ("csv", "ros2", "val3", "urscript"):
+            if getattr(arguments, option):
+                raise InputError(f"--{option} writes a designed motion: leave it out with --evaluate")
+    for option in ("val3", "plots"):
+        folder = getattr(arguments, option)
+        if folder and Path(folder).exists() and not Path(folder).is_dir():
+            raise InputError(f"--{option} {folder!r}: is not a folder")
+
+
+def check_formats(arguments: argparse.Namespace, robot: Robot) -> None:
+    """Refuse what a format has no place for, before the search.
+
+    Raises:
+        InputError: one line.
+    """
+    from ..report.motions import CONTROLLER_RATE, check_joint_names, check_urscript, check_val3
+
+    if arguments.ros2:
+        check_joint_names(arguments.joint_names or (), robot.n)
+    if arguments.val3:
+        check_val3(robot, not arguments.fourier, Path(arguments.val3).name)
+    if arguments.urscript:
+        check_urscript(robot, arguments.controller_rate or CONTROLLER_RATE)
+
+
+def write_motion(arguments: argparse.Namespace, design: Design) -> None:
+    """Write the motion in the formats asked for."""
+    from ..model.files import write_text
+    from ..report.motions import (
+        CONTROLLER_RATE,
+        WrittenMotion,
+        csv_text,
+        design_head,
+        ros2_text,
+        urscript_text,
+        val3_files,
+    )
+
+    problem = design.problem
+    written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design))
+    rate = arguments.sample_rate or 250.0
+    if arguments.csv:
+        write_text(arguments.csv, csv_text(written, rate))
+    if arguments.ros2:
+        write_text(arguments.ros2, ros2_text(written, rate, arguments.joint_names or ()))
+    if arguments.urscript:
+        write_text(arguments.urscript, urscript_text(written, arguments.controller_rate or CONTROLLER_RATE))
+    if arguments.val3:
+        folder = Path(arguments.val3)
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in val3_files(written, folder.name).items():
+            write_text(folder / name, text)
+
+
+def replayed(design: Design) -> Score:
+    """What a controller would make of the via points if its profiles are trapezoidal, as ``--val3`` asks for."""
+    from ..report.motions import WrittenMotion, val3_replay
+    from ..trajectories import score_motion
+
+    problem = design.problem
+    written = WrittenMotion(problem.robot, design.plan, problem.bounds, ())
+    return score_motion(problem, val3_replay(written).motion(_REPLAY_RATE))
+
+
+def write_plots(folder: Path, request: Request, score: Score, design: Design | None, motion: Motion) -> None:
+    """Write the figures."""
+    import numpy as np
+
+    from ..model.files import write_text
+    from ..report.arm import arm_animation, arm_strip
+    from ..report.motion_figures import motion_figure, sigma_figure
+    from ..report.plots import save_figure
+
+    problem = request.problem
+    title = problem.robot.title or problem.robot.name
+    folder.mkdir(parents=True, exist_ok=True)
+    figures = {"motion": motion_figure(problem, motion, f"{title}: motion between its limits")}
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        figures["predicted_sigma"] = sigma_figure(
+            score, f"{title}: what the motion would teach", request.reference, request.labels
+        )
+    if design is not None:
+        figures["poses"] = arm_strip(problem.robot, design.plan)
+        write_text(folder / "arm.svg", arm_animation(problem.robot, design.plan))
+    for name, figure in figures.items():
+        for ending in ("png", "svg"):
+            save_figure(figure, folder / f"{name}.{ending}")
+
+
+def write_design_report(
+    arguments: argparse.Namespace,
+    request: Request,
+    score: Score,
+    design: Design | None,
+    motion: Motion,
+    told: tuple[Sequence[Table], Sequence[str]],
+) -> None:
+    """Write the report, if one was asked for; ``told``: tables and lines of the terminal."""
+    if arguments.report:
+        from ..report.html import write_report
+        from .design_report import design_page
+
+        write_report(arguments.report, design_page(arguments, request, score, motion, design, told))
+
+
+def figure_motion(design: Design) -> Motion:
+    """Samples for figures."""
+    return design.motion(_FIGURE_RATE)

@@ -1,0 +1,215 @@
+"""Via points as a VAL3 application of Staubli: joint variables, motion descriptors and a movej program.
+
+A .pjx project, a .dtx database with ``jointRx`` [deg] and ``mdesc`` arrays, and the programs start and stop. accel,
+vel and decel are percentages of the nominal values, blend is off or joint, with leave and reach [mm]. The
+controller plans its own profile between the points: only its log shows what was run. Sources: VAL3 Reference
+Manual (D28062804A), 9.5 mdesc type and 9.6 movement instructions; Beckhoff TF5130, T_Mdesc; the layout of the files
+as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
+"""
+
+from typing import NamedTuple
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from ...model import InputError, Robot
+from ...model.arrays import Array
+from ...model.kinematics import forward_kinematics
+from ...trajectories import PointToPoint, ViaPoints, plan_point_to_point
+from .written import WrittenMotion, require_six_turning
+
+_XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+_SPACE = "http://www.staubli.com/robotics/VAL3"
+_FIRST = '<?xml version="1.0" encoding="utf-8"?>'
+_APPROACH = 10  # % of the speed, to the first point
+_BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing point is left and rejoined
+_WARNING = (
+    "The controller plans its own way between these points: torques and obstacles were checked for the designed",
+    "motion, not for that. Run it slowly first, and score its log by dynident design --evaluate.",
+)
+
+
+class Descriptor(NamedTuple):
+    """How one point is approached: percentages; ``leave`` and ``reach`` [mm], 0 for no blending."""
+
+    accel: int
+    vel: int
+    leave: int
+
+
+def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
+    """File name -> text.
+
+    Args:
+        written: the motion; through via points.
+        name: of the application.
+
+    Raises:
+        InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
+    """
+    plan = written.plan
+    check_val3(written.robot, isinstance(plan, ViaPoints), name)
+    assert isinstance(plan, ViaPoints)
+    descriptors = [Descriptor(_APPROACH, _APPROACH, 0), *_descriptors(written, plan)]
+    return {
+        f"{name}.pjx": _project(name),
+        f"{name}.dtx": _data(np.degrees(plan.points), descriptors, written.head),
+        "start.pgx": _program("start", "public", _start(written.head, len(plan.points))),
+        "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
+    }
+
+
+def val3_replay(written: WrittenMotion) -> PointToPoint:
+    """What a controller does with these moves if its profiles are trapezoidal: an estimate to be scored.
+
+    Raises:
+        ValueError: if two neighbouring points are the same.
+    """
+    plan = written.plan
+    assert isinstance(plan, ViaPoints)
+    moves = _descriptors(written, plan)
+    speed = 0.01 * np.array([[move.vel] for move in moves])
+    into = 0.01 * np.array([[move.accel] for move in moves])
+    at_points = np.minimum(np.vstack([into[:1], into]), np.vstack([into, into[-1:]]))
+    blend = 0.0 if plan.rests else 1.0
+    return plan_point_to_point(written.described, plan.points, speed, at_points, blend)
+
+
+def check_val3(robot: Robot, via_points: bool, name: str) -> None:
+    """Refuse what has no place in a VAL3 application, before any work is done.
+
+    Raises:
+        InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
+    """
+    require_six_turning(robot, "VAL3 jointRx")
+    if not via_points:
+        raise InputError("VAL3 needs via points, a Fourier motion has none: design with --via-points")
+    if not (name.isascii() and name.replace("_", "a").isalnum() and name[:1].isalpha() and len(name) <= 15):
+        raise InputError(
+            f"{name!r} is no VAL3 application's name: a letter, then letters, digits and _, 15 at most"
+        )
+
+
+def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
+    """A descriptor for each segment, into its second point.
+
+    Accelerations as large as the design's limits allow, speeds so that a trapezoidal profile takes the segment's
+    time; whole percentages, rounded down.
+    """
+    limits = [joint.limits for joint in written.described.joints]
+    top = np.array([limit.speed for limit in limits])
+    strong = np.array([limit.acceleration for limit in limits])
+    most_speed = float((written.bounds.speed / top).min())
+    accel = _percent(min(float((written.bounds.acceleration / strong).min()), 1.0))
+    leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
+    found = []
+    for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
+        resting = _speed(step / top, step / (0.01 * accel * strong), T)
+        speed = resting if plan.rests else float((step / top).max() / T)
+        found.append(Descriptor(accel, _percent(min(speed, most_speed)), int(leave[k + 1])))
+    return found
+
+
+def _speed(by_speed: Array, by_acceleration: Array, T: float) -> float:
+    """Fraction v of the nominal speed with which a trapezoid rests at both ends and takes T; 1 if none does.
+
+    A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given, shape (n,).
+    """
+    moving = by_speed > 0.0
+    a, b = by_speed[moving], by_acceleration[moving]
+    root = T * T - 4.0 * b  # of a / v + v b / a = T
+    fractions = np.where(root >= 0.0, (T - np.sqrt(np.maximum(root, 0.0))) * a / (2.0 * b), 1.0)
+    return float(min(fractions.max(initial=0.01), 1.0))
+
+
+def _leave(written: WrittenMotion, points: Array) -> Array:
+    """Distance at which each inner point is left and rejoined [mm], shape (points,)."""
+    kinematics = forward_kinematics(written.robot)
+    place = np.array([kinematics(q)[1].full().ravel() for q in points])
+    gap = np.linalg.norm(np.diff(place, axis=0), axis=1)
+    nearer = np.concatenate([[0.0], np.minimum(gap[:-1], gap[1:]), [0.0]])
+    return np.asarray(np.floor(1000.0 * _BLEND * nearer))
+
+
+def _percent(fraction: float) -> int:
+    """Rounded down, so that no limit is passed."""
+    return max(int(100.0 * fraction + 1e-9), 1)
+
+
+def _project(name: str) -> str:
+    return "\n".join(
+        [
+            _FIRST,
+            f'<Project xmlns="{_SPACE}/Project/3">',
+            '  <Parameters version="s7.3.1" stackSize="5000" millimeterUnit="true" />',
+            "  <Programs>",
+            '    <Program file="start.pgx" />',
+            '    <Program file="stop.pgx" />',
+            "  </Programs>",
+            "  <Database>",
+            f'    <Data file="{name}.dtx" />',
+            "  </Database>",
+            "  <Libraries />",
+            "</Project>\n",
+        ]
+    )
+
+
+def _data(degrees: Array, descriptors: list[Descriptor], head: tuple[str, ...]) -> str:
+    joints = [" ".join(f'j{j + 1}="{angle:.6f}"' for j, angle in enumerate(row)) for row in degrees]
+    motions = []
+    for accel, vel, leave in descriptors:
+        blend = f'blend="joint" leave="{leave}" reach="{leave}"' if leave else 'blend="off"'
+        motions.append(f'accel="{accel}" vel="{vel}" decel="{accel}" tmax="99999" rmax="99999" {blend}')
+    remarks = "\n".join(f"  {line}" for line in (*head, *_WARNING)).replace("--", "- -")
+    return "\n".join(
+        [
+            _FIRST,
+            f"<!--\n{escape(remarks)}\n-->",
+            f'<Database {_XSI} xmlns="{_SPACE}/Data/2">',
+            "  <Datas>",
+            *_array("jPoint", "jointRx", joints),
+            *_array("mMotion", "mdesc", motions),
+            *_array("nIndex", "num", ['value="0"']),
+            *_array("tFlange", "tool", ['fatherId="flange[0]"']),
+            "  </Datas>",
+            "</Database>\n",
+        ]
+    )
+
+
+def _array(name: str, kind: str, values: list[str]) -> list[str]:
+    return [
+        f'    <Data name="{name}" access="private" xsi:type="array" type="{kind}" size="{len(values)}">',
+        *(f'      <Value key="{k}" {value} />' for k, value in enumerate(values)),
+        "    </Data>",
+    ]
+
+
+def _start(head: tuple[str, ...], count: int) -> list[str]:
+    return [
+        "begin",
+        *(f"  // {line}".replace("]]>", "]] >") for line in (*head, *_WARNING)),
+        f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
+        "  movej(jPoint[0], tFlange, mMotion[0])",
+        "  waitEndMove()",
+        f"  for nIndex = 1 to {count - 1}",
+        "    movej(jPoint[nIndex], tFlange, mMotion[nIndex])",
+        "  endFor",
+        "  waitEndMove()",
+        "end",
+    ]
+
+
+def _program(name: str, access: str, code: list[str]) -> str:
+    return "\n".join(
+        [
+            _FIRST,
+            f'<Programs {_XSI} xmlns="{_SPACE}/Program/2">',
+            f'  <Program name="{name}" access="{access}">',
+            "    <Code><![CDATA[" + "\n".join(code),
+            "]]></Code>",
+            "  </Program>",
+            "</Programs>\n",
+        ]
+    )

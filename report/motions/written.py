@@ -1,0 +1,95 @@
+"""What every motion file starts from: the motion, its robot and the words at its head."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ... import __version__
+from ...model import InputError, Motion, Robot
+from ...model.arrays import Array
+from ...trajectories import Design, JointBounds, ViaPoints
+from ...trajectories.samples import Plan
+
+DIGITS = 9
+"""Decimals of positions, speeds and accelerations: a nanoradian."""
+_NO_TIME = 1e-6  # s: a last step shorter than this is left out
+
+
+@dataclass(frozen=True)
+class WrittenMotion:
+    """A motion and what its file says about it.
+
+    Attributes:
+        robot: whose motion it is.
+        plan: the motion.
+        bounds: limits of the joints that it keeps.
+        head: lines of plain ASCII about it.
+    """
+
+    robot: Robot
+    plan: Plan
+    bounds: JointBounds
+    head: tuple[str, ...]
+
+    @property
+    def described(self) -> Robot:
+        """The robot with an acceleration limit for every joint: the description's, else that of the design."""
+        joints = []
+        for joint, acceleration in zip(self.robot.joints, self.bounds.acceleration, strict=True):
+            finite = np.isfinite(joint.limits.acceleration)
+            limits = joint.limits if finite else replace(joint.limits, acceleration=float(acceleration))
+            joints.append(replace(joint, limits=limits))
+        return replace(self.robot, joints=tuple(joints))
+
+    def sampled(self, rate: float) -> Motion:
+        """Samples at ``rate`` [Hz], and one at the very end, where the robot rests."""
+        duration = self.plan.duration
+        t = np.arange(int(duration * rate + 1e-9) + 1) / rate
+        if duration - t[-1] > _NO_TIME:
+            t = np.append(t, duration)
+        return Motion(t, *self.plan.at(t))
+
+
+def require_six_turning(robot: Robot, what: str) -> None:
+    """Refuse a robot that a format has no place for.
+
+    Raises:
+        InputError: unless there are six joints that turn.
+    """
+    if robot.n != 6 or not all(joint.revolute for joint in robot.joints):
+        raise InputError(f"{what} is for six joints that turn; robot {robot.name!r} has others")
+
+
+def design_head(design: Design) -> tuple[str, ...]:
+    """Robot, limits, duration, criterion, seed and version of a design."""
+    problem, learnt, bounds = design.problem, design.learnt, design.problem.bounds
+    earlier = f", with {len(problem.earlier)} rows of earlier recordings" if len(problem.earlier) else ""
+    lines = [
+        f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
+        f"Duration {design.plan.duration:.6g} s; {_shape(design.plan)}.",
+        f"Criterion {problem.criterion.kind} for {len(problem.names)} parameters{earlier}; seed {design.seed}, "
+        f"{design.starts} starts{', interrupted' if design.interrupted else ''}.",
+        f"Condition number {learnt.condition_number:.4g}, columns scaled {learnt.condition_number_scaled:.4g}, "
+        f"log det {learnt.log_det:.4g}.",
+        f"Position limits [rad or m]: {_numbers(bounds.low)} to {_numbers(bounds.high)}.",
+        f"Speed limits [per s]: {_numbers(bounds.speed)}.",
+        f"Acceleration limits [per s^2]: {_numbers(bounds.acceleration)}.",
+    ]
+    if np.isfinite(bounds.torque).any():
+        lines.append(f"Torque limits [N m or N]: {_numbers(bounds.torque)}.")
+    lines += [f"Nearest to its limit: {limit}." for limit in design.score.limits]
+    return tuple(_ascii(line) for line in lines)
+
+
+def _shape(plan: Plan) -> str:
+    if isinstance(plan, ViaPoints):
+        return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
+    return "Fourier series"
+
+
+def _numbers(values: Array) -> str:
+    return ", ".join(f"{value:.5g}" for value in values)
+
+
+def _ascii(line: str) -> str:
+    return line.replace("ä", "ae").encode("ascii", "replace").decode("ascii")

@@ -1,0 +1,100 @@
+"""What earlier recordings have taught, from the files of ``dynident identify``."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import PAYLOAD, ReducedProblem, read_information, recorded_noise, weighted
+from dynident.model import InputError
+
+COLUMNS = ("A", "B", "C")
+
+
+@pytest.fixture
+def problem() -> ReducedProblem:
+    draw = np.random.default_rng(0)
+    factors = tuple(np.asarray(np.linalg.qr(draw.standard_normal((60, 4)), mode="r")) for _ in range(2))
+    return ReducedProblem(COLUMNS, factors, (60, 60), (48.0, 48.0))
+
+
+@pytest.fixture
+def npz(problem: ReducedProblem, tmp_path: Path) -> Path:
+    problem.save(tmp_path / "r.npz")
+    return tmp_path / "r.npz"
+
+
+def test_rows_weigh_by_noise_and_independence(problem: ReducedProblem, npz: Path) -> None:
+    noise = np.array([2.0, 0.5])
+    found = read_information(npz, noise)
+    expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(problem.factors, noise, strict=True))
+    assert found.columns == COLUMNS
+    assert np.allclose(found.factor.T @ found.factor, expected)
+    plain = read_information(npz, None).factor
+    assert np.allclose(plain.T @ plain, sum(0.8 * f[:, :3].T @ f[:, :3] for f in problem.factors))
+    with pytest.raises(InputError, match="2 joints, not 3"):
+        read_information(npz, np.ones(3))
+
+
+def test_noise_is_one_over_the_weights(problem: ReducedProblem, npz: Path) -> None:
+    assert recorded_noise(npz) is None
+    with np.load(npz) as data:
+        np.savez(npz, weights=np.array([2.0, 4.0]), **dict(data))
+    noise = recorded_noise(npz)
+    assert noise is not None
+    assert np.allclose(noise, [0.5, 0.25])
+
+
+def write_json(path: Path, problem: ReducedProblem) -> Path:
+    """As ``identify --json`` has it, as far as it is read."""
+    estimate = weighted(problem)
+    quality = {
+        "degrees_of_freedom": 1.0, "error_norms": [1.0, 1.0], "torque_norms": [1.0, 1.0],
+        "rows_per_joint": [60, 60], "weights": estimate.weights.tolist(),
+    }  # fmt: skip
+    values = [{"value": value} for value in estimate.values.tolist()]
+    document = {
+        "columns": list(COLUMNS), "base_parameters": values, "covariance": estimate.covariance.tolist(),
+        "data": quality, "robot": "x", "robot_fingerprint": "y",
+        "processing": {"drive_gains": None, "offsets": False, "coulomb": None},
+    }  # fmt: skip
+    path.write_text(json.dumps(document))
+    return path
+
+
+def test_json_holds_the_covariance(problem: ReducedProblem, tmp_path: Path) -> None:
+    path = write_json(tmp_path / "r.json", problem)
+    estimate = weighted(problem)
+    noise = recorded_noise(path)
+    assert noise is not None
+    assert np.allclose(noise, 1.0 / estimate.weights)
+    factor = read_information(path, noise).factor
+    assert np.allclose(np.linalg.inv(factor.T @ factor), estimate.covariance)
+    with pytest.raises(InputError, match="holds no unweighted rows"):
+        read_information(path, None)
+
+
+def test_payload_with_the_robot_known(problem: ReducedProblem, tmp_path: Path) -> None:
+    draw = np.random.default_rng(1)
+    factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
+    ReducedProblem(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
+    names = tuple("abcdefghij")
+    found = read_information(tmp_path / "p.npz", None).of_payload(names)
+    assert found.columns == names
+    assert np.allclose(found.factor.T @ found.factor, factor[:, 1:11].T @ factor[:, 1:11])
+    problem.save(tmp_path / "r.npz")
+    with pytest.raises(InputError, match="have no payload"):
+        read_information(tmp_path / "r.npz", None).of_payload(names)
+
+
+def test_files_that_are_neither(tmp_path: Path) -> None:
+    other = tmp_path / "x.txt"
+    other.write_text("hello")
+    with pytest.raises(InputError, match="neither an NPZ nor a JSON"):
+        recorded_noise(other)
+    with pytest.raises(InputError, match="no such file"):
+        read_information(tmp_path / "none.npz", None)
+    bad = tmp_path / "bad.npz"
+    bad.write_bytes(b"no")
+    with pytest.raises(InputError, match="not a saved reduced problem"):
+        read_information(bad, None)

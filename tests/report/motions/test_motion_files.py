@@ -1,0 +1,202 @@
+"""Motion files read back give the motion that was designed, and say what it is."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from dynident.model import InputError, Robot, load_robot
+from dynident.report.motions import (
+    WrittenMotion,
+    check_joint_names,
+    check_urscript,
+    check_val3,
+    csv_text,
+    design_head,
+    ros2_text,
+    urscript_text,
+    val3_files,
+    val3_replay,
+)
+from dynident.tests.conftest import SCARA
+from dynident.tests.report.motions import motion_parsers as read
+from dynident.trajectories import (
+    Design,
+    FourierShape,
+    Goal,
+    JointBounds,
+    ViaPoints,
+    ViaPointShape,
+    build_design,
+    solve_design,
+)
+
+DIGITS = 6e-10
+"""Half of the last decimal, and the rounding of the sum."""
+
+
+@pytest.fixture(scope="module")
+def designs() -> dict[str, Design]:
+    """Through via points, passing or resting, and a Fourier series: of a payload's goal, which is quick."""
+    robot = load_robot("rx90")
+    bounds = JointBounds.of(robot, override=0.5)
+    goal = Goal("cond-scaled", payload_only=True)
+    shapes: dict[str, ViaPointShape | FourierShape] = {
+        "passing": ViaPointShape(5),
+        "rest": ViaPointShape(5, passing=False),
+        "fourier": FourierShape(2, 3.1234567),
+    }
+    return {
+        name: solve_design(build_design(robot, shape, goal, bounds=bounds), seed=3, starts=1)
+        for name, shape in shapes.items()
+    }
+
+
+@pytest.fixture(params=["passing", "rest", "fourier"])
+def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design:
+    return designs[request.param]
+
+
+def written(design: Design) -> WrittenMotion:
+    return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, design_head(design))
+
+
+def same(found: read.Read, design: Design) -> None:
+    """At the times of the file, to its digits."""
+    for values, expected in zip(found[1:], design.plan.at(found.t), strict=True):
+        if values is not None:
+            # A time is rounded to a nanosecond: that much faster joints move on.
+            assert np.abs(values - expected).max() <= DIGITS + 1e-9 * 60.0
+
+
+def test_csv(design: Design) -> None:
+    found = read.csv_samples(csv_text(written(design), 100.0))
+    same(found, design)
+    assert found.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
+    assert np.allclose(np.diff(found.t)[:-1], 0.01)
+    assert found.qd is not None
+    assert np.abs(found.qd[[0, -1]]).max() < 1e-7, "rests at both ends"
+
+
+def test_ros2(design: Design) -> None:
+    names, found = read.ros2(ros2_text(written(design), 50.0))
+    assert names == [f"joint_{j}" for j in range(1, 7)]
+    same(found, design)
+    assert found.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
+
+
+def test_ros2_joint_names(designs: dict[str, Design]) -> None:
+    own = ["shoulder_pan", "b", "c", "d", "e", "null"]
+    assert read.ros2(ros2_text(written(designs["fourier"]), 20.0, own))[0] == own
+    for bad in (["a"], ["a"] * 6, ["a", "b", "c", "d", "e", "f: x"]):
+        with pytest.raises(InputError, match="6 different names"):
+            check_joint_names(bad, 6)
+
+
+@pytest.mark.parametrize("rate", [500.0, 125.0])
+def test_urscript(design: Design, rate: float) -> None:
+    program = read.urscript(urscript_text(written(design), rate))
+    same(program.motion, design)
+    assert program.motion.t[1] == pytest.approx(1.0 / rate)
+    assert 0.0 <= program.motion.t[-1] - design.plan.duration < 1.0 / rate
+    assert np.array_equal(program.first, program.motion.q[0])
+    assert [name for name, _ in program.moves] == ["movej", "stopj"]
+    assert program.moves[0][1]["v"] <= 0.3, "slowly to the first pose"
+    assert program.limits[0] <= 1.0
+    assert program.limits[1] <= 0.02
+
+
+@pytest.mark.parametrize("kind", ["passing", "rest"])
+def test_val3(designs: dict[str, Design], kind: str) -> None:
+    design = designs[kind]
+    plan, robot = design.plan, design.problem.robot
+    assert isinstance(plan, ViaPoints)
+    found = read.val3(val3_files(written(design), "excite"))
+    assert np.abs(np.radians(found.points) - plan.points).max() < np.radians(6e-7)
+    assert found.code["start"].splitlines() == [
+        "begin",
+        "movej(jPoint[0], tFlange, mMotion[0])",
+        "waitEndMove()",
+        "for nIndex = 1 to 4",
+        "movej(jPoint[nIndex], tFlange, mMotion[nIndex])",
+        "endFor",
+        "waitEndMove()",
+        "end",
+    ]
+    limits = [joint.limits for joint in robot.joints]
+    V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
+    assert float(found.motions[0]["vel"]) <= 10
+    for k, motion in enumerate(found.motions[1:]):
+        accel, vel = float(motion["accel"]) / 100.0, float(motion["vel"]) / 100.0
+        assert motion["decel"] == motion["accel"]
+        assert 0.01 <= vel <= 0.5, "within the speed override"
+        distance = np.abs(np.diff(plan.points, axis=0))[k]
+        last = k == len(found.motions) - 2
+        assert motion["blend"] == ("off" if kind == "rest" or last else "joint")
+        if kind == "rest":
+            time = read.trapezoid_time(distance, vel * V, accel * A)
+            quicker = read.trapezoid_time(distance, (vel + 0.01) * V, accel * A)
+            assert time > 0.999 * plan.durations[k]
+            assert quicker < 1.001 * plan.durations[k] or vel + 0.01 > 0.5, "no slower than a percent's rounding"
+
+
+@pytest.mark.parametrize("kind", ["passing", "rest"])
+def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design], kind: str) -> None:
+    """It passes or rests as they say, no faster than their percentages, in about the designed time."""
+    design = designs[kind]
+    assert isinstance(design.plan, ViaPoints)
+    limits = [joint.limits for joint in design.problem.robot.joints]
+    found = read.val3(val3_files(written(design), "excite"))
+    replay = val3_replay(written(design))
+    motion = replay.motion(500.0)
+    fastest = max(float(entry["vel"]) for entry in found.motions[1:]) / 100.0
+    assert (np.abs(motion.qd) <= fastest * np.array([x.speed for x in limits]) + 1e-9).all()
+    accel = float(found.motions[1]["accel"]) / 100.0
+    assert (np.abs(motion.qdd) <= accel * np.array([x.acceleration for x in limits]) * (1 + 1e-9)).all()
+    assert 0.7 * design.plan.duration < replay.duration < 1.3 * design.plan.duration
+    nearest = [np.abs(motion.q - point).max(axis=1).min() for point in design.plan.points]
+    assert max(nearest[0], nearest[-1]) < 1e-2
+    assert (max(nearest) < 1e-2) == (kind == "rest"), "blending passes the inner points at a distance"
+
+
+def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
+    rx90 = designs["rest"].problem.robot
+    with pytest.raises(InputError, match="Fourier motion has none"):
+        val3_files(written(designs["fourier"]), "excite")
+    for name in ("", "9lives", "two words", "longer_than_fifteen_letters", "_x"):
+        with pytest.raises(InputError, match="VAL3 application's name"):
+            check_val3(rx90, True, name)
+    with pytest.raises(InputError, match="not at 250 Hz"):
+        check_urscript(rx90, 250.0)
+    with pytest.raises(InputError, match="six joints that turn"):
+        check_urscript(SCARA, 500.0)
+    with pytest.raises(InputError, match="six joints that turn"):
+        check_val3(SCARA, True, "x")
+
+
+Writer = Callable[[WrittenMotion], str]
+WRITERS: dict[str, Writer] = {
+    "csv": lambda motion: csv_text(motion, 50.0),
+    "ros2": lambda motion: ros2_text(motion, 50.0),
+    "urscript": lambda motion: urscript_text(motion, 125.0),
+    "val3 data": lambda motion: val3_files(motion, "excite")["excite.dtx"],
+    "val3 program": lambda motion: val3_files(motion, "excite")["start.pgx"],
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_says_what_it_is(designs: dict[str, Design], name: str, rx90: Robot) -> None:
+    design = designs["rest"]
+    text = WRITERS[name](written(design))
+    speeds = ", ".join(f"{0.5 * joint.limits.speed:.5g}" for joint in rx90.joints)
+    for words in (
+        "Staeubli RX90",
+        "dynident 0.",
+        f"Duration {design.plan.duration:.6g} s; 5 via points, at rest in each.",
+        "Criterion cond-scaled for 10 parameters; seed 3, 1 starts.",
+        f"Speed limits [per s]: {speeds}.",
+        "Nearest to its limit: speed of joint",
+    ):
+        assert words in text
+    assert text.isascii()
+    assert text.endswith("\n")
+    assert text == WRITERS[name](written(design)), "the same motion gives the same bytes"

@@ -1,0 +1,134 @@
+"""Figures of a motion show its limits, what it teaches, and the arm itself."""
+
+import re
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.model import Robot, frames_at, load_robot
+from dynident.report.arm import arm_animation, arm_points, arm_strip
+from dynident.report.motion_figures import motion_figure, sigma_figure
+from dynident.tests.conftest import SCARA
+from dynident.trajectories import (
+    DesignProblem,
+    FourierShape,
+    Goal,
+    JointBounds,
+    Loads,
+    Score,
+    Simulator,
+    ViaPoints,
+    build_design,
+    random_via_points,
+    score_motion,
+)
+
+TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def problem() -> DesignProblem:
+    robot = load_robot("rx90")
+    bounds = JointBounds.of(robot, torque=TORQUE)
+    return build_design(robot, FourierShape(5), Goal(), bounds=bounds, loads=Loads(robot.parameters))
+
+
+@pytest.fixture(scope="module")
+def plan() -> ViaPoints:
+    return random_via_points(load_robot("rx90"), 8, seed=0)
+
+
+@pytest.fixture(scope="module")
+def score(problem: DesignProblem, plan: ViaPoints) -> Score:
+    return score_motion(problem, plan.motion(100.0))
+
+
+def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> None:
+    motion = plan.motion(50.0)
+    figure = motion_figure(problem, motion, "title")
+    assert len(figure.axes) == 18
+    torque = Simulator(problem.robot).measure(motion).torque
+    for j in range(6):
+        columns = figure.axes[3 * j : 3 * j + 3]
+        for axis, values, limit in zip(
+            columns, (motion.q, motion.qd, torque), (None, problem.bounds.speed, TORQUE), strict=True
+        ):
+            curve, *lines = axis.get_lines()
+            assert np.allclose(np.asarray(curve.get_ydata()), values[:, j], atol=1e-8)
+            edges = sorted(float(np.asarray(line.get_ydata())[0]) for line in lines)
+            low, high = problem.bounds.low[j], problem.bounds.high[j]
+            assert np.allclose(edges, [low, high] if limit is None else [-limit[j], limit[j]])
+            assert {line.get_linestyle() for line in lines} != {curve.get_linestyle()}, "told apart without colour"
+
+
+def test_torques_without_limits_are_those_of_the_description(plan: ViaPoints, rx90: Robot) -> None:
+    free = build_design(rx90, FourierShape(3), Goal(payload_only=True))
+    figure = motion_figure(free, plan.motion(20.0), "title")
+    assert len(figure.axes[2].get_lines()) == 1, "no limit, no line"
+    unknown = build_design(load_robot("ur10e"), FourierShape(3), Goal(payload_only=True),
+                           bounds=JointBounds.of(load_robot("ur10e"), torque=[np.inf] * 6))  # fmt: skip
+    assert len(motion_figure(unknown, plan.motion(20.0), "title").axes) == 12, "no parameters, no torques"
+
+
+def test_predicted_sigma(score: Score) -> None:
+    reference = {"ZZ1": 2.0, "FV1": 10.0}
+    figure = sigma_figure(score, "title", reference, {"ZZ1": "ZZ1R"})
+    above, below = figure.axes
+    shown = {
+        label.get_text(): bar.get_height() for label, bar in zip(above.get_xticklabels(), bars(above), strict=True)
+    }
+    sigma = score.learnt.sigma
+    assert shown == pytest.approx({"ZZ1R": 50.0 * sigma["ZZ1"], "FV1": 10.0 * sigma["FV1"]})
+    assert len(bars(below)) == len(sigma) - 2
+    assert [bar.get_height() for bar in bars(below)] == pytest.approx(
+        [value for name, value in sigma.items() if name not in reference]
+    )
+    assert len(sigma_figure(score, "title").axes) == 1
+
+
+def bars(axis: Any) -> list[Any]:
+    return list(axis.containers[0])
+
+
+@pytest.mark.parametrize("robot", [load_robot("rx90"), load_robot("ur10e"), SCARA], ids=lambda robot: robot.name)
+def test_the_stick_figure_has_the_robots_joints(robot: Robot) -> None:
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (3, robot.n))
+    for points, pose in zip(arm_points(robot, q), q, strict=True):
+        for frame in frames_at(robot, pose.tolist()):
+            assert np.abs(points - frame.p).max(axis=1).min() < 1e-12
+
+
+def test_animation_needs_nothing_else(rx90: Robot, plan: ViaPoints) -> None:
+    text = arm_animation(rx90, plan, "a&b")
+    root = ET.fromstring(text)
+    assert root.get("id") == "a&b"
+    assert "SMIL" not in text
+    assert not re.search(r"href|script|url\(|@import", text)
+    assert re.findall(r"http[^\"]*", text) == ["http://www.w3.org/2000/svg"]
+    assert root.get("role") == "img"
+    assert f"{plan.duration:.1f} s" in str(root.get("aria-label"))
+    animated = list(root.iter(SVG + "animate"))
+    assert {entry.get("dur") for entry in animated} == {f"{plan.duration:.3f}s"}
+    arms = [entry for entry in animated if entry.get("attributeName") == "points"]
+    assert len(arms) == 2
+    frames = [str(arm.get("values")).split(";") for arm in arms]
+    assert len(frames[0]) == len(frames[1]) == int(plan.duration * 12) + 1
+    side, above = (
+        np.array([[float(x) for x in point.split(",")] for point in view[-1].split()]) for view in frames
+    )
+    last = arm_points(rx90, plan.points[-1:])[0]
+    scale = np.ptp(side[:, 1]) / np.ptp(last[:, 2])
+    assert np.allclose(side - side[1], scale * (last - last[1])[:, [0, 2]] * [1, -1], atol=0.2)
+    assert np.allclose(above - above[1], scale * (last - last[1])[:, [0, 1]] * [1, -1], atol=0.2)
+    assert len(text) < 200_000
+    assert text == arm_animation(rx90, plan, "a&b")
+
+
+def test_strip_of_stills(rx90: Robot, plan: ViaPoints) -> None:
+    figure = arm_strip(rx90, plan, poses=5)
+    assert len(figure.axes) == 10
+    assert figure.axes[4].get_title() == f"{plan.duration:.1f} s"
+    arm = figure.axes[4].get_lines()[1]
+    assert np.allclose(np.asarray(arm.get_ydata()), arm_points(rx90, plan.points[-1:])[0, :, 2])
