@@ -1,7 +1,8 @@
 """Identification of a robot from recordings without payload: the base parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
-from .robot_blocks import robot_blocks
+from .robot_blocks import Pieces, robot_blocks
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def identify(
     if robust:
         progress("leaving out blocks")
         try:
-            blocks = robot_blocks(base_observations(robot, base, recordings, processing))
+            blocks = robot_blocks(_pieces(robot, base, recordings, processing), estimate.values)
             estimate, part = blocks.applied_to(estimate), blocks.applied_to(elimination.estimate)
             elimination = replace(elimination, estimate=part)
         except InputError as error:
@@ -148,6 +149,18 @@ def base_observations(
     """The equations of ``base_problem``, each recording's held whole."""
     observer = Observer(robot, base.columns)
     return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
+
+
+def _pieces(
+    robot: Robot, base: BaseParameters, recordings: Sequence[Recording], processing: Processing
+) -> list[Pieces]:
+    """The same, to be opened piece by piece."""
+    observer = Observer(robot, base.columns)
+
+    def pieces(recording: Recording) -> Iterator[Observation]:
+        return observer.pieces(measurement(recording, processing), processing)
+
+    return [partial(pieces, recording) for recording in recordings]
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:

@@ -316,9 +316,8 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     at_once = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
     assert at_once.blocks is not None
     assert at_once.unloaded is not None
-    known = robot_blocks([Observer(simulator.robot, at_once.base.columns).observe(bare, SETTINGS)]).applied_to(
-        weighted(at_once.unloaded)
-    )
+    alone, observer = weighted(at_once.unloaded), Observer(simulator.robot, at_once.base.columns)
+    known = robot_blocks([lambda: observer.pieces(bare, SETTINGS)], alone.values).applied_to(alone)
     later = replace(at_once, unloaded=None, known=known, blocks=replace(at_once.blocks, unloaded=()))
     now, then = (identify_payload(p, 1).estimate.robust for p in (at_once, later))
     assert now is not None

@@ -16,9 +16,10 @@ from dynident.estimation import (
     solve_constrained_prior,
     weighted,
 )
+from dynident.estimation.blocks import block_edges, block_length, cut, leave_one_out
 from dynident.estimation.error_model import error_model
 from dynident.estimation.identification import base_observations
-from dynident.estimation.robot_blocks import RobotBlocks, robot_blocks
+from dynident.estimation.robot_blocks import robot_blocks
 from dynident.estimation.stored import read_stored_robot
 from dynident.model import InputError, Recording, load_robot
 from dynident.model.arrays import Array
@@ -79,10 +80,12 @@ def test_intervals_hold_under_noise_that_remembers(results: list[Identification]
 def test_essential_parameters_have_their_own(exact: list[Recording], results: list[Identification]) -> None:
     """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
     robot, result = load_robot("rx90"), results[0]
-    blocks: RobotBlocks = robot_blocks(base_observations(robot, result.base, noisy(exact, 0), robot.processing))
+    whole = base_observations(robot, result.base, noisy(exact, 0), robot.processing)
+    edges = [block_edges(one, block_length([whole])) for one in whole]
+    blocks = leave_one_out([block for one, ends in zip(whole, edges, strict=True) for block in cut(one, ends)])
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
-    values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks.without]
+    values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
     changes = np.array(values) - estimate.values
     assert estimate.sigma_robust is not None
     expected = np.sqrt((len(values) - 1) / len(values) * np.sum(changes**2, axis=0))
@@ -105,6 +108,30 @@ def test_distance_and_probability_go_by_robust_deviations(results: list[Identifi
     assert one.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
     prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
     assert prior.nearest.chi2_rise == pytest.approx(one.chi2_rise, rel=1e-6)
+
+
+def test_pieces_of_a_recording_are_the_recording(
+    exact: list[Recording], results: list[Identification], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks that lie in several pieces too."""
+    monkeypatch.setattr("dynident.estimation.observation._PIECE", 1)
+    again = identified(exact, 0).estimate
+    assert again.robust is not None
+    assert results[0].estimate.robust is not None
+    assert again.robust.sigma == pytest.approx(results[0].estimate.robust.sigma, rel=1e-8)
+    assert again.robust.blocks == results[0].estimate.robust.blocks
+
+
+def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identification]) -> None:
+    """Blocks in it are empty, and leave nothing out."""
+    robot, base, estimate = results[0].robot, results[0].base, results[0].estimate
+    (whole,) = base_observations(robot, base, noisy(exact, 0)[:1], robot.processing)
+    parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
+    blocks = robot_blocks([lambda: parts], estimate.values)
+    rows = [sum(part.rows) for part in blocks.without]
+    everything = sum(len(t) for part in parts for t in part.t)
+    assert rows.count(everything) >= 2
+    assert sum(everything - count for count in rows) == everything
 
 
 def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> None:
