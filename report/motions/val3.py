@@ -95,8 +95,8 @@ def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """A descriptor for each segment, into its second point.
 
     Of trapezoidal segments the ramp gives the acceleration. Of quintic ones accelerations are as large as the
-    design's limits allow. Speeds so that a trapezoidal profile takes the segment's time; whole percentages,
-    rounded down.
+    design's limits allow. Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those
+    of trapezoidal segments rounded within the limits, the others rounded down.
     """
     limits = [joint.limits for joint in written.described.joints]
     top = np.array([limit.speed for limit in limits])
@@ -108,12 +108,13 @@ def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
         # As the slowest joint has them; the others follow its law.
         by_speed, by_acceleration = float((step / top).max()), float((step / strong).max())
-        wanted = most_acceleration
+        accel, rounding = _percent(most_acceleration), 0.0
         if isinstance(plan.segment, Trapezoid):
-            wanted = min(by_acceleration * plan.segment.peak_acceleration / T**2, most_acceleration)
-        accel = _percent(wanted)
+            wanted, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
+            accel = min(_percent(wanted + rounding), accel)
         speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
-        found.append(Descriptor(accel, _percent(min(speed, most_speed)), int(leave[k + 1])))
+        vel = min(_percent(speed + rounding), _percent(most_speed))
+        found.append(Descriptor(accel, vel, int(leave[k + 1])))
     return found
 
 
@@ -139,7 +140,7 @@ def _leave(written: WrittenMotion, points: Array) -> Array:
 
 
 def _percent(fraction: float) -> int:
-    """Rounded down, so that no limit is passed."""
+    """Rounded down, and at least 1."""
     return max(int(100.0 * fraction + 1e-9), 1)
 
 
