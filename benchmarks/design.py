@@ -1,6 +1,6 @@
 """Trajectory design on the RX90: condition numbers, predicted sigma, obstacles, floors, and black-box search.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [gradient figures replays information obstacles floors peers]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [part ...]; parts: ``--help``
 
 One core, warm cache, ``time.process_time`` of the optimisation alone; the median of five seeds counts, the worst is
 shown. Accelerations are ten times the speed per second where nothing else is said.
@@ -57,7 +57,9 @@ def figures() -> None:
 
 def replays() -> None:
     """What a controller's own trapezoidal profiles leave of the condition number of 14 via points."""
-    table = titled("cond as designed, and as --val3 replays it", "designed: median", "worst", "replayed: median", "worst")
+    table = titled(
+        "cond as designed, and as --val3 replays it", "designed: median", "worst", "replayed: median", "worst"
+    )
     shapes = {
         "quintic, passing": ViaPointShape(14),
         "quintic, at rest": ViaPointShape(14, passing=False),

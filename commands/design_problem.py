@@ -95,7 +95,7 @@ def _start(values: Sequence[float], robot: Robot) -> Array:
 
 def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
     from ..model import InputError
-    from ..trajectories import FourierShape, ViaPointShape
+    from ..trajectories import FourierShape
 
     if arguments.fourier is None:
         if arguments.duration is not None:

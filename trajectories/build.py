@@ -18,7 +18,7 @@ from .limits import DurationLimit, Limit, StateLimit, TorqueLimit
 from .observation import SPRING, regressor_kernel
 from .problem import DesignProblem
 from .samples import Family
-from .segments import Quintic, Segment
+from .segments import QUINTIC, Segment
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class ViaPointShape:
     samples: int = 12
     durations: tuple[float, float] = (0.1, 3.0)
     fixed: float | tuple[float, ...] | None = None
-    segment: Segment = Quintic()
+    segment: Segment = QUINTIC
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from ..model.arrays import Array
 from .bounds import JointBounds
 from .random_points import as_drawn, reachable_points
 from .samples import Clear, Samples, everywhere
-from .segments import Grid, Quintic, Segment
+from .segments import QUINTIC, Grid, Segment
 from .via_points import ViaPoints, shortest_durations
 
 _SLOWER = 1.3  # start: so many times the shortest durations
@@ -31,7 +31,7 @@ class FreeViaPoints:
         samples: int = 12,
         durations: tuple[float, float] = (0.1, 3.0),
         fixed: ArrayLike | None = None,
-        segment: Segment = Quintic(),
+        segment: Segment = QUINTIC,
         start: Array | None = None,
     ) -> None:
         """Set up ``count`` points with ``samples`` samples a segment.
@@ -211,7 +211,8 @@ def checked_durations(fixed: ArrayLike, count: int) -> Array:
     """
     times = np.asarray(fixed, dtype=float)
     if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & np.isfinite(times)).all():
+        given = ", ".join(f"{time:g}" for time in times.ravel())
         raise InputError(
-            f"{times.size} fixed durations for {count} via points: give {count - 1} positive ones [s], or one for all"
+            f"fixed durations {given}: {count} via points need {count - 1} positive ones [s], or one for all"
         )
     return np.broadcast_to(times, (count - 1,)).copy()

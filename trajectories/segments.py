@@ -94,11 +94,14 @@ class Quintic:
         return Grid(_even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1)))
 
 
+QUINTIC = Quintic()
+
+
 @dataclass(frozen=True)
 class Trapezoid:
-    """A ramp to constant speed and a ramp down, as a controller runs a synchronised joint move; at rest at both ends.
+    """A ramp to constant speed and a ramp down, as a controller runs a synchronised joint move.
 
-    All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each phase and steps
+    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each phase and steps
     between them.
 
     Attributes:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from ..model import Motion, Robot
 from ..model.arrays import Array, frozen_array
 from .point_to_point import random_points
-from .segments import Quintic, Segment
+from .segments import QUINTIC, Segment
+
 
 @dataclass(frozen=True)
 class ViaPoints:
@@ -26,7 +27,7 @@ class ViaPoints:
     durations: Array
     speeds: Array | None = None
     accelerations: Array | None = None
-    segment: Segment = Quintic()
+    segment: Segment = QUINTIC
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
@@ -78,9 +79,7 @@ class ViaPoints:
         return T * v[k], T**2 * a[k], T**2 * a[k + 1], T * v[k + 1]
 
 
-def shortest_durations(
-    robot: Robot, points: Array, speed: float = 1.0, segment: Segment = Quintic()
-) -> Array:
+def shortest_durations(robot: Robot, points: Array, speed: float = 1.0, segment: Segment = QUINTIC) -> Array:
     """Durations in which segments at rest at both ends keep the speed and acceleration limits, shape (points - 1,).
 
     Args:
@@ -109,7 +108,7 @@ def random_via_points(
     seed: int,
     speed: float = 0.5,
     span: float = 0.8,
-    segment: Segment = Quintic(),
+    segment: Segment = QUINTIC,
 ) -> ViaPoints:
     """Random points within the position limits, with the shortest durations.
 

@@ -7,6 +7,7 @@ Manual (D28062804A), 9.5 mdesc type and 9.6 movement instructions; Beckhoff TF51
 as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
+import math
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
@@ -126,7 +127,7 @@ def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
     root = T * T - 4.0 * by_acceleration  # of a / v + v b / a = T
     if root < 0.0 or by_acceleration == 0.0:
         return 1.0
-    fraction = (T - root**0.5) * by_speed / (2.0 * by_acceleration)
+    fraction = (T - math.sqrt(root)) * by_speed / (2.0 * by_acceleration)
     return min(max(fraction, 0.01), 1.0)
 
 

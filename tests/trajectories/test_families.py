@@ -183,7 +183,7 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="1 via points"):
         FreeViaPoints(ROBOT, BOUNDS, 1)
     for bad in ((1.0,), (1.0, 0.0, 1.0), -1.0, np.inf):
-        with pytest.raises(InputError, match="give 3 positive ones"):
+        with pytest.raises(InputError, match="need 3 positive ones"):
             FreeViaPoints(ROBOT, BOUNDS, 4, fixed=bad)
     with pytest.raises(InputError, match="a trapezoid rests in every via point"):
         FreeViaPoints(ROBOT, BOUNDS, 4, segment=Trapezoid())
