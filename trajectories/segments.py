@@ -101,8 +101,8 @@ QUINTIC = Quintic()
 class Trapezoid:
     """A ramp to constant speed and a ramp down, as a controller runs a synchronised joint move.
 
-    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each phase and steps
-    between them.
+    It rests at both ends. All joints follow one law q0 + (q1 - q0) f(t / T). Its acceleration is constant in each
+    phase and steps between them.
 
     Attributes:
         ramp: share of the time that each of the two ramps takes, above 0, at most 0.5 (no constant speed then).
