@@ -3,18 +3,21 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint docs bench clean
 
 demo: .venv/installed
 	$(BIN)/dynident demo
 
 test: .venv/installed-test
-	$(BIN)/python -m pytest
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy -p dynident
+
+docs: .venv/installed-docs
+	$(BIN)/mkdocs build --strict
 
 bench: .venv/installed-test
 	$(BIN)/python benchmarks/operation_counts.py
@@ -29,7 +32,7 @@ bench: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/coverage.py --robust --memory 20 --runs 120
 
 clean:
-	rm -rf .venv build dist *.egg-info
+	rm -rf .venv build dist site *.egg-info
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -47,3 +50,7 @@ clean:
 .venv/installed-dev: .venv/bin/python pyproject.toml
 	$(PIP) --editable '.[dev]'
 	@touch $@ .venv/installed .venv/installed-test
+
+.venv/installed-docs: .venv/bin/python pyproject.toml
+	$(PIP) --editable '.[docs]'
+	@touch $@ .venv/installed

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..model import InputError, Kernel, Measurement, Processing, Recording, Robot, base_parameters, base_regressor
 from ..model.arrays import Array
-from .filtering import measurement
+from .filtering import lowpass, measurement
 from .observation import kept_rows
 from .pose_check import quick_rms
 from .problem import triangular
@@ -148,9 +148,8 @@ def _simplest(candidates: Iterable[Ranked]) -> Ranked:
 def _thinned(recording: Recording, processing: Processing, count: int) -> Measurement:
     """Few moving samples of a filtered recording; the torque is filtered alike."""
     filtered = measurement(recording, processing)
-    torque = measurement(
-        Recording(recording.t, recording.torque, recording.torque), replace(processing, decimate=1)
-    ).motion.q
+    step = float(filtered.motion.t[1] - filtered.motion.t[0])
+    torque = lowpass(filtered.torque, step, processing.cutoff, recording.source)
     moving = kept_rows(filtered.motion, replace(processing, slow_fraction=0.0)).any(axis=1)
     places = np.flatnonzero(moving)
     if len(places) < 100:

@@ -69,9 +69,10 @@ def load_of_document(
 
 
 def is_flange(frame: str) -> bool:
-    """Whether the frame of a payload is the robot's flange: its first word is "tool0" or "flange"."""
+    """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
     words = frame.lower().replace(":", " ").replace(",", " ").split()
-    return bool(words) and words[0] in _FLANGES
+    first = next((word for word in words if word not in ("the", "bare")), "")
+    return first in _FLANGES
 
 
 def _chosen(estimates: list[dict[str, Any]], method: int | None, name: str) -> dict[str, Any]:

@@ -122,6 +122,13 @@ def test_a_right_log_is_taken_as_it_stands(right: KinematicsCheck) -> None:
     assert len(right.ranked) > 100
 
 
+def test_noise_of_the_torque_is_not_motion(log: Recording) -> None:
+    """The filter may take much off a torque; only motion must lie below its cut-off."""
+    ripple = 60.0 * np.sin(2 * pi * 30.0 * log.t)[:, None] * np.array([1.0, 1.0, 0.5, 0.1, 0.1, 0.05])
+    noisy = Recording(log.t, log.q, log.torque + ripple, source="noisy")
+    assert rank_readings(load_robot("rx90"), [noisy]).suggested is None
+
+
 @pytest.mark.parametrize("truth", SPOILT.values(), ids=SPOILT.keys())
 def test_suggestion_restores_the_log(log: Recording, right: KinematicsCheck, truth: Reading) -> None:
     """It explains the torques as well as the right reading does: what it leaves open, no torque tells."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.cli import main
-from dynident.model import InertialParameters
+from dynident.model import InertialParameters, load_robot, robot_names
 from dynident.report.controllers import FORMATS
 from dynident.tests.report.controllers.parsers import PARSERS
 from scipy.spatial.transform import Rotation
@@ -221,3 +221,16 @@ def test_a_missing_number_and_a_strange_verdict(run: Run, payload: Callable[...,
     status, _, err = run(payload(verdict={"level": "fine", "reasons": []}), "--to", "ur")
     assert status == 2
     assert "verdict 'fine'" in err
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_shipped_robots_name_their_flange(run: Run, payload: Callable[..., str], name: str) -> None:
+    """Frame 6 at the wrist centre is not the flange; the flanges of all other shipped robots are known as such."""
+    frame = load_robot(name).payload_frame
+    status, _, _ = run(payload(frame=frame), "--to", "ur")
+    assert status == (2 if frame.startswith("frame 6") else 0), frame
+
+
+def test_a_tool_frame_is_not_the_flange(run: Run, payload: Callable[..., str]) -> None:
+    frame = "tool frame (0, 0, 0.1 m; rpy 0, 0, 0 deg) in: the bare flange (tool0): origin on its face, z out of it"
+    assert run(payload(frame=frame), "--to", "ur")[0] == 2

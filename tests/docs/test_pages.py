@@ -1,0 +1,104 @@
+"""The README and the documentation stay true: every block does what the page says, every link leads somewhere."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from dynident.tests.docs.pages import LANGUAGES, ROOT, Reader, alike, blocks, first_missing, pages
+
+PAGES = pages()
+NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
+RUN = [page for page in PAGES if any(block.language in ("console", "python") for block in blocks(page))]
+
+
+@pytest.fixture(scope="module")
+def kept() -> dict[str, Path]:
+    """Simulated folders, shared by the pages."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("simulated")
+
+
+@pytest.mark.parametrize("page", RUN, ids=[page.relative_to(ROOT).as_posix() for page in RUN])
+def test_page_does_what_it_says(
+    page: Path, kept: dict[str, Path], store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "116")
+    monkeypatch.setattr("sys.argv", ["example.py"])
+    reader = Reader(kept, store)
+    reader.follow(page)
+    assert reader.ran
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_blocks_say_what_they_are(page: Path) -> None:
+    """A block that is not run is marked by its language; no command hides in an indented block."""
+    source = page.read_text(encoding="utf-8")
+    assert source.count("```") == 2 * len(blocks(page))
+    for block in blocks(page):
+        assert block.language in LANGUAGES, f"{page.name}:{block.line}: language {block.language!r}"
+    outside = re.sub(r"```.*?```", "", source, flags=re.DOTALL)
+    assert not re.search(r"^ {4}(dynident|python|pip|make|import|from) ", outside, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_links_lead_somewhere(page: Path) -> None:
+    source = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", source):
+        if not target.startswith("http"):
+            assert (page.parent / target).resolve().exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_commands_in_the_text_exist(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`dynident X --option` anywhere in the text: X and --option are there."""
+    from dynident.cli import main
+
+    outside = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for told in re.findall(r"`dynident ([^`]+)`", outside):
+        words = told.split()
+        names = words[: 2 if words[0] == "robot" else 1]
+        with pytest.raises(SystemExit) as stop:
+            main([*names, "--help"] if not names[0].startswith("-") else names)
+        assert stop.value.code == 0, told
+        printed = capsys.readouterr().out
+        for option in re.findall(r"--[a-z][a-z0-9-]*", told):
+            assert names[0].startswith("-") or option in printed, told
+
+
+def test_every_page_is_in_the_table_of_contents() -> None:
+    listed = set(re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8")))
+    assert listed == {page.relative_to(ROOT / "docs").as_posix() for page in PAGES if page.name != "README.md"}
+
+
+def test_every_example_is_run_by_a_page_and_is_short() -> None:
+    commands = "".join(block.text for page in RUN for block in blocks(page) if block.language == "console")
+    for example in sorted((ROOT / "examples").glob("*.py")):
+        assert f"python examples/{example.name}\n" in commands
+        assert len(example.read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_folders_of_the_readme_exist() -> None:
+    for folder in re.findall(r"`([a-z/]+)/`", (ROOT / "README.md").read_text(encoding="utf-8")):
+        assert (ROOT / folder).is_dir(), folder
+
+
+def test_the_main_job_takes_fifteen_lines() -> None:
+    (code,) = [block.text for block in blocks(ROOT / "README.md") if block.language == "python"]
+    lines = [line for line in code.splitlines() if line.strip() and not line.startswith(("#", "from", "import"))]
+    assert len(lines) <= 15
+
+
+def test_the_comparison_of_outputs_can_fail() -> None:
+    printed = "mass   7.10 kg ± 0.05\nother\nVerdict: use 3 of 10\n"
+    assert first_missing("mass 7.1 kg ± 0.05\n...\nVerdict: use 3 of 10", printed) is None
+    assert first_missing("Verdict: use 3 of 10\nmass 7.1 kg ± 0.05", printed) == "mass 7.1 kg ± 0.05"
+    assert first_missing("mass 8.1 kg ± 0.05", printed)
+    assert first_missing("Verdict: do not use", printed)
+    assert not alike("1.0 0.05", "1.0 0.15")
