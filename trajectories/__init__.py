@@ -21,11 +21,12 @@ from .goal import Earlier, Goal
 from .integrator import Ripple
 from .limits import LimitCheck
 from .load import load_torques
-from .point_to_point import PointToPoint, plan_point_to_point, random_points
+from .point_to_point import PointToPoint, plan_point_to_point, plan_stops, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory
 from .scene_file import read_scene
 from .score import Learnt, Score, score_motion
+from .segments import Quintic, Segment, Trapezoid
 from .simulation import RX90_NOISE, Simulator, parameter_vector
 from .via_points import ViaPoints, random_via_points, shortest_durations
 
@@ -52,6 +53,7 @@ __all__ = [
     "LimitCheck",
     "Loads",
     "PointToPoint",
+    "Quintic",
     "Reference",
     "Ripple",
     "RobotErrors",
@@ -59,10 +61,12 @@ __all__ = [
     "SampledTrajectory",
     "Scene",
     "Score",
+    "Segment",
     "SimulatedRun",
     "Simulator",
     "Step",
     "Task",
+    "Trapezoid",
     "ViaPointShape",
     "ViaPoints",
     "build_design",
@@ -73,6 +77,7 @@ __all__ = [
     "no_disturbances",
     "parameter_vector",
     "plan_point_to_point",
+    "plan_stops",
     "random_points",
     "random_via_points",
     "read_scene",
