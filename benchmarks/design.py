@@ -1,6 +1,6 @@
 """Trajectory design on the RX90: condition numbers, predicted sigma, obstacles, floors, and black-box search.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [gradient figures information obstacles floors peers]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/design.py [part ...]; parts: ``--help``
 
 One core, warm cache, ``time.process_time`` of the optimisation alone; the median of five seeds counts, the worst is
 shown. Accelerations are ten times the speed per second where nothing else is said.
@@ -14,11 +14,13 @@ from dynident.benchmarks.design_information import information
 from dynident.benchmarks.design_peers import cma_es, random_search
 from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled
 from dynident.model.arrays import Array
+from dynident.report.motions import WrittenMotion, val3_replay
 from dynident.trajectories import (
     Design,
     DesignProblem,
     FourierShape,
     Goal,
+    Trapezoid,
     ViaPointShape,
     build_design,
     floor_of,
@@ -35,9 +37,11 @@ def figures() -> None:
         "Condition numbers", "asked", "median", "worst", "CPU s, asked", "median", "worst", "peak violation"
     )
     via, fourier = ViaPointShape(14), FourierShape(5, 10.0)
+    trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
     tasks: list[tuple[str, ViaPointShape | FourierShape, Kind, bool, float, float]] = [
         ("14 via points, cond", via, "cond", False, 18.0, 5.0),
         ("14 via points, cond-scaled", via, "cond-scaled", False, 2.6, 5.0),
+        ("14 via points by trapezoids, cond", trapezoids, "cond", False, 18.0, 5.0),
         ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, 27.0, 2.0),
         ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, 4.0, 2.0),
         ("payload, via points in 10 s, cond", via, "cond", True, 1.6, 2.0),
@@ -48,6 +52,28 @@ def figures() -> None:
         problem = build_design(ROBOT, shape, goal, duration=10.0 if payload else None)
         designs = [solve_design(problem, seed=seed) for seed in SEEDS]
         table.add_row(name, *_row(designs, kind, asked, seconds))
+    console.print(table)
+
+
+def replays() -> None:
+    """What a controller's own trapezoidal profiles leave of the condition number of 14 via points."""
+    table = titled(
+        "cond as designed, and as --val3 replays it", "designed: median", "worst", "replayed: median", "worst"
+    )
+    shapes = {
+        "quintic, passing": ViaPointShape(14),
+        "quintic, at rest": ViaPointShape(14, passing=False),
+        "trapezoid, ramp 0.25": ViaPointShape(14, passing=False, segment=Trapezoid()),
+        "trapezoid, ramp 0.15": ViaPointShape(14, passing=False, segment=Trapezoid(0.15)),
+    }
+    for name, shape in shapes.items():
+        problem = build_design(ROBOT, shape, Goal("cond"))
+        designs = [solve_design(problem, seed=seed) for seed in SEEDS]
+        moves = [val3_replay(WrittenMotion(ROBOT, design.plan, problem.bounds, ())) for design in designs]
+        again = [score_motion(problem, move.motion(500.0)).learnt.condition_number for move in moves]
+        found = [design.learnt.condition_number for design in designs]
+        row = (np.median(found), max(found), np.median(again), max(again))
+        table.add_row(name, *(f"{number:.2f}" for number in row))
     console.print(table)
 
 
@@ -120,6 +146,8 @@ def gradient() -> None:
         "Gradient against finite differences, largest relative error",
         "via points",
         "with limits",
+        "trapezoids",
+        "with limits",
         "Fourier",
         "with limits",
     )
@@ -131,7 +159,8 @@ def gradient() -> None:
     ]
     for goal in goals:
         errors = []
-        for shape in (ViaPointShape(14), FourierShape(5, 10.0)):
+        trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
+        for shape in (ViaPointShape(14), trapezoids, FourierShape(5, 10.0)):
             problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
             x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
             limits = Multipliers(problem.limits, problem.state(x, 0.5), 3.0, 0.4)
@@ -172,7 +201,7 @@ def _row(designs: list[Design], kind: Kind, asked: float, seconds: float) -> lis
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    part.__name__: part for part in (gradient, figures, information, obstacles, floors, peers)
+    part.__name__: part for part in (gradient, figures, replays, information, obstacles, floors, peers)
 }
 
 

@@ -48,6 +48,20 @@ def _shape_arguments(parser: argparse.ArgumentParser) -> None:
     either = group.add_mutually_exclusive_group()
     either.add_argument("--via-points", type=positive, metavar="N", help="number of points (default: 14)")
     either.add_argument("--fourier", type=positive, metavar="H", help="a Fourier series of H harmonics instead")
+    group.add_argument(
+        "--segments",
+        choices=("quintic", "trapezoid"),
+        help="from point to point (default: quintic); trapezoid: of speed, as movej runs it, at rest in each point",
+    )
+    group.add_argument(
+        "--ramp", type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
+    )
+    group.add_argument(
+        "--segment-durations",
+        type=gains_list,
+        metavar="S|S1,S2,..",
+        help="fixed times from point to point, one for all or one each (default: free)",
+    )
     group.add_argument("--rest", action="store_true", help="rest in each via point instead of passing it")
     group.add_argument(
         "--duration", type=positive_number, metavar="S", help="period of --fourier (default: 10), or of --near (30)"

@@ -29,7 +29,9 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--ros2", metavar="F.yaml", help="JointTrajectory of ROS 2")
     group.add_argument("--joint-names", type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)")
     group.add_argument(
-        "--val3", metavar="DIR", help="VAL3 application of via points, best with --rest; made if missing"
+        "--val3",
+        metavar="DIR",
+        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
     )
     group.add_argument("--urscript", metavar="F", help="servoj program")
     group.add_argument(

@@ -95,21 +95,39 @@ def _start(values: Sequence[float], robot: Robot) -> Array:
 
 def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
     from ..model import InputError
-    from ..trajectories import FourierShape, ViaPointShape
+    from ..trajectories import FourierShape
 
     if arguments.fourier is None:
         if arguments.duration is not None:
             raise InputError("--duration is the period of --fourier: via points take --max-duration")
-        count = arguments.via_points or ViaPointShape().count
-        if count < 3:
-            raise InputError(f"--via-points {count}: give at least 3")
-        return ViaPointShape(count, passing=not arguments.rest)
-    for option in ("rest", "max_duration"):
-        if getattr(arguments, option):
+        return _via_points(arguments)
+    for option in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
+        value = getattr(arguments, option)
+        if value is not None and value is not False:
             raise InputError(f"--{option.replace('_', '-')} belongs to --via-points: --fourier takes --duration")
     return FourierShape(
         arguments.fourier, FourierShape().duration if arguments.duration is None else arguments.duration
     )
+
+
+def _via_points(arguments: argparse.Namespace) -> ViaPointShape:
+    from ..model import InputError
+    from ..trajectories import Quintic, Segment, Trapezoid, ViaPointShape
+
+    count = arguments.via_points or ViaPointShape().count
+    if count < 3:
+        raise InputError(f"--via-points {count}: give at least 3")
+    segment: Segment = Quintic()
+    if arguments.segments == "trapezoid":
+        segment = Trapezoid() if arguments.ramp is None else Trapezoid(arguments.ramp)
+    elif arguments.ramp is not None:
+        raise InputError("--ramp has no effect without --segments trapezoid")
+    fixed = arguments.segment_durations
+    if fixed is not None:
+        if arguments.max_duration is not None:
+            raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
+        fixed = fixed[0] if len(fixed) == 1 else fixed
+    return ViaPointShape(count, passing=segment.passes and not arguments.rest, fixed=fixed, segment=segment)
 
 
 def asked_bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:

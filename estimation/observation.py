@@ -14,6 +14,7 @@ from .decimation import Decimator, noise_bandwidth
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _PART = 1024  # samples evaluated at once
+_PIECE = 4096  # decimated samples of a piece
 
 Mask = NDArray[np.bool_]
 
@@ -134,14 +135,25 @@ class Observer:
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        return self._whole(self.blocks(data, processing, partner), processing.decimate)
+        return self._held(list(self.blocks(data, processing, partner)), processing.decimate)
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """The same with the rows to use, N x n, given."""
-        return self._whole(self.stream([(data, keep)], decimate), decimate)
+        return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
-    def _whole(self, parts: Iterable[Block], decimate: int) -> Observation:
-        blocks = list(parts)
+    def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
+        """The same in consecutive pieces that need little memory."""
+        waiting: list[Block] = []
+        for block in self.blocks(data, processing):
+            waiting.append(block)
+            if sum(len(one.t) for one in waiting) >= _PIECE:
+                yield self._held(waiting, processing.decimate)
+                waiting = []
+        if waiting:
+            yield self._held(waiting, processing.decimate)
+
+    def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
+        """Equations of blocks, those of each joint in all columns."""
         W, Y, t = [], [], []
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
             kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)

@@ -10,7 +10,7 @@ from rich import box
 from rich.table import Table
 
 from .. import __version__
-from ..trajectories import Design, DesignProblem, Floor, Fourier, Score, ViaPoints
+from ..trajectories import Design, DesignProblem, Floor, Fourier, Score, Trapezoid, ViaPoints
 from ..trajectories.samples import Plan
 
 _MOST_SHOWN = 12
@@ -161,6 +161,8 @@ def _motion(plan: Plan) -> dict[str, Any]:
             "durations": plan.durations,
             "speeds": plan.speeds,
             "accelerations": plan.accelerations,
+            "segments": plan.segment.name,
+            "ramp": plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None,
         }
     assert isinstance(plan, Fourier)
     return {"kind": "fourier", "offset": plan.offset, "a": plan.a, "b": plan.b, "period": plan.period}

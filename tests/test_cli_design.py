@@ -10,7 +10,7 @@ import pytest
 from dynident.cli import main
 from dynident.model import load_robot
 from dynident.tests.report.motions import motion_parsers as read
-from dynident.trajectories import DesignProblem, ViaPoints, random_via_points
+from dynident.trajectories import DesignProblem, Trapezoid, ViaPoints, random_via_points
 
 Run = Callable[..., tuple[int, str, str]]
 QUICK = ("--payload-only", "--via-points", "4", "--starts", "1", "--seed", "2")
@@ -73,7 +73,8 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     assert f"{data['condition_number_scaled']:.4g}" in out
     assert "met" in out
     motion = data["motion"]
-    plan = ViaPoints(*(np.array(motion[key]) for key in ("points", "durations", "speeds", "accelerations")))
+    p, T, v, a = (np.array(motion[key]) for key in ("points", "durations", "speeds", "accelerations"))
+    plan = ViaPoints(p, T, v, a)
     samples = read.csv_samples((tmp_path / "m.csv").read_text())
     assert np.abs(samples.q - plan.at(samples.t)[0]).max() < 1e-7
     assert np.allclose(read.ros2((tmp_path / "m.yaml").read_text())[1].q, samples.q, atol=1e-8)
@@ -87,6 +88,47 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     assert plots == {"arm.svg"} | {
         f"{name}.{ending}" for name in ("motion", "predicted_sigma", "poses") for ending in ("png", "svg")
     }
+
+
+def test_trapezoids_of_fixed_durations(run: Run, tmp_path: Path) -> None:
+    """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
+    names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
+    goal = (*QUICK, "--criterion", "cond-scaled", "--segments", "trapezoid", "--torque-noise", "1,1,1,1,1,1")
+    options = ("--ramp", "0.2", "--segment-durations", "1,1.5,2", "--csv", names[0], "--json", names[1])
+    status, _, err = run(*goal, *options, "--val3", str(tmp_path / "excite"), "--sample-rate", "1000")
+    assert (status, err) == (0, "")
+    data = document(Path(names[1]))
+    motion = data["motion"]
+    assert (motion["segments"], motion["ramp"], motion["speeds"]) == ("trapezoid", 0.2, None)
+    assert motion["durations"] == [1.0, 1.5, 2.0]
+    samples = read.csv_samples(Path(names[0]).read_text())
+    plan = ViaPoints(np.array(motion["points"]), np.array(motion["durations"]), segment=Trapezoid(motion["ramp"]))
+    assert np.abs(samples.q - plan.at(samples.t)[0]).max() < 1e-8
+    assert data["val3_replay"]["condition_number_scaled"] == pytest.approx(
+        data["condition_number_scaled"], rel=0.05
+    )
+    assert run(*goal, "--evaluate", names[0], "--json", names[2])[0] == 0
+    judged = document(Path(names[2]))
+    assert judged["limits"]["met"]
+    assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--ramp", "0.2"), "--ramp has no effect without --segments trapezoid"),
+        (("--segments", "trapezoid", "--ramp", "0.7"), "a ramp of 0.7 of a move's time"),
+        (("--fourier", "3", "--ramp", "0"), "--ramp belongs to --via-points"),
+        (("--fourier", "3", "--segments", "quintic"), "--segments belongs to --via-points"),
+        (("--segment-durations", "1,2"), "fixed durations 1, 2: 14 via points need 13"),
+        (("--segment-durations", "1", "--max-duration", "20"), "leave --max-duration out"),
+    ],
+)
+def test_segments_that_cannot_be(run: Run, options: tuple[str, ...], words: str) -> None:
+    status, out, err = run("--torque-noise", "1,1,1,1,1,1", *options)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert len(err.splitlines()) == 1
 
 
 def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:

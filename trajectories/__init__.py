@@ -24,11 +24,12 @@ from .load import load_torques
 from .near import NearDesign, NearRequest, check_mass_visible, design_near, second_pose
 from .near_motion import NearMotion
 from .near_prediction import predicted_spread
-from .point_to_point import PointToPoint, plan_point_to_point, random_points
+from .point_to_point import PointToPoint, plan_point_to_point, plan_stops, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory
 from .scene_file import read_scene
 from .score import Learnt, Score, score_motion
+from .segments import Quintic, Segment, Trapezoid
 from .simulation import RX90_NOISE, Simulator, parameter_vector
 from .via_points import ViaPoints, random_via_points, shortest_durations
 
@@ -58,6 +59,7 @@ __all__ = [
     "NearMotion",
     "NearRequest",
     "PointToPoint",
+    "Quintic",
     "Reference",
     "Ripple",
     "RobotErrors",
@@ -65,10 +67,12 @@ __all__ = [
     "SampledTrajectory",
     "Scene",
     "Score",
+    "Segment",
     "SimulatedRun",
     "Simulator",
     "Step",
     "Task",
+    "Trapezoid",
     "ViaPointShape",
     "ViaPoints",
     "build_design",
@@ -81,6 +85,7 @@ __all__ = [
     "no_disturbances",
     "parameter_vector",
     "plan_point_to_point",
+    "plan_stops",
     "predicted_spread",
     "random_points",
     "random_via_points",

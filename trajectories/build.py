@@ -18,23 +18,28 @@ from .limits import DurationLimit, Limit, StateLimit, TorqueLimit
 from .observation import SPRING, regressor_kernel
 from .problem import DesignProblem
 from .samples import Family
+from .segments import QUINTIC, Segment
 
 
 @dataclass(frozen=True)
 class ViaPointShape:
-    """A motion through via points with free durations.
+    """A motion through via points.
 
     Attributes:
         count: number of points.
         passing: whether it passes the inner points, or rests in each.
         samples: parts of a segment between samples while optimising.
         durations: shortest and longest time from point to point [s].
+        fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
+        segment: ``Quintic()``, or ``Trapezoid(ramp)``, which rests in each point.
     """
 
     count: int = 14
     passing: bool = True
     samples: int = 12
     durations: tuple[float, float] = (0.1, 3.0)
+    fixed: float | tuple[float, ...] | None = None
+    segment: Segment = QUINTIC
 
 
 @dataclass(frozen=True)
@@ -144,6 +149,8 @@ def _family(
         if duration not in (None, shape.duration):
             raise InputError("a Fourier motion's duration stands in its shape: leave duration out")
         return FreeFourier(robot, bounds, shape.harmonics, shape.duration, samples=shape.samples, start=start)
+    if shape.fixed is not None and duration is not None:
+        raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
     return FreeViaPoints(
         robot,
         bounds,
@@ -151,6 +158,8 @@ def _family(
         passing=shape.passing,
         samples=shape.samples,
         durations=shape.durations,
+        fixed=shape.fixed,
+        segment=shape.segment,
         start=start,
     )
 

@@ -1,23 +1,24 @@
-"""Via-point motions as a family: points, speeds and accelerations there, and durations are free."""
+"""Via-point motions as a family: points, speeds and accelerations there, and durations are free or fixed."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..model import InputError, Robot
 from ..model.arrays import Array
 from .bounds import JointBounds
+from .random_points import as_drawn, reachable_points
 from .samples import Clear, Samples, everywhere
-from .via_points import ViaPoints, quintic_basis, shortest_durations
+from .segments import QUINTIC, Grid, Segment
+from .via_points import ViaPoints, shortest_durations
 
 _SLOWER = 1.3  # start: so many times the shortest durations
-_TRIES = 200  # to find a point that can be reached
-_SPAN = 0.75  # of the position range that random points use
 
 
 class FreeViaPoints:
-    """Quintic segments; for given durations q, qd and qdd are linear in the points' states.
+    """Segments whose q, qd and qdd are linear in the points' states for given durations.
 
     x holds (p - middle) / half range, v / speed limit and a / acceleration limit of the points, then
-    log(T / 1 s) of the segments. First and last point are at rest.
+    log(T / 1 s) of the segments unless their durations are fixed. First and last point are at rest.
     """
 
     def __init__(
@@ -29,6 +30,8 @@ class FreeViaPoints:
         passing: bool = True,
         samples: int = 12,
         durations: tuple[float, float] = (0.1, 3.0),
+        fixed: ArrayLike | None = None,
+        segment: Segment = QUINTIC,
         start: Array | None = None,
     ) -> None:
         """Set up ``count`` points with ``samples`` samples a segment.
@@ -38,67 +41,67 @@ class FreeViaPoints:
             bounds: its limits.
             count: number of points, the first and the last included.
             passing: whether speeds and accelerations at the inner points are free, or zero.
-            samples: parts of a segment between samples while optimising.
+            samples: parts of a segment between samples while optimising, about.
             durations: shortest and longest duration of a segment [s].
+            fixed: the segments' durations [s] instead, shape (count - 1,) or one for all; None for free.
+            segment: how the motion goes from point to point.
             start: where the motion begins and ends not necessarily [rad or m], shape (n,); None for free.
         """
         if count < 2:
             raise InputError(f"{count} via points are no motion: give at least 2")
+        if passing and not segment.passes:
+            raise InputError(f"a {segment.name} rests in every via point: set passing to False")
         self.robot, self.bounds, self.count, self.samples, self.passing = robot, bounds, count, samples, passing
+        self.segment = segment
+        self._times = None if fixed is None else checked_durations(fixed, count)
         self._fixed = 0 if start is None else 1
         self._start = None if start is None else np.asarray(start, dtype=float)
         n, inner = robot.n, (count - 2 if passing else 0)
-        sizes = [(count - self._fixed) * n, inner * n, inner * n, count - 1]
+        sizes = [(count - self._fixed) * n, inner * n, inner * n, count - 1 if fixed is None else 0]
         self._ends = np.cumsum(sizes)
-        self.size, self.free_duration = int(self._ends[-1]), True
+        self.size, self.free_duration = int(self._ends[-1]), fixed is None
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(durations)
-        self._bases: dict[int, tuple[Array, Array, Array]] = {}
+        self._grids: dict[int, Grid] = {}
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random points, at rest in each, somewhat slower than the limits allow."""
-        middle, half = self.bounds.middle, self.bounds.half
-        points = self._random_points(draw, clear)
-        times = shortest_durations(self.bounds.on(self.robot), points) * _SLOWER
+        nearer = as_drawn if self._times is None else self._nearer
+        points = reachable_points(self.bounds, self.count, draw, clear, self._start, nearer)
         x = np.zeros(self.size)
-        x[: self._ends[0]] = ((points - middle) / half)[self._fixed :].ravel()
-        x[self._ends[2] :] = np.log(times)
+        x[: self._ends[0]] = ((points - self.bounds.middle) / self.bounds.half)[self._fixed :].ravel()
+        if self._times is None:
+            times = shortest_durations(self.bounds.on(self.robot), points, segment=self.segment)
+            x[self._ends[2] :] = np.log(times * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
 
-    def _random_points(self, draw: np.random.Generator, clear: Clear) -> Array:
-        """Each point can be reached from the one before on a straight line, unless _TRIES points cannot."""
-        middle, reach = self.bounds.middle, _SPAN * self.bounds.half
-        on_line = np.linspace(0.0, 1.0, 21)[:, None]
-        points = np.empty((self.count, self.robot.n))
-        for k in range(self.count):
-            if k == 0 and self._start is not None:
-                points[0] = self._start
-                continue
-            for _ in range(_TRIES):
-                points[k] = middle + reach * draw.uniform(-1.0, 1.0, self.robot.n)
-                before = points[max(k - 1, 0)]
-                if clear(before + on_line * (points[k] - before)):
-                    break
-        return points
+    def _nearer(self, move: int, before: Array, point: Array) -> Array:
+        """As far towards a point as the limits allow in the move's fixed time."""
+        assert self._times is not None
+        T, step = self._times[move] / _SLOWER, np.abs(point - before)
+        by_speed = self.bounds.speed * T / (self.segment.peak_speed * step)
+        by_acceleration = self.bounds.acceleration * T**2 / (self.segment.peak_acceleration * step)
+        share = min(1.0, float(by_speed.min()), float(by_acceleration.min()))
+        return np.asarray(before + share * (point - before))
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
-        """States at even times of each segment, its ends included: accelerations have corners there."""
+        """States at times of each segment, its ends included: accelerations have corners there."""
         ends, T = self._segments(x)
-        B, Bd, Bdd = self._basis(finer)
+        share, (B, Bd, Bdd) = self._grid(finer)
         step = T[:, None, None]
         q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
         n = self.robot.n
-        weight = T[:, None] * self._share(finer)
+        weight = T[:, None] * share
         return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
         ends, T = self._segments(x)
-        B, Bd, Bdd = self._basis(1)
-        shape, step = (len(T), self.samples + 1, self.robot.n), T[:, None, None]
+        share, (B, Bd, Bdd) = self._grid(1)
+        shape, step = (len(T), len(share), self.robot.n), T[:, None, None]
         q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
         by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
-        by_T = slope.weight.reshape(len(T), -1) @ self._share(1)
+        by_T = slope.weight.reshape(len(T), -1) @ share
         by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
         # ends holds T v and T^2 a
         powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])
@@ -108,7 +111,8 @@ class FreeViaPoints:
     def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
         """Derivatives of q, qd and qdd, each (N, n, size)."""
         ends, T = self._segments(x)
-        m = self.samples + 1
+        share, basis = self._grid(1)
+        m = len(share)
         shape = (len(T) * m, self.robot.n, self.size)
         derivative = [np.zeros(shape) for _ in range(3)]
         linear = int(self._ends[2])
@@ -122,8 +126,8 @@ class FreeViaPoints:
             for into, a, b in zip(derivative, here[1:], base[1:], strict=True):
                 into[:, :, k] = a - b
         powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])[:, None]
-        for order, (into, B) in enumerate(zip(derivative, self._basis(1), strict=True)):
-            for k, t in enumerate(T):
+        for order, (into, B) in enumerate(zip(derivative, basis, strict=True)):
+            for k, t in enumerate(T if self._times is None else ()):
                 part = slice(k * m, (k + 1) * m)
                 # d/d log T
                 into[part, :, linear + k] = (B @ (powers * ends[k]) - order * (B @ ends[k])) / t**order
@@ -132,10 +136,15 @@ class FreeViaPoints:
     def plan(self, x: Array) -> ViaPoints:
         """The motion."""
         p, v, a, T = self._unpacked(x)
-        return ViaPoints(p, T, v, a) if self.passing else ViaPoints(p, T)
+        return ViaPoints(p, T, v, a) if self.passing else ViaPoints(p, T, segment=self.segment)
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """Slower by longer durations, smaller about the middle of the range."""
+        """Slower by longer durations, smaller about the middle of the range.
+
+        With fixed durations smaller instead of slower, about the start if there is one.
+        """
+        if self._times is not None:
+            return self._shrunk(x, smaller / slower)
         eased = x.copy()
         first, second, third = self._ends[:3]
         eased[:first] *= smaller if self._start is None else 1.0
@@ -144,17 +153,17 @@ class FreeViaPoints:
         eased[third:] += np.log(slower)
         return np.asarray(np.clip(eased, self.low, self.high))
 
-    def _basis(self, finer: int) -> tuple[Array, Array, Array]:
-        if finer not in self._bases:
-            self._bases[finer] = quintic_basis(np.linspace(0.0, 1.0, self.samples * finer + 1))
-        return self._bases[finer]
+    def _shrunk(self, x: Array, share: float) -> Array:
+        shrunk, first = share * x, self._ends[0]
+        if self._start is not None:
+            start = (self._start - self.bounds.middle) / self.bounds.half
+            shrunk[:first] += (1.0 - share) * np.tile(start, self.count - 1)
+        return shrunk
 
-    def _share(self, finer: int) -> Array:
-        """Share of a segment's time that each of its samples stands for (trapezoidal rule)."""
-        m = self.samples * finer
-        share = np.full(m + 1, 1.0 / m)
-        share[[0, -1]] *= 0.5
-        return share
+    def _grid(self, finer: int) -> Grid:
+        if finer not in self._grids:
+            self._grids[finer] = self.segment.grid(self.samples * finer)
+        return self._grids[finer]
 
     def _unpacked(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Points, speeds and accelerations there (count, n), durations (count - 1,)."""
@@ -166,7 +175,7 @@ class FreeViaPoints:
         if self.passing:
             v[1:-1] = self.bounds.speed * x[first:second].reshape(-1, n)
             a[1:-1] = self.bounds.acceleration * x[second:third].reshape(-1, n)
-        return p, v, a, np.exp(x[third:])
+        return p, v, a, np.exp(x[third:]) if self._times is None else self._times
 
     def _segments(self, x: Array) -> tuple[Array, Array]:
         """p0, T v0, T^2 a0, T^2 a1, T v1, p1 of each segment (count - 1, 6, n), and T."""
@@ -189,5 +198,21 @@ class FreeViaPoints:
             by_a = (t**2 * by_ends[:, 3])[:-1] + (t**2 * by_ends[:, 2])[1:]
             slope[first:second] = (by_v * self.bounds.speed).ravel()
             slope[second:third] = (by_a * self.bounds.acceleration).ravel()
-        slope[third:] = by_T * T
+        if self._times is None:
+            slope[third:] = by_T * T
         return slope
+
+
+def checked_durations(fixed: ArrayLike, count: int) -> Array:
+    """Durations of the segments between ``count`` points [s], shape (count - 1,); a number stands for all.
+
+    Raises:
+        InputError: if there is another number of them, or one is not positive.
+    """
+    times = np.asarray(fixed, dtype=float)
+    if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & np.isfinite(times)).all():
+        given = ", ".join(f"{time:g}" for time in times.ravel())
+        raise InputError(
+            f"fixed durations {given}: {count} via points need {count - 1} positive ones [s], or one for all"
+        )
+    return np.broadcast_to(times, (count - 1,)).copy()

@@ -12,7 +12,7 @@ from .bounds import JointBounds
 from .fourier import fourier_basis
 from .limits import Slopes, State
 from .samples import Clear, Samples, everywhere
-from .via_points import quintic_basis
+from .segments import Quintic
 
 _SPAN = 0.7  # of range, speed and acceleration that a random start uses
 _SAMPLES = 16  # per period of the highest harmonic while optimising
@@ -88,7 +88,7 @@ class NearMotion:
     def _transfer(self, start: Array, end: Array, t: Array) -> tuple[Array, Array, Array]:
         if self.transfer == 0.0:
             return np.tile(start, (len(t), 1)), np.zeros((len(t), len(start))), np.zeros((len(t), len(start)))
-        B, Bd, Bdd = (b[:, -1:] for b in quintic_basis(t / self.transfer))
+        B, Bd, Bdd = (b[:, -1:] for b in Quintic().basis(t / self.transfer))
         way = (end - start)[None]
         return start + B * way, Bd * way / self.transfer, Bdd * way / self.transfer**2
 

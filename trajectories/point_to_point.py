@@ -23,7 +23,8 @@ class PointToPoint:
     Attributes:
         points: positions [rad or m], shape (K, n).
         durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
-        ramps: durations of the ramps at each point [s], shape (K,).
+        ramps: durations of the ramps at each point [s], shape (K,), common to the moves before and after it; or of
+            the ramps up and down of each move, shape (K - 1, 2).
         blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
             stops there.
         smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
@@ -40,7 +41,8 @@ class PointToPoint:
         object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
         count = len(self.points)
         object.__setattr__(self, "durations", frozen_array(self.durations, (count - 1,), "durations"))
-        object.__setattr__(self, "ramps", frozen_array(self.ramps, (count,), "ramps"))
+        own = np.ndim(self.ramps) == 2
+        object.__setattr__(self, "ramps", frozen_array(self.ramps, (count - 1, 2) if own else (count,), "ramps"))
         if count < 2 or not (self.ramps > 0.0).all():
             raise ValueError("a motion needs two points and positive ramps")
         if (self.durations < self._shortest * (1.0 - 1e-12)).any():
@@ -50,7 +52,15 @@ class PointToPoint:
 
     @property
     def _shortest(self) -> Array:
-        return 0.5 * (self.ramps[:-1] + self.ramps[1:])
+        up, down = self._up_and_down
+        return np.asarray(0.5 * (up + down))
+
+    @property
+    def _up_and_down(self) -> tuple[Array, Array]:
+        """Ramps of each move, (K - 1,) each."""
+        if self.ramps.ndim == 2:
+            return self.ramps[:, 0], self.ramps[:, 1]
+        return self.ramps[:-1], self.ramps[1:]
 
     @property
     def duration(self) -> float:
@@ -70,13 +80,14 @@ class PointToPoint:
     def _pieces(self) -> "_Pieces":
         """The sum of all ramps as one piecewise cubic."""
         speed = np.diff(self.points, axis=0) / self.durations[:, None]
+        rising, falling = self._up_and_down
+        lengths = np.concatenate([rising, falling])
         up, down = np.zeros(len(speed)), np.zeros(len(speed))
         start = 0.0
         for k, (duration, shortest) in enumerate(zip(self.durations, self._shortest, strict=True)):
-            up[k], down[k] = start, start + duration - shortest + self.ramps[k]
-            start = down[k] + (1.0 - self.blend) * self.ramps[k + 1]
+            up[k], down[k] = start, start + duration - shortest + rising[k]
+            start = down[k] + (1.0 - self.blend) * falling[k]
         starts = np.concatenate([up, down])
-        lengths = np.concatenate([self.ramps[:-1], self.ramps[1:]])
         change = np.concatenate([speed, -speed])
         corners = np.array([0.0, self.smoothing, 1.0 - self.smoothing, 1.0])
         knots = np.unique(starts[:, None] + lengths[:, None] * corners)
@@ -156,6 +167,38 @@ def plan_point_to_point(
         if not short.any():
             return PointToPoint(points, durations, ramps, blend, smoothing)
         durations = np.where(short, durations * _STRETCH, durations)
+
+
+def plan_stops(
+    robot: Robot,
+    points: Array,
+    speed: float | Array = 0.5,
+    acceleration: float | Array = 0.5,
+    smoothing: float = 0.25,
+) -> PointToPoint:
+    """The quickest such motion that stops at every point, each move by its own speed and acceleration.
+
+    Args:
+        robot: its joints' limits; a joint without limits sets no bound.
+        points: positions [rad or m], shape (K, n).
+        speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
+        acceleration: fraction of the acceleration limits to use; likewise.
+        smoothing: as in ``PointToPoint``.
+
+    Raises:
+        ValueError: if no limit bounds a move, or two neighbouring points are the same.
+    """
+    step = np.abs(np.diff(np.asarray(points, dtype=float), axis=0))
+    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
+    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
+    by_speed = (step / top).max(axis=1)
+    by_acceleration = (step / strong).max(axis=1)
+    # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.
+    durations = np.maximum(by_speed, np.sqrt(by_acceleration))
+    if not ((by_speed > 0.0).all() and (by_acceleration > 0.0).all()):
+        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+    ramps = by_acceleration / durations
+    return PointToPoint(points, durations, np.column_stack([ramps, ramps]), 0.0, smoothing)
 
 
 def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Array:

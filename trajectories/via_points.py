@@ -1,4 +1,4 @@
-"""Motions through via points by quintic segments, at rest in each or passing."""
+"""Motions through via points by quintic or trapezoidal segments, at rest in each or passing."""
 
 from dataclasses import dataclass
 
@@ -8,32 +8,7 @@ from numpy.typing import NDArray
 from ..model import Motion, Robot
 from ..model.arrays import Array, frozen_array
 from .point_to_point import random_points
-
-_PEAK_SPEED = 15.0 / 8.0  # of a quintic from 0 to 1 in unit time
-_PEAK_ACCELERATION = 10.0 / np.sqrt(3.0)
-
-
-# Quintic Hermite polynomials on 0 <= s <= 1: row k holds the coefficients of 1, s, ..., s^5 that multiply
-# p0, T v0, T^2 a0, T^2 a1, T v1, p1.
-_HERMITE = np.array(
-    [
-        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
-        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
-        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
-        [0.0, 0.0, 0.0, 0.5, -1.0, 0.5],
-        [0.0, 0.0, 0.0, -4.0, 7.0, -3.0],
-        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
-    ]
-)
-
-
-def quintic_basis(s: Array) -> tuple[Array, Array, Array]:
-    """What multiplies p0, T v0, T^2 a0, T^2 a1, T v1 and p1 at s = t / T: in q, T qd and T^2 qdd, each (N, 6)."""
-    powers = s[:, None] ** np.arange(6)
-    k = np.arange(1, 6)
-    first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
-    second = np.hstack([np.zeros((len(s), 2)), k[1:] * k[:4] * powers[:, :4]])
-    return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
+from .segments import QUINTIC, Segment
 
 
 @dataclass(frozen=True)
@@ -45,12 +20,14 @@ class ViaPoints:
         durations: of the segments [s], shape (points - 1,).
         speeds: at the points [rad/s or m/s], shape (points, n); None for rest in each.
         accelerations: at the points [rad/s^2 or m/s^2], shape (points, n); None for zero.
+        segment: how it goes from point to point.
     """
 
     points: Array
     durations: Array
     speeds: Array | None = None
     accelerations: Array | None = None
+    segment: Segment = QUINTIC
 
     def __post_init__(self) -> None:
         """Lock the arrays and check them."""
@@ -62,6 +39,8 @@ class ViaPoints:
         for name in ("speeds", "accelerations"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen_array(getattr(self, name), self.points.shape, name))
+        if not (self.rests or self.segment.passes):
+            raise ValueError(f"a {self.segment.name} rests in every point: leave speeds and accelerations out")
 
     @property
     def duration(self) -> float:
@@ -81,14 +60,16 @@ class ViaPoints:
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
         knots = np.concatenate([[0.0], np.cumsum(self.durations)])
+        moves = ((t >= 0.0) & (t <= knots[-1]))[:, None]
         t = np.clip(t, 0.0, knots[-1])
         k = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(self.durations) - 1)
         T = self.durations[k][:, None]
         # The step alone enters the polynomials, so that a joint that stays put does so exactly.
         start = self.points[k]
         ends = np.stack([np.zeros_like(start), *self._inner(k, T), np.diff(self.points, axis=0)[k]])
-        q, qd, qdd = (np.einsum("Nk,kNn->Nn", b, ends) for b in quintic_basis((t - knots[k]) / T[:, 0]))
-        return start + q, qd / T, qdd / T**2
+        s = np.clip((t - knots[k]) / T[:, 0], 0.0, 1.0)
+        q, qd, qdd = (np.einsum("Nk,kNn->Nn", b, ends) for b in self.segment.basis(s))
+        return start + q, qd / T, qdd / T**2 * moves
 
     def _inner(self, k: NDArray[np.intp], T: Array) -> tuple[Array, Array, Array, Array]:
         """T v0, T^2 a0, T^2 a1, T v1 of the segments ``k``."""
@@ -98,13 +79,14 @@ class ViaPoints:
         return T * v[k], T**2 * a[k], T**2 * a[k + 1], T * v[k + 1]
 
 
-def shortest_durations(robot: Robot, points: Array, speed: float = 1.0) -> Array:
-    """Durations in which quintic segments keep the speed and acceleration limits, shape (points - 1,).
+def shortest_durations(robot: Robot, points: Array, speed: float = 1.0, segment: Segment = QUINTIC) -> Array:
+    """Durations in which segments at rest at both ends keep the speed and acceleration limits, shape (points - 1,).
 
     Args:
         robot: its joints' limits; a joint without limits sets no bound.
         points: positions [rad or m], shape (points, n).
         speed: fraction of the speed limits to use.
+        segment: how the motion goes from point to point.
 
     Raises:
         ValueError: if no limit bounds a segment.
@@ -112,15 +94,22 @@ def shortest_durations(robot: Robot, points: Array, speed: float = 1.0) -> Array
     step = np.abs(np.diff(points, axis=0))
     top = np.array([joint.limits.speed for joint in robot.joints]) * speed
     strong = np.array([joint.limits.acceleration for joint in robot.joints])
-    by_speed = _PEAK_SPEED * step / top
-    by_acceleration = np.sqrt(_PEAK_ACCELERATION * step / strong)
+    by_speed = segment.peak_speed * step / top
+    by_acceleration = np.sqrt(segment.peak_acceleration * step / strong)
     durations = np.maximum(by_speed, by_acceleration).max(axis=1)
     if not (durations > 0.0).all():
         raise ValueError("no speed or acceleration limit bounds a segment, or two points are the same")
     return np.asarray(durations)
 
 
-def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, span: float = 0.8) -> ViaPoints:
+def random_via_points(
+    robot: Robot,
+    count: int,
+    seed: int,
+    speed: float = 0.5,
+    span: float = 0.8,
+    segment: Segment = QUINTIC,
+) -> ViaPoints:
     """Random points within the position limits, with the shortest durations.
 
     Args:
@@ -129,9 +118,10 @@ def random_via_points(robot: Robot, count: int, seed: int, speed: float = 0.5, s
         seed: of the random numbers.
         speed: fraction of the speed limits to use.
         span: fraction of the position range to use, about its middle.
+        segment: how the motion goes from point to point.
 
     Raises:
         ValueError: if a joint has no position limits.
     """
     points = random_points(robot, count, seed, span)
-    return ViaPoints(points, shortest_durations(robot, points, speed))
+    return ViaPoints(points, shortest_durations(robot, points, speed, segment), segment=segment)

@@ -14,11 +14,12 @@ from ..conflicts import CONFLICT, Weighing, tested, weighings
 from ..constrained import solve_constrained
 from ..constraints import Constraint, KnownMass
 from ..drive_gains import GainErrors
+from ..error_model import error_model
 from ..estimate import Estimate
 from ..intervals import NO_INTERVALS, profile_intervals
 from ..least_squares import weighted
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload, error_model
+from ..payload.constrained import ConstrainedPayload
 from ..payload.result import PayloadEstimate
 from ..problem import merged
 from ..robust import student95

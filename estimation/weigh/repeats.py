@@ -6,8 +6,8 @@ import numpy as np
 
 from ...model import InputError
 from ..constraints import KnownMass
+from ..error_model import error_model
 from ..estimate import Estimate
-from ..payload.constrained import error_model
 from ..robust import student95
 from ..scaling import rise_p_value
 from .problem import WeighProblem

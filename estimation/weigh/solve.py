@@ -95,7 +95,7 @@ class _Solver:
             factor = whole.select((*self.robot, *self.names)).stacked(weights)
             k = len(self.robot)
             P = A @ np.linalg.lstsq(factor[:, k:-1], factor[:, :k], rcond=None)[0]
-            shared = shared + P @ self.known.covariance @ P.T
+            shared = shared + P @ _known_covariance(self.known) @ P.T
             dof = min(dof, self.known.degrees_of_freedom)
         estimate = Estimate(
             names=tuple(PAYLOAD[k] for k in self.resolved.places),
@@ -209,12 +209,17 @@ def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:
         k = len(known.names)
         scaled = [w * f for w, f in zip(weights, whole.factors, strict=True)]
         rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in scaled)
-        return JointEquations(rest, tuple(f[:, :k] for f in scaled), known.covariance, rows)
+        return JointEquations(rest, tuple(f[:, :k] for f in scaled), _known_covariance(known), rows, True)
 
     def parts() -> list[list[JointEquations]]:
         return [[equations(part) for part in deletions(problem)]]
 
     return joints_view(equations(problem.problem), parts, groups_of(problem.joints), problem.joints)
+
+
+def _known_covariance(known: Estimate) -> Array:
+    """Of a robot's parameters: the one that allows for errors that last, where it was stored."""
+    return known.robust.covariance if known.robust is not None else known.covariance
 
 
 def groups_of(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:

@@ -7,6 +7,7 @@ Manual (D28062804A), 9.5 mdesc type and 9.6 movement instructions; Beckhoff TF51
 as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
+import math
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
@@ -15,7 +16,7 @@ import numpy as np
 from ...model import InputError, Robot
 from ...model.arrays import Array
 from ...model.kinematics import forward_kinematics
-from ...trajectories import PointToPoint, ViaPoints, plan_point_to_point
+from ...trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point, plan_stops
 from .written import WrittenMotion, require_six_turning
 
 _XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
@@ -70,9 +71,10 @@ def val3_replay(written: WrittenMotion) -> PointToPoint:
     moves = _descriptors(written, plan)
     speed = 0.01 * np.array([[move.vel] for move in moves])
     into = 0.01 * np.array([[move.accel] for move in moves])
+    if plan.rests:
+        return plan_stops(written.described, plan.points, speed, into)
     at_points = np.minimum(np.vstack([into[:1], into]), np.vstack([into, into[-1:]]))
-    blend = 0.0 if plan.rests else 1.0
-    return plan_point_to_point(written.described, plan.points, speed, at_points, blend)
+    return plan_point_to_point(written.described, plan.points, speed, at_points)
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
@@ -93,33 +95,40 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
 def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """A descriptor for each segment, into its second point.
 
-    Accelerations as large as the design's limits allow, speeds so that a trapezoidal profile takes the segment's
-    time; whole percentages, rounded down.
+    Of trapezoidal segments the ramp gives the acceleration. Of quintic ones accelerations are as large as the
+    design's limits allow. Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those
+    of trapezoidal segments rounded within the limits, the others rounded down.
     """
     limits = [joint.limits for joint in written.described.joints]
     top = np.array([limit.speed for limit in limits])
     strong = np.array([limit.acceleration for limit in limits])
     most_speed = float((written.bounds.speed / top).min())
-    accel = _percent(min(float((written.bounds.acceleration / strong).min()), 1.0))
+    most_acceleration = min(float((written.bounds.acceleration / strong).min()), 1.0)
     leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
     found = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
-        resting = _speed(step / top, step / (0.01 * accel * strong), T)
-        speed = resting if plan.rests else float((step / top).max() / T)
-        found.append(Descriptor(accel, _percent(min(speed, most_speed)), int(leave[k + 1])))
+        # As the slowest joint has them; the others follow its law.
+        by_speed, by_acceleration = float((step / top).max()), float((step / strong).max())
+        accel, rounding = _percent(most_acceleration), 0.0
+        if isinstance(plan.segment, Trapezoid):
+            wanted, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
+            accel = min(_percent(wanted + rounding), accel)
+        speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
+        vel = min(_percent(speed + rounding), _percent(most_speed))
+        found.append(Descriptor(accel, vel, int(leave[k + 1])))
     return found
 
 
-def _speed(by_speed: Array, by_acceleration: Array, T: float) -> float:
+def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
     """Fraction v of the nominal speed with which a trapezoid rests at both ends and takes T; 1 if none does.
 
-    A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given, shape (n,).
+    A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given.
     """
-    moving = by_speed > 0.0
-    a, b = by_speed[moving], by_acceleration[moving]
-    root = T * T - 4.0 * b  # of a / v + v b / a = T
-    fractions = np.where(root >= 0.0, (T - np.sqrt(np.maximum(root, 0.0))) * a / (2.0 * b), 1.0)
-    return float(min(fractions.max(initial=0.01), 1.0))
+    root = T * T - 4.0 * by_acceleration  # of a / v + v b / a = T
+    if root < 0.0 or by_acceleration == 0.0:
+        return 1.0
+    fraction = (T - math.sqrt(root)) * by_speed / (2.0 * by_acceleration)
+    return min(max(fraction, 0.01), 1.0)
 
 
 def _leave(written: WrittenMotion, points: Array) -> Array:
@@ -132,7 +141,7 @@ def _leave(written: WrittenMotion, points: Array) -> Array:
 
 
 def _percent(fraction: float) -> int:
-    """Rounded down, so that no limit is passed."""
+    """Rounded down, and at least 1."""
     return max(int(100.0 * fraction + 1e-9), 1)
 
 

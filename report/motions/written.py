@@ -7,7 +7,7 @@ import numpy as np
 from ... import __version__
 from ...model import InputError, Motion, Robot
 from ...model.arrays import Array
-from ...trajectories import Design, JointBounds, ViaPoints
+from ...trajectories import Design, JointBounds, Trapezoid, ViaPoints
 from ...trajectories.samples import Plan
 
 DIGITS = 9
@@ -83,7 +83,10 @@ def design_head(design: Design) -> tuple[str, ...]:
 
 def _shape(plan: Plan) -> str:
     if isinstance(plan, ViaPoints):
-        return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}"
+        ramp = ""
+        if isinstance(plan.segment, Trapezoid):
+            ramp = f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
+        return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}{ramp}"
     return "Fourier series"
 
 

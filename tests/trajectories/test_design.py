@@ -20,6 +20,7 @@ from dynident.trajectories import (
     Loads,
     Scene,
     Step,
+    Trapezoid,
     ViaPoints,
     ViaPointShape,
     build_design,
@@ -62,6 +63,8 @@ GOALS = {
 SHAPES: dict[str, ViaPointShape | FourierShape] = {
     "via": ViaPointShape(14),
     "rest": ViaPointShape(14, passing=False),
+    "trapezoid": ViaPointShape(14, passing=False, segment=Trapezoid()),
+    "fixed": ViaPointShape(14, fixed=1.5),
     "fourier": FourierShape(5, 10.0),
 }
 
@@ -93,7 +96,7 @@ def derivative(function: object, x: Array, direction: Array, step: float = 2e-4)
 def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     """With the terms of every limit that bites: joints, torques of two loads, duration and obstacles."""
     bounds = JointBounds.of(ROBOT) if goal == "payload" else BOUNDS
-    task = problem(goal, shape, bounds=bounds, duration=None if shape == "fourier" else 12.0)
+    task = problem(goal, shape, bounds=bounds, duration=None if shape in ("fixed", "fourier") else 12.0)
     draw = np.random.default_rng(0)
     x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
     limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
@@ -103,6 +106,29 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
     found = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
     assert slope @ direction == pytest.approx(found, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
+
+
+@pytest.mark.parametrize("fixed", [None, 1.25])
+def test_trapezoids_within_every_limit(fixed: float | None) -> None:
+    """Peaks of speed and acceleration as the trapezoid's law has them, not as samples show them."""
+    shape = ViaPointShape(8, passing=False, fixed=fixed, segment=Trapezoid(0.2))
+    design = solve_design(build_design(ROBOT, shape, Goal("d", noise=NOISE), bounds=BOUNDS, scene=SCENE), starts=1)
+    plan = design.plan
+    assert isinstance(plan, ViaPoints)
+    assert design.feasible
+    assert score_motion(design.problem, design.motion(997.0)).feasible
+    speed = np.abs(np.diff(plan.points, axis=0)) / plan.durations[:, None] / 0.8
+    acceleration = speed / (0.2 * plan.durations[:, None])
+    assert (speed <= BOUNDS.speed * (1.0 + 1e-9)).all()
+    assert (acceleration <= BOUNDS.acceleration * (1.0 + 1e-9)).all()
+    assert max((speed / BOUNDS.speed).max(), (acceleration / BOUNDS.acceleration).max()) > 0.9
+    if fixed is not None:
+        assert np.array_equal(plan.durations, np.full(7, fixed))
+
+
+def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
+    with pytest.raises(InputError, match="durations of the moves are fixed"):
+        build_design(rx90, ViaPointShape(5, fixed=1.0), Goal("cond", payload_only=True), duration=10.0)
 
 
 def test_limits_have_exact_jacobians() -> None:

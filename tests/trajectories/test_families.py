@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.model import InputError, Joint, Robot, load_robot
 from dynident.model.arrays import Array
-from dynident.trajectories import Fourier, JointBounds, ViaPoints
+from dynident.trajectories import Fourier, JointBounds, Trapezoid, ViaPoints
 from dynident.trajectories.bound import FreeStates
 from dynident.trajectories.fourier import FreeFourier
 from dynident.trajectories.free_via_points import FreeViaPoints
@@ -14,12 +14,22 @@ ROBOT = load_robot("rx90")
 BOUNDS = JointBounds.of(ROBOT)
 POSE = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
 
+FIXED = (1.0, 0.7, 1.3)
+STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
+"""Their accelerations have steps."""
+
 
 def families() -> dict[str, Family]:
     return {
         "passing": FreeViaPoints(ROBOT, BOUNDS, 5),
         "resting": FreeViaPoints(ROBOT, BOUNDS, 4, passing=False),
         "from a pose": FreeViaPoints(ROBOT, BOUNDS, 4, start=POSE),
+        "fixed": FreeViaPoints(ROBOT, BOUNDS, 4, fixed=FIXED),
+        "trapezoid": FreeViaPoints(ROBOT, BOUNDS, 4, passing=False, segment=Trapezoid(0.3)),
+        "triangle": FreeViaPoints(ROBOT, BOUNDS, 3, passing=False, segment=Trapezoid(0.5)),
+        "fixed trapezoid from a pose": FreeViaPoints(
+            ROBOT, BOUNDS, 4, passing=False, segment=Trapezoid(), fixed=FIXED, start=POSE
+        ),
         "fourier": FreeFourier(ROBOT, BOUNDS, 3, 6.0),
         "fourier from a pose": FreeFourier(ROBOT, BOUNDS, 4, 8.0, start=POSE),
         "states": FreeStates(ROBOT, BOUNDS, 7, 1.0),
@@ -65,7 +75,7 @@ def test_weights_are_pulled_back_too(family: Family) -> None:
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
 
 
-@pytest.mark.parametrize("name", [name for name in families() if name != "states"])
+@pytest.mark.parametrize("name", [name for name in families() if name not in ("states", *STEPS)])
 def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
     family = families()[name]
     x = somewhere(family)
@@ -83,6 +93,53 @@ def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
     fine = family.sample(x, 10)
     assert np.allclose(fine.q.max(axis=0), motion.q.max(axis=0), atol=2e-3)
     assert np.allclose(fine.qdd.max(axis=0), motion.qdd.max(axis=0), rtol=2e-2, atol=0.05)
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
+    """Integrated over the samples' own times; peaks are sampled exactly, on the solver's grid already."""
+    family = families()[name]
+    assert isinstance(family, FreeViaPoints)
+    assert isinstance(family.segment, Trapezoid)
+    x = somewhere(family)
+    plan, r = family.plan(x), family.segment.ramp
+    step, T = np.diff(plan.points, axis=0), plan.durations[:, None]
+    for finer in (1, 10):
+        weight, q, qd, qdd = family.sample(x, finer)
+        shape = (len(T), -1, ROBOT.n)
+        speed, acceleration = qd.reshape(shape), qdd.reshape(shape)
+        assert weight.sum() == pytest.approx(plan.duration)
+        assert np.allclose(np.abs(speed).max(axis=1), np.abs(step) / T / (1.0 - r))
+        assert np.allclose(np.abs(acceleration).max(axis=1), np.abs(step) / T**2 / (r * (1.0 - r)))
+        # Speeds are piecewise linear, so the trapezoidal rule is exact.
+        assert np.allclose(np.einsum("ki,kij->kj", weight.reshape(len(T), -1), speed), step)
+        assert np.abs(speed[:, [0, -1]]).max() < 1e-12
+        levels = np.unique(np.round(acceleration[0, :, 0] / np.abs(acceleration[0, :, 0]).max(), 9))
+        assert levels.tolist() == ([-1.0, 1.0] if name == "triangle" else [-1.0, 0.0, 1.0])
+    t = np.linspace(0.0, plan.duration, 200_001)
+    q, qd, qdd = plan.at(t)
+    assert np.abs(np.gradient(q, t, axis=0) - qd).max() < 1e-3 * np.abs(qd).max()
+    assert np.abs(np.cumsum(qdd, axis=0) * t[1] - qd).max() < 1e-3 * np.abs(qd).max()
+    assert not np.any(plan.at(np.array([-0.1, plan.duration + 0.1]))[1:]), "at rest before and after"
+
+
+@pytest.mark.parametrize("name", [name for name in families() if "fixed" in name])
+def test_fixed_durations_stay(name: str) -> None:
+    family = families()[name]
+    assert isinstance(family, FreeViaPoints)
+    draw = np.random.default_rng(4)
+    x = family.random(draw)
+    samples = family.sample(x)
+    assert not family.free_duration
+    assert np.abs(samples.qd / BOUNDS.speed).max() < 0.8, "a random start keeps the limits"
+    assert np.abs(samples.qdd / BOUNDS.acceleration).max() < 0.8
+    smaller = family.eased(x, 1.25, 1.0)
+    for y in (x, smaller):
+        assert np.array_equal(family.plan(y).durations, FIXED)
+    assert np.allclose(family.sample(smaller).qd, samples.qd / 1.25)
+    assert np.allclose(family.sample(smaller).qdd, samples.qdd / 1.25)
+    if "pose" in name:
+        assert np.allclose(family.sample(smaller).q[0], POSE)
 
 
 def test_a_passing_motion_has_the_speeds_and_accelerations_it_is_given() -> None:
@@ -125,6 +182,16 @@ def test_what_cannot_be_is_refused() -> None:
         FreeFourier(ROBOT, BOUNDS, 1, 10.0)
     with pytest.raises(InputError, match="1 via points"):
         FreeViaPoints(ROBOT, BOUNDS, 1)
+    for bad in ((1.0,), (1.0, 0.0, 1.0), -1.0, np.inf):
+        with pytest.raises(InputError, match="need 3 positive ones"):
+            FreeViaPoints(ROBOT, BOUNDS, 4, fixed=bad)
+    with pytest.raises(InputError, match="a trapezoid rests in every via point"):
+        FreeViaPoints(ROBOT, BOUNDS, 4, segment=Trapezoid())
+    for ramp in (0.0, 0.6, np.nan):
+        with pytest.raises(InputError, match=r"above 0, at most 0\.5"):
+            Trapezoid(ramp)
+    with pytest.raises(ValueError, match="a trapezoid rests in every point"):
+        ViaPoints(np.eye(3), np.ones(2), np.ones((3, 3)), segment=Trapezoid())
     with pytest.raises(ValueError, match="positive period"):
         Fourier(np.zeros(1), np.zeros((1, 2)), np.zeros((1, 2)), 0.0)
     with pytest.raises(InputError, match="override is 1"):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from dynident.model import Joint, Limits, Robot, load_robot
-from dynident.trajectories import PointToPoint, plan_point_to_point, random_points
+from dynident.tests.report.motions.motion_parsers import trapezoid_time
+from dynident.trajectories import PointToPoint, plan_point_to_point, plan_stops, random_points
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -50,6 +51,29 @@ def test_starts_and_ends_at_rest_and_derivatives_are_derivatives(blend: float) -
         assert np.abs(difference - slope)[1:-1].max() < 2e-3 * np.abs(slope).max()
     beyond = plan.at(np.array([-1.0, plan.duration + 1.0]))
     assert np.allclose(beyond[0], points[[0, -1]], atol=1e-11)
+
+
+def test_stops_run_each_move_by_its_own_law() -> None:
+    """Speeds and accelerations reached in every move are its own; without smoothing it is a trapezoid's time."""
+    points, draw = random_points(RX90, 6, 2), np.random.default_rng(0)
+    speed, acceleration = draw.uniform(0.1, 1.0, (2, 5, 1))
+    limits = [joint.limits for joint in RX90.joints]
+    V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
+    plan = plan_stops(RX90, points, speed, acceleration)
+    ends = np.concatenate([[0.0], np.cumsum(plan.durations + plan.ramps[:, 0])])
+    assert plan.duration == pytest.approx(ends[-1])
+    for k in range(5):
+        q, qd, qdd = plan.at(np.linspace(ends[k], ends[k + 1], 20_001))
+        assert np.allclose(q[[0, -1]], points[k : k + 2], atol=1e-9)
+        assert np.allclose(qd[[0, -1]], 0.0, atol=1e-6)
+        shares = (np.abs(qd) / V).max() / speed[k, 0], (np.abs(qdd) / A).max() / acceleration[k, 0]
+        assert max(shares) <= 1.0 + 1e-9
+        assert shares[1] == pytest.approx(1.0, abs=1e-3)
+    sharp = plan_stops(RX90, points, speed, acceleration, smoothing=1e-6)
+    step = np.abs(np.diff(points, axis=0))
+    times = [trapezoid_time(step[k], speed[k] * V, acceleration[k] * A) for k in range(5)]
+    assert sharp.duration >= sum(times) * (1.0 - 1e-9)
+    assert sharp.duration == pytest.approx(sum(times), rel=0.05), "one law for all joints is hardly slower"
 
 
 def test_without_blending_every_point_is_reached_at_rest() -> None:

@@ -24,9 +24,11 @@ from dynident.trajectories import (
     FourierShape,
     Goal,
     JointBounds,
+    Trapezoid,
     ViaPoints,
     ViaPointShape,
     build_design,
+    score_motion,
     solve_design,
 )
 
@@ -43,6 +45,7 @@ def designs() -> dict[str, Design]:
     shapes: dict[str, ViaPointShape | FourierShape] = {
         "passing": ViaPointShape(5),
         "rest": ViaPointShape(5, passing=False),
+        "trapezoid": ViaPointShape(5, passing=False, segment=Trapezoid(0.2)),
         "fourier": FourierShape(2, 3.1234567),
     }
     return {
@@ -51,7 +54,7 @@ def designs() -> dict[str, Design]:
     }
 
 
-@pytest.fixture(params=["passing", "rest", "fourier"])
+@pytest.fixture(params=["passing", "rest", "trapezoid", "fourier"])
 def design(request: pytest.FixtureRequest, designs: dict[str, Design]) -> Design:
     return designs[request.param]
 
@@ -156,6 +159,29 @@ def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design],
     nearest = [np.abs(motion.q - point).max(axis=1).min() for point in design.plan.points]
     assert max(nearest[0], nearest[-1]) < 1e-2
     assert (max(nearest) < 1e-2) == (kind == "rest"), "blending passes the inner points at a distance"
+
+
+def test_val3_of_trapezoids_runs_the_design(designs: dict[str, Design]) -> None:
+    """Each move's ramp and time, as far as whole percentages allow; and what it teaches."""
+    design = designs["trapezoid"]
+    plan = design.plan
+    assert isinstance(plan, ViaPoints)
+    limits = [joint.limits for joint in design.problem.robot.joints]
+    V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
+    found = read.val3(val3_files(written(design), "excite"))
+    for k, motion in enumerate(found.motions[1:]):
+        distance, T = np.abs(np.diff(plan.points, axis=0))[k], plan.durations[k]
+        assert float(motion["accel"]) == pytest.approx((distance / A).max() / (0.16 * T**2) * 100.0, abs=0.51)
+        time = read.trapezoid_time(distance, float(motion["vel"]) / 100.0 * V, float(motion["accel"]) / 100.0 * A)
+        assert time == pytest.approx(T, rel=0.006 / (float(motion["vel"]) / 100.0))
+        assert motion["blend"] == "off"
+    problem = design.problem
+    again = score_motion(problem, val3_replay(written(design)).motion(500.0)).learnt
+    assert again.condition_number_scaled == pytest.approx(design.learnt.condition_number_scaled, rel=0.05)
+    quintic = score_motion(problem, val3_replay(written(designs["rest"])).motion(500.0)).learnt
+    assert again.condition_number_scaled < quintic.condition_number_scaled
+    text = val3_files(written(design), "excite")["start.pgx"]
+    assert "at rest in each, trapezoids of speed with ramps of 0.2 of each move's time" in text
 
 
 def test_what_has_no_place_is_refused(designs: dict[str, Design]) -> None:
