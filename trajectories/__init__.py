@@ -21,9 +21,10 @@ from .goal import Earlier, Goal
 from .integrator import Ripple
 from .limits import LimitCheck
 from .load import load_torques
-from .near import NearDesign, NearRequest, check_mass_visible, design_near, second_pose
+from .near import NearDesign, NearRequest, check_mass_visible, design_near
 from .near_motion import NearMotion
 from .near_prediction import predicted_spread
+from .near_second import second_pose
 from .point_to_point import PointToPoint, plan_point_to_point, plan_stops, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory

@@ -1,7 +1,7 @@
 """Designs a short motion near a pose that tells a payload, and what it will tell."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -36,14 +36,11 @@ from .via_points import shortest_durations
 _PERIOD = 7.5
 """s: about how long a series lasts before it is repeated."""
 _HARMONICS = 8
-_SHARES = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
+SHARES = {"M": 0.01, "MX": 1e-3, "MY": 1e-3, "MZ": 1e-3}
 """Standard deviations that count alike: of the mass 10 g, of the first moments 1 mm times the mass expected; of
 inertias ``_INERTIA``."""
 _INERTIA = 0.02  # kg m^2
 _TRANSFER_SPEED = 0.5  # of the limits
-_APART = 0.5 * np.pi  # rad: between two wrist poses
-_LOOKS = 6  # random motions by which second poses are compared
-_HELPS = 0.75  # of the uncertainty with one pose: above it a second pose is not worth leaving the range
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +187,7 @@ def design_near(
 def near_problem(request: NearRequest, visibility: PayloadVisibility) -> DesignProblem:
     """The design problem of a request."""
     robot, moving = request.robot.with_offsets(True), [joint - 1 for joint in request.joints]
-    bounds, family = request.limits, _family(request)
+    bounds, family = request.limits, near_family(request)
     loads = request.loads
     base = base_parameters(request.robot) if loads is not None else None
     wanted = (*payload_columns(robot), *friction_columns(robot))
@@ -213,7 +210,7 @@ def near_problem(request: NearRequest, visibility: PayloadVisibility) -> DesignP
     own = [k for k, name in enumerate(names) if name in wanted[:10]]
     mass = request.expected.mass
     reference = {
-        names[k]: _SHARES.get(kind, _INERTIA / mass) * (1.0 if kind == "M" else mass)
+        names[k]: SHARES.get(kind, _INERTIA / mass) * (1.0 if kind == "M" else mass)
         for k in own
         for kind in [parameter_kind(names[k])]
     }
@@ -248,41 +245,12 @@ def spread_of(request: NearRequest, motion: NearMotion) -> PayloadSpread:
     )
 
 
-def second_pose(request: NearRequest, seed: int = 0) -> Array | None:
-    """A second pose that would tell clearly more, the moving wrist joints turned by 90 degrees; None without one.
+def near_family(request: NearRequest) -> FreeNearMotion:
+    """The motions among which to choose.
 
-    Judged on a few random motions each, before any design.
+    Raises:
+        InputError: if the duration leaves no time beside the way between two poses.
     """
-    limits, n = request.limits, request.robot.n
-    wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in request.joints and request.robot.joints[j].revolute]
-    candidates = []
-    for pattern in np.ndindex(*(3,) * len(wrist)):
-        pose = request.pose.copy()
-        pose[wrist] += _APART * (np.array(pattern) - 1.0)
-        if any(step != 1 for step in pattern) and ((pose > limits.low) & (pose < limits.high)).all():
-            candidates.append(pose)
-    one = _looked(replace(request, second=None), seed)
-    found = [(_looked(replace(request, second=pose), seed), k) for k, pose in enumerate(candidates)]
-    best, k = min(found, default=(np.inf, 0))
-    return candidates[k] if best < _HELPS * one else None
-
-
-def uncertainty(spread: PayloadSpread) -> float:
-    """Of mass in units of 10 g and of the centre of mass in mm, whichever is larger; infinite ones left out."""
-    numbers = [spread.mass / _SHARES["M"], *(spread.com / _SHARES["MX"])]
-    return max((x for x in numbers if np.isfinite(x)), default=np.inf)
-
-
-def _looked(request: NearRequest, seed: int) -> float:
-    try:
-        family = _family(request)
-    except InputError:
-        return np.inf
-    draw = np.random.default_rng(seed)
-    return min(uncertainty(spread_of(request, family.plan(family.random(draw)))) for _ in range(_LOOKS))
-
-
-def _family(request: NearRequest) -> FreeNearMotion:
     bounds, poses = request.limits, request.poses
     moving = [joint - 1 for joint in request.joints]
     transfer = 0.0
