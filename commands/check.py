@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("check", help="look at logs: what was understood, what looks wrong")
+    parser = commands.add_parser(
+        "check",
+        help="look at logs: what was understood, what looks wrong",
+        description="Look at logs: what was understood, what looks wrong, and how surely they show each base "
+        "parameter. Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
+        "reproduces a logged tool pose, is for 'dynident robot check'.",
+    )
     parser.add_argument("logs", nargs="+", metavar="LOG", help="recordings, with or without payload")
     robot_argument(parser)
     parser.add_argument("--plots", metavar="DIR", help="draw the signals there, PNG and SVG")

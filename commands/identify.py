@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told, arguments)
     with Console(stderr=True).status("reading") as status:
         rule = essential_rule(arguments)
-        result = identify(robot, recordings, processing, held_out, progress=status.update, essential=rule)
+        result = identify(robot, recordings, processing, held_out, status.update, robust=True, essential=rule)
         constrained = _constrained(arguments, result)
         warnings = impossible_robot(robot, result.base, result.estimate, result.elimination)
     tables = [robot_table(result, constrained.values.tolist() if constrained else None)]

@@ -23,11 +23,10 @@ from ..estimation import (
     identify,
     loaded_problem,
     measurement,
-    merged,
     payload_problem,
     weighted,
 )
-from ..estimation.payload import FixedWeights, robust_covariance
+from ..estimation.payload import robust_covariance, selected
 from ..estimation.progress import Progress, silent
 from ..estimation.repetition import Answer, Outcome, answer_of
 from ..model.arrays import Array
@@ -67,7 +66,7 @@ def analyse(experiment: Experiment, progress: Progress = silent) -> Analysis:
     last = [run.recording for run in experiment.runs[-2:]]
     unloaded = [run.recording for run in experiment.runs[:-2:2]]
     progress("the robot alone")
-    alone = identify(robot, unloaded, validation=last[:1], progress=progress)
+    alone = identify(robot, unloaded, validation=last[:1], progress=progress, robust=True)
     progress("the payload")
     answer = answer_payload(problem, held_out=last[:1])
     progress("robot and payload together")
@@ -98,13 +97,6 @@ def essential_joint(problem: PayloadProblem) -> Estimate:
     names = essential_combined(problem, SigmaBound(ESSENTIAL_BOUND)).essential
     essential = selected(problem, None, names=names)
     return replace(essential, robust=robust_covariance(problem, partial(selected, names=names), essential))
-
-
-def selected(problem: PayloadProblem, weights: FixedWeights | None, *, names: Sequence[str]) -> Estimate:
-    """Method 4 with some parameters only, the others zero."""
-    assert problem.unloaded is not None
-    both = merged([problem.unloaded.renamed(problem.loaded.columns), problem.loaded])
-    return weighted(both.select(names), weights.own if weights else None)
 
 
 def true_values(experiment: Experiment, problem: PayloadProblem) -> dict[str, float]:

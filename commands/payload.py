@@ -89,9 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
     held_out = read_recordings(arguments.validate, robot, gains, told, arguments)
     known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
-        # A stored robot brings the formula's covariance only: no block of its recordings can be left out.
-        robust = stored is None
-        problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust)
+        problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust=True)
         status.update("estimating")
         methods = None if arguments.method == "all" else (int(arguments.method),)
         try:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,13 @@ _SHORTEST = 1.0  # s
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
+class Residuals(NamedTuple):
+    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
+
+    t: tuple[Array, ...]
+    errors: tuple[Array, ...]
+
+
 def block_length(groups: Sequence[Sequence[Observation]]) -> float:
     """Length of a block [s]: 5 autocorrelation times of the joint that remembers longest, at least 1 s.
 
@@ -26,18 +34,23 @@ def block_length(groups: Sequence[Sequence[Observation]]) -> float:
     Args:
         groups: recordings of one load each, which one set of parameters explains.
     """
+    return length_by_residuals([_residuals(group) for group in groups])
+
+
+def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
+    """The same from the residuals of the groups' weighted fits."""
     memory = max(_memory(group) for group in groups)
     duration = max(sum(np.ptp(span(recording)) for recording in group) for group in groups)
     return max(_TIMES * memory, _SHORTEST, duration / _MOST)
 
 
-def span(recording: Observation) -> Array:
+def span(recording: Observation | Residuals) -> Array:
     """Times of the first and the last row [s], shape (2,)."""
     t = np.concatenate(recording.t)
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
 
 
-def block_edges(recording: Observation, length: float) -> Array:
+def block_edges(recording: Observation | Residuals, length: float) -> Array:
     """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends."""
     start, stop = span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
@@ -70,18 +83,20 @@ def leave_one_out(blocks: Sequence[ReducedProblem]) -> Iterator[ReducedProblem]:
         before = [merged([*before, block])]
 
 
-def _memory(group: Sequence[Observation]) -> float:
-    """Longest autocorrelation time among the joints' residuals [s]."""
+def _residuals(group: Sequence[Observation]) -> list[Residuals]:
+    """Of the weighted fit to all recordings of one load."""
     problem = merged(reduced(recording) for recording in group)
     weights = joint_weights(problem, _solution(problem.stacked()))
-    errors = [recording.errors(_solution(problem.stacked(weights))) for recording in group]
+    values = _solution(problem.stacked(weights))
+    return [Residuals(recording.t, recording.errors(values)) for recording in group]
+
+
+def _memory(group: Sequence[Residuals]) -> float:
+    """Longest autocorrelation time among the joints' residuals [s]."""
     times = [t for recording in group for t in recording.t if len(t) > 1]
     step = min((float(np.diff(t).min()) for t in times), default=_SHORTEST)
-    joints = range(len(problem.factors))
-    return max(
-        autocorrelation_time([(recording.t[j], e[j]) for recording, e in zip(group, errors, strict=True)], step)
-        for j in joints
-    )
+    joints = range(len(group[0].t))
+    return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
 
 
 def _solution(factor: Array) -> Array:

@@ -15,6 +15,7 @@ from ..model import BaseParameters, InertialParameters, InputError, Robot
 from ..model.arrays import Array, frozen_array
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
+from .error_model import error_model
 from .estimate import Estimate
 from .origins import hidden_directions
 from .robot_rules import RobotRules, link_places, sizes
@@ -43,7 +44,8 @@ class ConstrainedBase:
     """Base parameters of a robot that can exist.
 
     Attributes:
-        free: the unconstrained estimate.
+        free: the unconstrained estimate with the covariance by which distance and p-value go: that of
+            ``error_model``.
         values: the constrained base parameters, in the order of ``free.names``.
         chi2_rise: squared distance from the free ones by their covariance.
         active: links and drives that hold the estimate back, largest multiplier first.
@@ -141,7 +143,8 @@ def solve_constrained_base(
 ) -> ConstrainedBase:
     """The nearest base parameters of a robot that can exist.
 
-    Every link can exist, friction and rotor inertias are not negative, and of coupled rotors IA_j >= IA_k.
+    Every link can exist, friction and rotor inertias are not negative, and of coupled rotors IA_j >= IA_k. Nearest
+    by robust standard deviations where the estimate has them (``error_model``).
 
     Args:
         robot: the robot.
@@ -153,6 +156,7 @@ def solve_constrained_base(
         InputError: if the estimate is not of these parameters, or its covariance does not determine them.
         SolverError: for anything but a clean solve.
     """
+    estimate = error_model(estimate)
     return solve_robot_program(RobotProgram.of(robot, base, estimate, total_mass), base, estimate)
 
 

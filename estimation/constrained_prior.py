@@ -16,6 +16,7 @@ from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
 from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
+from .error_model import error_model
 from .estimate import Estimate
 from .origins import Origin, origins
 from .robot_prior import RobotPrior
@@ -70,7 +71,7 @@ class ConstrainedRobot:
 
     @property
     def free(self) -> Estimate:
-        """The unconstrained estimate."""
+        """The unconstrained estimate, as in ``nearest``."""
         return self.nearest.free
 
     @cached_property
@@ -90,7 +91,7 @@ def solve_constrained_prior(
     """The robot nearest to a prior among those that explain the data within a budget.
 
     Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
-    alone.
+    alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
 
     Args:
         robot: the robot.
@@ -108,6 +109,7 @@ def solve_constrained_prior(
         raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
     if not 0.0 < budget < np.inf:
         raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
+    estimate = error_model(estimate)
     problem = RobotProgram.of(robot, base, estimate, total_mass)
     nearest = solve_robot_program(problem, base, estimate)
     z0 = _prior_point(problem, prior)

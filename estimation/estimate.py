@@ -109,6 +109,11 @@ class Estimate:
         return self.robust.sigma if self.robust is not None else None
 
     @cached_property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each parameter, shape (c,)."""
+        return self.sigma if self.robust is None else np.maximum(self.sigma, self.robust.sigma)
+
+    @cached_property
     def robust_interval95(self) -> Array | None:
         """95 % intervals that hold for autocorrelated noise, c x 2, where they were asked for."""
         if self.robust is None:

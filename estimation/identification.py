@@ -1,14 +1,13 @@
 """Identification of a robot from recordings without payload: the base parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
-from ..model.arrays import Array
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
-from .blocks import block_edges, block_length, cut, leave_one_out
 from .drive_gains import gain_sensitivity
 from .essential import Elimination, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
@@ -19,7 +18,7 @@ from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
-from .robust import RobustCovariance, jackknife
+from .robot_blocks import Pieces, robot_blocks
 
 
 @dataclass(frozen=True)
@@ -33,6 +32,7 @@ class Identification:
         estimate: values in the order of ``base.columns``, with covariance.
         elimination: essential parameters, and how they were found.
         validation: fit on recordings that were not used, if there were any.
+        without_robust: why there are no robust standard deviations although they were asked for.
     """
 
     robot: Robot
@@ -41,6 +41,7 @@ class Identification:
     estimate: Estimate
     elimination: Elimination
     validation: Fit | None
+    without_robust: str = ""
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -65,11 +66,12 @@ def identify(
         processing: settings; the robot's own by default.
         validation: recordings on which the result is tried.
         progress: told what is being worked on.
-        robust: add standard deviations that hold for autocorrelated residuals.
+        robust: add standard deviations that hold for autocorrelated residuals, of all and of the essential
+            parameters; where the recordings do not allow them, the result tells why.
         essential: when elimination ends; the paper's ratio of 1.02 by default.
 
     Raises:
-        InputError: if the recordings cannot determine the parameters, or not robust deviations of them.
+        InputError: if the recordings cannot determine the parameters.
     """
     processing = processing or robot.processing
     progress("base parameters")
@@ -77,16 +79,21 @@ def identify(
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
     estimate = replace(estimate, gain_sensitivity=gain_sensitivity(problem, estimate.weights))
+    elimination, reason = eliminate(problem, estimate, essential), ""
     if robust:
         progress("leaving out blocks")
-        covariance = robust_covariance(base_observations(robot, base, recordings, processing), estimate)
-        estimate = replace(estimate, robust=covariance)
+        try:
+            blocks = robot_blocks(_pieces(robot, base, recordings, processing), estimate.values)
+            estimate, part = blocks.applied_to(estimate), blocks.applied_to(elimination.estimate)
+            elimination = replace(elimination, estimate=part)
+        except InputError as error:
+            reason = str(error)
     check = None
     if validation:
         check = fit(
             base_problem(robot, base, validation, processing, check=False, progress=progress), estimate.values
         )
-    return Identification(robot, base, problem, estimate, eliminate(problem, estimate, essential), check)
+    return Identification(robot, base, problem, estimate, elimination, check, reason)
 
 
 def base_problem(
@@ -144,19 +151,16 @@ def base_observations(
     return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
 
 
-def robust_covariance(recordings: Sequence[Observation], estimate: Estimate) -> RobustCovariance:
-    """Covariance of a weighted least-squares estimate by the delete-a-block jackknife, its weights fixed.
+def _pieces(
+    robot: Robot, base: BaseParameters, recordings: Sequence[Recording], processing: Processing
+) -> list[Pieces]:
+    """The same, to be opened piece by piece."""
+    observer = Observer(robot, base.columns)
 
-    Raises:
-        InputError: if there are too few blocks, or the data without one do not determine the parameters.
-    """
-    length = block_length([recordings])
-    blocks = [block for recording in recordings for block in cut(recording, block_edges(recording, length))]
+    def pieces(recording: Recording) -> Iterator[Observation]:
+        return observer.pieces(measurement(recording, processing), processing)
 
-    def solve(part: ReducedProblem) -> Array:
-        return weighted(part, estimate.weights).values
-
-    return jackknife(solve, [leave_one_out(blocks)], estimate.values, length)
+    return [partial(pieces, recording) for recording in recordings]
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:

@@ -5,6 +5,8 @@ XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,11 +14,13 @@ from ..model import BaseParameters, Robot
 from .cone import SolverError
 from .constrained import solve_constrained
 from .constrained_base import solve_constrained_base
+from .error_model import error_model
 from .essential import Elimination
 from .estimate import Estimate
 from .names import PAYLOAD
 from .payload.answer import PayloadAnswer
-from .payload.global_fit import combined
+from .payload.global_fit import combined, selected
+from .payload.robust import with_robust
 from .scaling import rise_p_value
 
 _UNLIKELY = 0.01
@@ -56,8 +60,11 @@ def elimination_warnings(answer: PayloadAnswer) -> tuple[str, ...]:
     """What speaks against the essential parameters of robot and payload together, where method 4 was used."""
     if answer.elimination is None:
         return ()
-    problem, elimination = answer.problem, answer.elimination
-    full = combined(problem)
+    problem = answer.problem
+    full, _ = with_robust(problem, combined, combined(problem))
+    essential = answer.elimination.estimate
+    part, _ = with_robust(problem, partial(selected, names=essential.names), essential)
+    elimination = replace(answer.elimination, estimate=part)
     return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
 
@@ -69,6 +76,7 @@ def _on_axis(kind: str, left: Sequence[str]) -> str:
 
 
 def _payload_too_far(estimate: Estimate, gone: Sequence[str], left: tuple[str, ...]) -> tuple[str, ...]:
+    estimate = error_model(estimate)
     values, covariance = estimate.select(left)
     part = Estimate(left, values, covariance, estimate.degrees_of_freedom, estimate.fit, estimate.weights)
     try:
@@ -84,7 +92,7 @@ def impossible_robot(
     """What speaks against a robot with the eliminated base parameters zero; empty if nothing does.
 
     The nearest robot that can exist, its eliminated base parameters zero within 1 % of their standard deviations,
-    must lie within the accuracy of the data.
+    must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
 
     Args:
         robot: the robot.
@@ -96,7 +104,7 @@ def impossible_robot(
     left = tuple(name for name in elimination.essential if name in base.columns)
     if not gone or not left:
         return ()
-    held = _held_at_zero(base, estimate, elimination.estimate, left)
+    held = _held_at_zero(base, error_model(estimate), error_model(elimination.estimate), left)
     try:
         result = solve_constrained_base(robot, base, held)
     except SolverError as error:

@@ -13,7 +13,7 @@ from ..model import InputError, Kernel, Measurement, Processing, Recording, Robo
 from ..model.arrays import Array
 from .filtering import lowpass, measurement
 from .observation import kept_rows
-from .pose_check import quick_rms
+from .pose_check import quick_residual
 from .problem import triangular
 from .progress import Progress, silent
 from .readings import Reading, neighbours
@@ -26,6 +26,8 @@ _WORTH = 0.03
 _FRONT = 3
 """Readings from which each round goes on: the best alone may be a dead end."""
 _ALIKE = 0.03
+_ROUNDING = 1e-9
+"""Residuals that differ by less do equally well."""
 _CLEAR = 0.95
 """The suggestion must lie below this fraction of the residual as recorded."""
 
@@ -66,8 +68,8 @@ class KinematicsCheck:
     @property
     def alike(self) -> tuple[Ranked, ...]:
         """Other readings that do as well as the best."""
-        best = self.ranked[0].residual
-        return tuple(one for one in self.ranked[1:] if one.residual <= best * (1.0 + _ALIKE))
+        limit = _alike(self.ranked)
+        return tuple(one for one in self.ranked[1:] if one.residual <= limit)
 
 
 def rank_readings(
@@ -92,21 +94,30 @@ def rank_readings(
     return _ranked(robot, residual, "relative torque residual", True, progress)
 
 
-def rank_readings_by_pose(robot: Robot, q: Array, positions: Array, progress: Progress = silent) -> KinematicsCheck:
+def rank_readings_by_pose(
+    robot: Robot, q: Array, positions: Array, rotations: Array | None = None, progress: Progress = silent
+) -> KinematicsCheck:
     """Rank readings by how well forward kinematics reproduces the logged tool.
 
     Args:
         robot: the robot.
         q: joint positions [rad or m], N x n.
         positions: of the tool in any fixed frame [m], N x 3.
+        rotations: axes of the tool, N x 3 x 3; without them the sense and zero of the last joint stay open.
         progress: told what is being worked on.
     """
     places = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
 
     def residual(reading: Reading) -> float:
-        return quick_rms(robot, reading.positions(q[places]), positions[places])
+        axes = None if rotations is None else rotations[places]
+        return quick_residual(robot, reading.positions(q[places]), positions[places], axes)
 
-    return _ranked(robot, residual, "m, rms distance of the tool", False, progress)
+    unit = (
+        "m, rms distance of the tool"
+        if rotations is None
+        else "m, rms distance of the tool and of its axes at 0.2 m"
+    )
+    return _ranked(robot, residual, unit, False, progress)
 
 
 def _ranked(
@@ -131,15 +142,21 @@ def _ranked(
         front = sorted(fresh, key=lambda one: (one.residual, one.reading.changes))[:_FRONT]
         if not best.residual < (1.0 - _WORTH) * start.residual:
             break
-    rest = sorted(tried.values(), key=lambda one: (one.residual, one.reading.changes))
-    first = _simplest(rest)
-    return KinematicsCheck(start, (first, *(one for one in rest if one is not first)), unit)
+    limit = _alike(tried.values())
+    ranked = sorted(tried.values(), key=lambda one: (one.residual, one.reading.changes))
+    ranked.sort(key=lambda one: (one.residual > limit, one.reading.changes if one.residual <= limit else 0))
+    return KinematicsCheck(start, tuple(ranked), unit)
+
+
+def _alike(candidates: Iterable[Ranked]) -> float:
+    """Residual up to which readings do as well as the best."""
+    return min(one.residual for one in candidates) * (1.0 + _ALIKE) + _ROUNDING
 
 
 def _simplest(candidates: Iterable[Ranked]) -> Ranked:
     """Of the readings that do as well as the best, the one with the fewest changes."""
     candidates = list(candidates)
-    limit = min(one.residual for one in candidates) * (1.0 + _ALIKE)
+    limit = _alike(candidates)
     return min(
         (one for one in candidates if one.residual <= limit), key=lambda one: (one.reading.changes, one.residual)
     )

@@ -14,6 +14,7 @@ from .decimation import Decimator, noise_bandwidth
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _PART = 1024  # samples evaluated at once
+_PIECE = 4096  # decimated samples of a piece
 
 Mask = NDArray[np.bool_]
 
@@ -134,7 +135,21 @@ class Observer:
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        blocks = list(self.blocks(data, processing, partner))
+        return self._held(list(self.blocks(data, processing, partner)), processing)
+
+    def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
+        """The same in consecutive pieces that need little memory."""
+        waiting: list[Block] = []
+        for block in self.blocks(data, processing):
+            waiting.append(block)
+            if sum(len(one.t) for one in waiting) >= _PIECE:
+                yield self._held(waiting, processing)
+                waiting = []
+        if waiting:
+            yield self._held(waiting, processing)
+
+    def _held(self, blocks: Sequence[Block], processing: Processing) -> Observation:
+        """Equations of blocks, those of each joint in all columns."""
         W, Y, t = [], [], []
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
             kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)

@@ -1,5 +1,6 @@
 """Does forward kinematics reproduce a logged tool pose, up to a constant base and tool?"""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,14 @@ _STARTS = np.vstack([np.zeros(3), 0.2 * np.eye(3), -0.2 * np.eye(3)])
 """m: tool offsets to start from."""
 _FOUND = 1e-3
 """m: with errors below it no other start is tried."""
+_LEVER = 0.2
+"""m: the length at which an angle between axes counts, when readings are ranked."""
+_MOST = 1000
+"""Poses that are fitted, evenly taken; all of them are compared."""
+_DETERMINED = 0.01
+"""Least movement of the tool, in m for each m or rad of base and tool, at which these are told."""
+_FAITHFUL = (5e-3, math.radians(1.0))
+"""m and rad, rms: calibrated arms differ from their data sheets by less."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +32,8 @@ class PoseCheck:
         base: the robot's base in the frame in which poses are logged.
         tool: the logged tool in the payload's frame; its rotation is that of the flange if none was logged.
         as_is: rms distance without any fit, base and tool taken as identity [m].
+        determined: whether the motion tells base and tool; else they are one choice of many.
+        scale: spread of the logged positions over that of the flange's.
     """
 
     errors: Array
@@ -30,6 +41,13 @@ class PoseCheck:
     base: Pose
     tool: Pose
     as_is: float
+    determined: bool
+    scale: float
+
+    @property
+    def reproduced(self) -> bool:
+        """Whether forward kinematics reproduces the log: within 5 mm and 1 degree, rms."""
+        return self.rms <= _FAITHFUL[0] and (self.rms_angle or 0.0) <= _FAITHFUL[1]
 
     @property
     def rms(self) -> float:
@@ -58,17 +76,37 @@ def check_pose(robot: Robot, q: Array, positions: Array, rotations: Array | None
     """
     _check_shapes(robot, q, positions, rotations)
     R, p = _flange_poses(robot, q)
-    offset = _best_offset(R, p, positions)
-    B, b = _rigid(p + R @ offset, positions)
+    few = np.unique(np.linspace(0, len(q) - 1, _MOST).astype(int))
+    offset = _best_offset(R[few], p[few], positions[few])
+    B, b = _rigid((p + R @ offset)[few], positions[few])
     errors = np.linalg.norm((p + R @ offset) @ B.T + b - positions, axis=1)
     O, angles = np.eye(3), None  # noqa: E741
     if rotations is not None:
-        carried = B @ R
-        O = _nearest(np.einsum("kji,kjl->il", carried, rotations))  # noqa: E741
-        trace = np.einsum("kij,jl,kil->k", carried, O, rotations)
-        angles = np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
+        O, angles = _turned(B @ R, rotations)  # noqa: E741
     as_is = float(np.sqrt(((p - positions) ** 2).sum(axis=1).mean()))
-    return PoseCheck(errors, angles, Pose.of(B, b), Pose.of(O, offset), as_is)
+    spread = float(np.sqrt(p.var(axis=0).sum()))
+    scale = float(np.sqrt(positions.var(axis=0).sum())) / spread if spread else math.inf
+    return PoseCheck(
+        errors, angles, Pose.of(B, b), Pose.of(O, offset), as_is, _told(R[few], (p + R @ offset)[few]), scale
+    )
+
+
+def _turned(carried: Array, rotations: Array) -> tuple[Array, Array]:
+    """The constant rotation that fits best between two sets of axes, and the angles [rad] it leaves."""
+    O = _nearest(np.einsum("kji,kjl->il", carried, rotations))  # noqa: E741
+    apart = carried @ O - rotations
+    # |A - B| of two rotations is 2 sqrt(2) sin(angle / 2): exact where the angle is small.
+    sines = np.linalg.norm(apart, axis=(1, 2)) / (2.0 * math.sqrt(2.0))
+    return O, np.asarray(2.0 * np.arcsin(np.minimum(sines, 1.0)))
+
+
+def _told(R: Array, points: Array) -> bool:
+    """Whether no small change of base and tool together leaves all ``points`` where they are."""
+    x, y, z = (points - points.mean(axis=0)).T
+    none = np.zeros_like(x)
+    turns = np.stack([none, z, -y, -z, none, x, y, -x, none], axis=1).reshape(-1, 3, 3)
+    moves = np.concatenate([R, np.broadcast_to(np.eye(3), R.shape), turns], axis=2).reshape(-1, 9)
+    return bool(np.linalg.svd(moves, compute_uv=False)[-1] > _DETERMINED * math.sqrt(len(points)))
 
 
 def _check_shapes(robot: Robot, q: Array, positions: Array, rotations: Array | None) -> None:
@@ -93,9 +131,15 @@ def _flange_poses(robot: Robot, q: Array) -> tuple[Array, Array]:
     return base.R @ R @ robot.flange.R, origin @ base.R.T + base.p
 
 
-def quick_rms(robot: Robot, q: Array, positions: Array) -> float:
-    """Root mean square of ``check_pose``'s errors [m] from one start, to rank by."""
-    return _fitted(*_flange_poses(robot, q), positions, _STARTS[0], 1e-6)[1]
+def quick_residual(robot: Robot, q: Array, positions: Array, rotations: Array | None = None) -> float:
+    """Root mean square of ``check_pose``'s errors [m] from one start, angles at a lever of 0.2 m, to rank by."""
+    R, p = _flange_poses(robot, q)
+    offset, rms = _fitted(R, p, positions, _STARTS[0], 1e-6)
+    if rotations is None:
+        return rms
+    B, _ = _rigid(p + R @ offset, positions)
+    angles = _turned(B @ R, rotations)[1]
+    return float(np.hypot(rms, _LEVER * np.sqrt((angles**2).mean())))
 
 
 def _best_offset(R: Array, p: Array, positions: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..model import InputError, Robot
 from .estimate import Estimate, Fit
+from .robust import RobustCovariance
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,18 @@ class StoredRobot:
             )
 
 
+def _robust(data: dict[str, Any]) -> RobustCovariance | None:
+    """Robust covariance, absent from files of version 0.1.0 and where the recordings did not allow one."""
+    covariance = data.get("covariance_robust")
+    if covariance is None:
+        return None
+    told = data["robust"]
+    C = np.array(covariance, dtype=float)
+    if not (np.diag(C) >= 0.0).all():
+        raise ValueError("covariance_robust: variances must not be negative")
+    return RobustCovariance(C, int(told["blocks"]), int(told["degrees_of_freedom"]), float(told["block_length_s"]))
+
+
 def _gains(gains: tuple[float, ...] | None) -> str:
     return f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
 
@@ -94,6 +107,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
                 tuple(quality["rows_per_joint"]),
             ),
             weights=np.array(quality["weights"], dtype=float),
+            robust=_robust(data),
             gain_sensitivity=np.array(sensitivity, dtype=float) if sensitivity is not None else None,
         )
         processing = data["processing"]

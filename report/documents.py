@@ -19,6 +19,7 @@ from ..estimation import (
     PayloadEstimate,
     PayloadProblem,
     ReducedProblem,
+    RobustCovariance,
 )
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, Processing, Robot
@@ -48,6 +49,7 @@ def identification_document(
     """
     estimate = result.estimate
     groupings = result.base.groupings()
+    robust_sigma, robust_interval = estimate.sigma_robust, estimate.robust_interval95
     parameters = [
         {
             "name": result.base.names[k],
@@ -55,6 +57,9 @@ def identification_document(
             "value": estimate.values[k],
             "sigma": estimate.sigma[k],
             "relative_sigma_percent": estimate.relative_sigma_percent[k],
+            "sigma_robust": robust_sigma[k] if robust_sigma is not None else None,
+            "interval95": estimate.interval95[k],
+            "interval95_robust": robust_interval[k] if robust_interval is not None else None,
             "essential": name in result.essential,
         }
         for k, name in enumerate(estimate.names)
@@ -74,11 +79,14 @@ def identification_document(
         },
         "columns": list(estimate.names),
         "covariance": estimate.covariance,
+        "covariance_robust": estimate.robust.covariance if estimate.robust else None,
+        "robust": _robust_document(estimate.robust, result.without_robust),
         "base_parameters": parameters,
         "elimination": elimination_document(
             result.elimination, warnings, dict(zip(estimate.names, result.base.names, strict=True))
         ),
         "constrained": constrained_document(constrained, result.base) if constrained is not None else None,
+        "chi2_by": "formula" if estimate.robust is None else "jackknife",
         "condition_number": raw,
         "condition_number_scaled": scaled,
         "gain_sensitivity": estimate.gain_sensitivity,
@@ -171,7 +179,7 @@ def _estimate_document(result: PayloadEstimate) -> Document:
         "sigma_robust": result.named(estimate.sigma_robust) if estimate.sigma_robust is not None else None,
         "interval95": _intervals(estimate.interval95),
         "interval95_robust": _intervals(estimate.robust_interval95),
-        "robust": _robust_document(result),
+        "robust": _robust_document(estimate.robust, result.without_robust),
         "com": body.com if body.mass else None,
         "com_sigma": result.sigma_com if body.mass else None,
         "com_sigma_robust": result.sigma_com_robust if body.mass else None,
@@ -235,11 +243,10 @@ def _intervals(interval95: Array | None) -> Document | None:
     return {kind: list(interval) for kind, interval in zip(INERTIAL, interval95, strict=True)}
 
 
-def _robust_document(result: PayloadEstimate) -> Document:
+def _robust_document(robust: RobustCovariance | None, reason: str) -> Document:
     """What the robust standard deviations rest on, or why there are none."""
-    robust = result.estimate.robust
     if robust is None:
-        return {"blocks": None, "unavailable": result.without_robust or None}
+        return {"blocks": None, "unavailable": reason or None}
     return {
         "blocks": robust.blocks,
         "block_length_s": robust.block_length,

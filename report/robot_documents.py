@@ -19,7 +19,7 @@ def elimination_document(
         labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
     """
     path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
-    named = dict(labels or {})
+    named, robust = dict(labels or {}), estimate.sigma_robust
     return {
         "rule": "ratio" if isinstance(rule, SigmaRatio) else "sigma",
         "description": rule.description,
@@ -32,6 +32,7 @@ def elimination_document(
                 "name": named.get(name, name),
                 "value": estimate.values[k],
                 "sigma": estimate.sigma[k],
+                "sigma_robust": robust[k] if robust is not None else None,
                 "relative_sigma_percent": estimate.relative_sigma_percent[k],
             }
             for k, name in enumerate(estimate.names)

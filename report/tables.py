@@ -96,19 +96,21 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
 
 
 def robot_table(result: Identification, constrained: Sequence[float] | None = None) -> Table:
-    """Base parameters with standard deviations, beside those of a robot that can exist."""
+    """Base parameters with standard deviations, beside those of a robot that can exist.
+
+    Where the estimate has robust standard deviations too, each entry shows the larger of both.
+    """
     title = f"Base parameters of {result.robot.title or result.robot.name}, SI units"
     beside = constrained is not None
-    table = empty_table(title, ("",), ("value", "sigma", "%", *(["constrained"] * beside)))
+    table = empty_table(title, ("",), ("value", "%", *(["constrained"] * beside)))
     table.add_column("essential", no_wrap=True)
     table.add_column("grouping", overflow="fold")
     estimate = result.estimate
     for k, (name, grouping) in enumerate(zip(result.base.names, result.base.groupings(), strict=True)):
         table.add_row(
             name,
-            f"{estimate.values[k]:.4g}",
-            f"{estimate.sigma[k]:.2g}",
-            f"{estimate.relative_sigma_percent[k]:.3g}",
+            _value(estimate.values[k], estimate.larger_sigma[k]),
+            f"{_percent(estimate.larger_sigma[k], estimate.values[k]):.3g}",
             *([f"{constrained[k]:.4g}"] if constrained is not None else []),
             "yes" if estimate.names[k] in result.essential else "",
             grouping.split(" = ", 1)[1] if name.endswith("R") else "",
@@ -126,9 +128,26 @@ def robot_notes(result: Identification) -> list[str]:
     ]
     if result.validation is not None:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
-    lines.append(f"sigma {_FORMULA}")
+    lines += robot_sigma_notes(result)
     reasons = fit_reasons(result.estimate.fit, "the model")
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
+
+
+def robot_sigma_notes(result: Identification) -> list[str]:
+    """Where the standard deviations of the robot's table come from, and what speaks against them."""
+    estimate, robust = result.estimate, result.estimate.robust
+    if robust is None:
+        alone = [f"± by the formula alone: {result.without_robust}"] if result.without_robust else []
+        return [f"± one standard deviation {_FORMULA}", *alone]
+    low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
+    return [
+        "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "
+        "essential goes by the formula's.",
+        f"sigma_robust/sigma (jackknife over {robust.blocks} blocks of {robust.block_length:.2g} s or more to "
+        f"formula): median {middle:.2f}, {low:.2f} to {high:.2f}; above 1 where errors of the torque last "
+        "longer than a sample. chi2 and p by the jackknife's.",
+        *([robust.warning] if robust.warning else []),
+    ]
 
 
 def paper_payload_table(
@@ -162,6 +181,10 @@ def empty_table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
     for heading in right:
         table.add_column(heading, justify="right", no_wrap=True)
     return table
+
+
+def _percent(sigma: float, value: float) -> float:
+    return 100.0 * sigma / abs(value) if value != 0.0 else float("inf")
 
 
 def _value(value: float, sigma: float) -> str:

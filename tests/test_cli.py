@@ -231,11 +231,15 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
         "robot", "processing", "data", "columns", "covariance", "base_parameters", "condition_number",
         "relative_residual", "validation",
     }  # fmt: skip
-    assert np.shape(robot["covariance"]) == (54, 54)
+    assert np.shape(robot["covariance"]) == np.shape(robot["covariance_robust"]) == (54, 54)
+    assert robot["robust"]["blocks"] >= 10
+    assert robot["chi2_by"] == "jackknife"
+    assert "sigma_robust/sigma (jackknife over" in " ".join(out.split())
     assert robot["base_parameters"][0]["name"] == "ZZ1R"
     assert robot["base_parameters"][0]["grouping"].startswith("ZZ1R = ZZ1 + IA1")
     assert set(robot["base_parameters"][0]) == {
-        "name", "grouping", "value", "sigma", "relative_sigma_percent", "essential",
+        "name", "grouping", "value", "sigma", "relative_sigma_percent", "sigma_robust", "interval95",
+        "interval95_robust", "essential",
     }  # fmt: skip
     loaded = ("--loaded", logs["loaded0"], "--loaded", logs["loaded1"])
     status, _, _ = run(
@@ -248,7 +252,19 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     ((at_once,), _) = by_estimator(json.loads(target.read_text()))
     assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
     assert later["sigma"] == pytest.approx(at_once["sigma"], rel=1e-9)
-    assert later["sigma_robust"] is None
+    for name, sigma in at_once["sigma_robust"].items():
+        assert 0.3 < later["sigma_robust"][name] / sigma < 3.0
+    for key in ("covariance_robust", "robust"):
+        del robot[key]
+    stored.write_text(json.dumps(robot))
+    status, out, _ = run(
+        "payload", "--robot", "rx90", "--robot-parameters", str(stored), *loaded, "--json", str(target)
+    )
+    assert status == 0
+    assert "identify the robot again" in " ".join(out.split())
+    ((old,), _) = by_estimator(json.loads(target.read_text()))
+    assert old["sigma_robust"] is None
+    assert old["sigma"] == pytest.approx(later["sigma"], rel=1e-9)
 
 
 def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

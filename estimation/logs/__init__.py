@@ -5,8 +5,10 @@ from .layout import Layout
 from .map_file import read_log_map
 from .mapping import FilePart, LogMap, Quantity
 from .opening import open_log
-from .recording import Samples, holds_currents_only, read_recording, stream_samples
+from .pose_columns import ToolColumns
+from .recording import Samples, holds_currents_only, holds_torques, read_recording, stream_samples
 from .table import RawLog, Table
+from .tool_pose import ToolPoses, read_tool_poses
 from .trajectory import TrajectoryTable, read_trajectory
 
 __all__ = [
@@ -17,11 +19,15 @@ __all__ = [
     "RawLog",
     "Samples",
     "Table",
+    "ToolColumns",
+    "ToolPoses",
     "TrajectoryTable",
     "holds_currents_only",
+    "holds_torques",
     "open_log",
     "read_log_map",
     "read_recording",
+    "read_tool_poses",
     "read_trajectory",
     "stream_samples",
     "with_flags",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ...model import InputError, Robot
 from .mapping import LogMap
+from .pose_columns import standard_pose
 from .table import RawLog
 
 _STANDARD = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
@@ -61,8 +62,9 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     chosen = Columns(log_map.time, names["position"], velocity, names[kind], kind, ())
     if not joints and not any(log_map.told(each) for each in _STANDARD):
         _check_near_misses(raw, robot, n)
-    _check_missing(raw, chosen.wanted)
-    ignored = [name for name in raw.names if name not in chosen.wanted]
+    check_missing(raw, chosen.wanted)
+    pose = log_map.pose or standard_pose(raw.names)
+    ignored = [name for name in raw.names if name not in (*chosen.wanted, *(pose.all if pose else ()))]
     if ignored:
         notes.append(f"{path.name}: columns not used: {_listed(ignored)}")
     return chosen._replace(notes=tuple(notes))
@@ -73,6 +75,18 @@ def currents_only(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:
     joints = _joints(raw, log_map, robot)
     torques, currents = (_names(raw, log_map, kind, robot.n, joints) for kind in ("torque", "current"))
     return bool(set(currents) & set(raw.names)) and not set(torques) & set(raw.names)
+
+
+def position_columns(raw: RawLog, log_map: LogMap, robot: Robot) -> tuple[str, ...]:
+    """Names that the columns of joint positions must have."""
+    return _names(raw, log_map, "position", robot.n, _joints(raw, log_map, robot))
+
+
+def holds_load(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:
+    """Whether a log carries torques or currents."""
+    joints = _joints(raw, log_map, robot)
+    loads = {name for kind in ("torque", "current") for name in _names(raw, log_map, kind, robot.n, joints)}
+    return bool(loads & set(raw.names))
 
 
 def _joints(raw: RawLog, log_map: LogMap, robot: Robot) -> tuple[str, ...]:
@@ -164,7 +178,12 @@ def _meant(name: str) -> str:
     return _ALIASES.get(match[1], match[1]) + match[2]
 
 
-def _check_missing(raw: RawLog, wanted: Sequence[str]) -> None:
+def check_missing(raw: RawLog, wanted: Sequence[str]) -> None:
+    """Refuse a log without some columns.
+
+    Raises:
+        InputError: names them.
+    """
     missing = [name for name in wanted if name not in raw.names]
     if not missing:
         return

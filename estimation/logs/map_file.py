@@ -9,16 +9,18 @@ from typing import Any
 from ...model import InputError
 from .layout import Layout, spread
 from .mapping import QUANTITIES, FilePart, LogMap, Quantity
+from .pose_columns import ToolColumns
 
 _LAYOUT = ("delimiter", "decimal", "names", "skip_lines", "numbers_per_row", "topic")
 _QUANTITY = ("columns", "unit", "side", "sign", "zero_deg", "zero_m", "rated")
 _KEYS = {
-    "": ("title", "joints", "file", "files", "time", "motor", *QUANTITIES),
+    "": ("title", "joints", "file", "files", "time", "motor", "pose", *QUANTITIES),
     "file": _LAYOUT,
     "files": ("name", *_LAYOUT),
     "time": ("column", "unit", "rate_hz"),
     "motor": ("gear_ratios", "coupling"),
     "coupling": ("motor", "joint", "ratio"),
+    "pose": ("columns", "unit", "rotation", "form", "rotation_unit"),
 } | dict.fromkeys(QUANTITIES, _QUANTITY)
 
 
@@ -59,6 +61,17 @@ def _log_map(source: str, data: Mapping[str, Any]) -> LogMap:
         quantities=tuple(_quantity(kind, _table(data, kind)) for kind in QUANTITIES if kind in data),
         joints=_texts(data, "joints"),
         gears=_gears(_table(data, "motor")),
+        pose=_pose(_table(data, "pose")) if "pose" in data else None,
+    )
+
+
+def _pose(table: Mapping[str, Any]) -> ToolColumns:
+    return ToolColumns(
+        columns=spread(_texts(table, "columns")),
+        unit=_text(table, "unit", "m"),
+        rotation=spread(_texts(table, "rotation")),
+        form=_text(table, "form", ""),
+        rotation_unit=_text(table, "rotation_unit", "rad"),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ...model import InputError
 from ...model.arrays import Array
 from .layout import Layout
+from .pose_columns import ToolColumns
 from .units import DEFAULT, factor, is_share
 
 QUANTITIES = ("position", "velocity", "torque", "current")
@@ -102,6 +103,7 @@ class LogMap:
         quantities: what the log holds; kinds that are absent go by the standard names.
         joints: names of the joints, base to tip.
         gears: qm = G q, motor positions from joint positions, as rows of n; empty where nothing is on motor side.
+        pose: columns of the tool's pose.
     """
 
     source: str = "log map"
@@ -113,6 +115,7 @@ class LogMap:
     quantities: tuple[Quantity, ...] = field(default=())
     joints: tuple[str, ...] = ()
     gears: tuple[tuple[float, ...], ...] = ()
+    pose: ToolColumns | None = None
 
     def __post_init__(self) -> None:
         """Refuse motor sides without gears, unknown time units and rates without meaning."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...model import InputError, Recording, Robot
 from ...model.arrays import Array
-from .columns import Columns, choose, currents_only
+from .columns import Columns, choose, currents_only, holds_load
 from .mapping import LogMap
 from .opening import open_log
 from .table import RawLog, Table
@@ -81,6 +81,17 @@ def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None =
     log_map = log_map or LogMap()
     log_map.check(robot.n)
     return currents_only(open_log(path, log_map), log_map, robot)
+
+
+def holds_torques(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
+    """Whether a log carries torques or currents.
+
+    Raises:
+        InputError: if it cannot be opened.
+    """
+    log_map = log_map or LogMap()
+    log_map.check(robot.n)
+    return holds_load(open_log(path, log_map), log_map, robot)
 
 
 def _opened(

@@ -122,17 +122,24 @@ def payload_by_joints(problem: PayloadProblem, weights: FixedWeights) -> ByJoint
 
 
 class _Number(NamedTuple):
+    """``variance`` by the formula; ``known``: the part of it from a robot known earlier, which no block shows."""
+
     value: float
     variance: float
+    known: float = 0.0
 
 
 class _Equations(NamedTuple):
-    """Per joint weighted factors [W_L Y] of the payload, and W of a robot that was subtracted, C its covariance."""
+    """Per joint weighted factors [W_L Y] of the payload, and W of a robot that was subtracted, C its covariance.
+
+    ``known``: whether the robot was known earlier.
+    """
 
     payload: tuple[Array, ...]
     robot: tuple[Array, ...]
     C: Array
     rows: tuple[float, ...]
+    known: bool = False
 
 
 def _equations(problem: PayloadProblem, weights: FixedWeights) -> _Equations:
@@ -147,7 +154,9 @@ def _equations(problem: PayloadProblem, weights: FixedWeights) -> _Equations:
     k = len(known.values)
     loaded = tuple(w * factor for w, factor in zip(weights.own, problem.loaded.factors, strict=True))
     rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in loaded)
-    return _Equations(rest, tuple(f[:, :k] for f in loaded), known.covariance, problem.loaded.effective_rows)
+    C = known.robust.covariance if known.robust is not None else known.covariance
+    robot, rows = tuple(f[:, :k] for f in loaded), problem.loaded.effective_rows
+    return _Equations(rest, robot, C, rows, problem.known is not None)
 
 
 def _mass_of(joints: Sequence[int]) -> Callable[[_Equations], _Number | None]:
@@ -209,9 +218,9 @@ def _number(equations: _Equations, places: Sequence[int], factor: Array, row: Ar
     error = Y - A @ (x / norms)
     spare = max(sum(equations.rows[j] for j in places) - rank, 1.0)
     gain = row @ np.vstack([equations.robot[j] for j in places])
-    return _Number(
-        float(row @ Y), float(error @ error) / spare * float(row @ row) + float(gain @ equations.C @ gain)
-    )
+    robots = float(gain @ equations.C @ gain)
+    own = float(error @ error) / spare * float(row @ row)
+    return _Number(float(row @ Y), own + robots, robots if equations.known else 0.0)
 
 
 def _variances(
@@ -226,7 +235,8 @@ def _variances(
         variances, dof = _jackknife(problem, weights, numbers, found)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * formula, float("inf")
-    return np.maximum(formula, variances), dof
+    known = np.array([one.known if one else np.nan for one in found])
+    return np.maximum(formula, variances + known), dof
 
 
 def _jackknife(

@@ -1,7 +1,7 @@
 """A method's payload as it should be used: one that can exist, with intervals that hold."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..conflicts import CONFLICT, Tested, Weighing, tested, weighings
 from ..constrained import ConstrainedEstimate, solve_constrained
 from ..constraints import Constraint
 from ..drive_gains import GainErrors
-from ..estimate import Estimate
+from ..error_model import error_model
 from ..intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..scaling import POSSIBLE
 from .gains import gain_covariance
@@ -122,21 +122,3 @@ def constrain_payload(
     contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
     intervals = NO_INTERVALS if contradicted else profile_intervals(result)
     return ConstrainedPayload(free, result, intervals, gains, tests, weighings(result))
-
-
-def error_model(estimate: Estimate, extra: Array | None = None) -> Estimate:
-    """An estimate with the covariance that its errors really have, and the degrees of freedom of that.
-
-    C = S C_formula S + ``extra`` with S = diag(sigma_robust / sigma): from a few dozen blocks the jackknife knows
-    standard deviations well, ten directions not; the correlations are the formula's. Without robust standard
-    deviations S = 1.
-
-    Args:
-        estimate: of one method.
-        extra: covariance of what all recordings share, as errors of the drive gains.
-    """
-    C, dof, robust = estimate.covariance, estimate.degrees_of_freedom, estimate.robust
-    if robust is not None:
-        ratio = robust.sigma / np.where(estimate.sigma > 0.0, estimate.sigma, 1.0)
-        C, dof = C * np.outer(ratio, ratio), float(robust.degrees_of_freedom)
-    return replace(estimate, covariance=C if extra is None else C + extra, degrees_of_freedom=dof, robust=None)

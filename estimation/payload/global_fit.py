@@ -1,5 +1,6 @@
 """Method 4: robot and payload together, (30)."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ...model import InputError
@@ -23,6 +24,11 @@ def global_fit(problem: PayloadProblem, weights: FixedWeights | None = None) -> 
 def combined(problem: PayloadProblem, weights: FixedWeights | None = None) -> Estimate:
     """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
     return weighted(combined_problem(problem), weights.own if weights else None)
+
+
+def selected(problem: PayloadProblem, weights: FixedWeights | None, *, names: Sequence[str]) -> Estimate:
+    """The same with some parameters only, the others zero."""
+    return weighted(combined_problem(problem).select(names), weights.own if weights else None)
 
 
 def combined_problem(problem: PayloadProblem) -> ReducedProblem:

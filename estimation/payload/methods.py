@@ -1,9 +1,7 @@
 """The paper's four methods by number."""
 
-from dataclasses import replace
 from functools import partial
 
-from ...model import InputError
 from .frame import in_payload_frame
 from .from_change import from_change
 from .from_difference import from_difference
@@ -11,7 +9,7 @@ from .from_robot import from_robot
 from .global_fit import global_fit
 from .problem import PayloadProblem
 from .result import PayloadEstimate
-from .robust import Method, robust_covariance
+from .robust import Method, with_robust
 
 METHODS: dict[int, Method] = {
     1: from_robot,
@@ -36,13 +34,7 @@ def identify_payload(problem: PayloadProblem, method: int, free_friction: bool =
         KeyError: for another method.
     """
     solve = method_of(method, free_friction)
-    estimate = solve(problem, None)
-    reason = problem.without_blocks
-    if problem.blocks is not None:
-        try:
-            estimate = replace(estimate, robust=robust_covariance(problem, solve, estimate))
-        except InputError as error:
-            reason = str(error)
+    estimate, reason = with_robust(problem, solve, solve(problem, None))
     estimate = in_payload_frame(problem.robot, estimate)
     return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
 

@@ -28,6 +28,11 @@ from ..progress import Progress, silent
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import difference_problem, loaded_problem
 
+FORMULA_ONLY = (
+    "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "
+    "version"
+)
+
 
 class FixedWeights(NamedTuple):
     """Weights of the joints that a method takes as given instead of estimating them, shape (n,) each.
@@ -99,7 +104,8 @@ def payload_problem(
         known: the robot's identified parameters, instead of or beside ``unloaded``.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
-        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations.
+        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
+            not with a ``known`` robot that has none itself.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -133,7 +139,9 @@ def payload_problem(
             reason = str(error)
     blocks: PayloadBlocks | None = None
     unavailable = ""
-    if robust:
+    if robust and known is not None and known.robust is None:
+        unavailable = FORMULA_ONLY
+    elif robust:
         progress("cutting into blocks")
         try:
             alone = [measurement(recording, processing) for recording in unloaded]

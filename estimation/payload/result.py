@@ -62,7 +62,7 @@ class PayloadEstimate:
     @cached_property
     def larger_sigma(self) -> Array:
         """The larger of the formula's and the robust standard deviation of each parameter, shape (10,)."""
-        return _larger(self.estimate.sigma, self.estimate.sigma_robust)
+        return self.estimate.larger_sigma
 
     @cached_property
     def larger_sigma_com(self) -> Array:

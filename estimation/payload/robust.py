@@ -8,7 +8,7 @@ from ...model.arrays import Array
 from ..estimate import Estimate
 from ..least_squares import weighted
 from ..robust import RobustCovariance, jackknife
-from .problem import FixedWeights, PayloadProblem
+from .problem import FORMULA_ONLY, FixedWeights, PayloadProblem
 
 Method = Callable[[PayloadProblem, FixedWeights | None], Estimate]
 """A payload method; estimates its weights unless they are given."""
@@ -17,7 +17,7 @@ Method = Callable[[PayloadProblem, FixedWeights | None], Estimate]
 def robust_covariance(problem: PayloadProblem, method: Method, estimate: Estimate) -> RobustCovariance:
     """Covariance of a method's result by the delete-a-block jackknife, weights fixed at those of the result.
 
-    A robot that was identified earlier (``known``, method 1) keeps the covariance it came with.
+    A robot that was identified earlier (``known``, method 1) adds its own robust covariance, propagated.
 
     Args:
         problem: with ``blocks``.
@@ -25,7 +25,8 @@ def robust_covariance(problem: PayloadProblem, method: Method, estimate: Estimat
         estimate: its result on the whole problem.
 
     Raises:
-        InputError: if there are too few blocks, or the data without one do not determine the payload.
+        InputError: if there are too few blocks, the data without one do not determine the payload, or the robot
+            known earlier came without robust covariance.
     """
     if problem.blocks is None:
         raise InputError("robust standard deviations need recordings in blocks of time")
@@ -36,7 +37,7 @@ def robust_covariance(problem: PayloadProblem, method: Method, estimate: Estimat
         return method(part, weights).values
 
     robust = jackknife(solve, deletions(problem), estimate.values, problem.blocks.length)
-    return replace(robust, covariance=robust.covariance + _robots_share(problem, method, estimate, weights))
+    return _with_robots_share(robust, problem, method, weights)
 
 
 def deletions(problem: PayloadProblem) -> list[Iterator[PayloadProblem]]:
@@ -53,9 +54,36 @@ def deletions(problem: PayloadProblem) -> list[Iterator[PayloadProblem]]:
     return [(replace(a, unloaded=b.unloaded, difference=change) for a, b, change in both)]
 
 
-def _robots_share(problem: PayloadProblem, method: Method, estimate: Estimate, weights: FixedWeights) -> Array:
-    """Part of the formula's covariance that comes from a known robot's."""
-    if problem.known is None:
-        return 0.0 * estimate.covariance
-    certain = replace(problem.known, covariance=0.0 * problem.known.covariance)
-    return estimate.covariance - method(replace(problem, known=certain), weights).covariance
+def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate) -> tuple[Estimate, str]:
+    """A method's result with its robust covariance; as it was, and why, where there is none."""
+    if problem.blocks is None:
+        return estimate, problem.without_blocks
+    try:
+        return replace(estimate, robust=robust_covariance(problem, method, estimate)), ""
+    except InputError as error:
+        return estimate, str(error)
+
+
+def _with_robots_share(
+    robust: RobustCovariance, problem: PayloadProblem, method: Method, weights: FixedWeights
+) -> RobustCovariance:
+    """The same with what a method owes to a robot known earlier, whose blocks left one at a time as well."""
+    known = problem.known
+    if known is None:
+        return robust
+    of_robot = known.robust.covariance if known.robust is not None else known.covariance
+
+    def covariance(C: Array) -> Array:
+        return method(replace(problem, known=replace(known, covariance=C, robust=None)), weights).covariance
+
+    share = covariance(of_robot) - covariance(0.0 * of_robot)
+    if not share.any():
+        return robust  # the method does without
+    if known.robust is None:
+        raise InputError(FORMULA_ONLY)
+    return RobustCovariance(
+        robust.covariance + share,
+        robust.blocks + known.robust.blocks,
+        min(robust.degrees_of_freedom, known.robust.degrees_of_freedom),
+        max(robust.block_length, known.robust.block_length),
+    )

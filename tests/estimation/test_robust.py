@@ -32,6 +32,7 @@ from dynident.estimation import (
 from dynident.estimation.blocks import block_edges, block_length, cut, leave_one_out
 from dynident.estimation.correlation import autocorrelation_time
 from dynident.estimation.payload import METHODS, FixedWeights
+from dynident.estimation.robot_blocks import robot_blocks
 from dynident.model import (
     InertialParameters,
     InputError,
@@ -307,27 +308,25 @@ def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
         assert (robust.blocks, robust.degrees_of_freedom) == (sum(counts), min(counts) - 1)
 
 
-def test_a_robot_known_before_keeps_its_covariance(problem: PayloadProblem) -> None:
-    assert problem.unloaded is not None
-    assert problem.blocks is not None
-    known = weighted(problem.unloaded)
-    alone = replace(
-        problem,
-        unloaded=None,
-        difference=None,
-        known=known,
-        blocks=replace(problem.blocks, unloaded=(), difference=()),
-    )
-    vague = replace(alone, known=replace(known, covariance=4.0 * known.covariance))
-    one, other = (identify_payload(p, 1).estimate for p in (alone, vague))
-    assert one.robust is not None
-    assert other.robust is not None
-    assert np.allclose(
-        other.robust.covariance - one.robust.covariance,
-        other.covariance - one.covariance,
-        rtol=1e-6,
-        atol=1e-9 * float(np.diag(one.covariance).min()),
-    )
+def test_a_robot_known_before_adds_its_own_jackknife(
+    simulator: Simulator, pair: PairedMeasurement, wander: Wander
+) -> None:
+    """Method 1 is linear in the robot's parameters: blocks left out earlier count as those left out now."""
+    bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
+    at_once = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
+    assert at_once.blocks is not None
+    assert at_once.unloaded is not None
+    alone, observer = weighted(at_once.unloaded), Observer(simulator.robot, at_once.base.columns)
+    known = robot_blocks([lambda: observer.pieces(bare, SETTINGS)], alone.values).applied_to(alone)
+    later = replace(at_once, unloaded=None, known=known, blocks=replace(at_once.blocks, unloaded=()))
+    now, then = (identify_payload(p, 1).estimate.robust for p in (at_once, later))
+    assert now is not None
+    assert then is not None
+    assert np.allclose(then.covariance, now.covariance, rtol=1e-5, atol=1e-7 * np.diag(now.covariance).min())
+    assert (then.blocks, then.degrees_of_freedom) == (now.blocks, now.degrees_of_freedom)
+    plain = identify_payload(replace(later, known=replace(known, robust=None)), 1)
+    assert plain.estimate.robust is None
+    assert "identify the robot again" in plain.without_robust
 
 
 def test_too_short_for_blocks_says_so_and_still_answers(

@@ -1,0 +1,191 @@
+"""Robust standard deviations of the robot's own parameters: what they cover, what goes by them, how they last."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    Identification,
+    identify,
+    impossible_robot,
+    read_recording,
+    robot_prior,
+    solve_constrained_base,
+    solve_constrained_prior,
+    weighted,
+)
+from dynident.estimation.blocks import block_edges, block_length, cut, leave_one_out
+from dynident.estimation.error_model import error_model
+from dynident.estimation.identification import base_observations
+from dynident.estimation.robot_blocks import robot_blocks
+from dynident.estimation.stored import read_stored_robot
+from dynident.model import InputError, Recording, load_robot
+from dynident.model.arrays import Array
+from dynident.report.documents import identification_document, write_json
+from dynident.report.tables import robot_sigma_notes
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+BoolArray = NDArray[np.bool_]
+MEMORY = 20.0  # samples
+
+
+def remembering(shape: tuple[int, ...], seed: int) -> Array:
+    """Stationary AR(1), autocorrelation exp(-k / MEMORY), a third as large as the noise behind Table 2."""
+    phi = np.exp(-1.0 / MEMORY)
+    steps = np.random.default_rng(seed).standard_normal(shape)
+    steps[1:] *= np.sqrt(1.0 - phi**2)
+    return np.asarray(lfilter([1.0], [1.0, -phi], steps, axis=0) * np.array(RX90_NOISE) / 3.0)
+
+
+@pytest.fixture(scope="module")
+def exact() -> list[Recording]:
+    robot = load_robot("rx90")
+    simulator = Simulator(robot)
+    return [simulator.record(random_via_points(robot, 14, seed=k).motion(250.0)) for k in range(4)]
+
+
+def identified(exact: list[Recording], seed: int) -> Identification:
+    """By recordings with noise that remembers."""
+    return identify(load_robot("rx90"), noisy(exact, seed), robust=True)
+
+
+def noisy(exact: list[Recording], seed: int) -> list[Recording]:
+    return [replace(r, torque=r.torque + remembering(r.torque.shape, 10 * seed + k)) for k, r in enumerate(exact)]
+
+
+@pytest.fixture(scope="module")
+def results(exact: list[Recording]) -> list[Identification]:
+    return [identified(exact, seed) for seed in range(4)]
+
+
+def test_intervals_hold_under_noise_that_remembers(results: list[Identification]) -> None:
+    """Mean over the 54 parameters and four runs; a correlation of 20 samples makes the formula's too short."""
+    robot = load_robot("rx90")
+    truth = results[0].base.value(robot.parameters)
+    formula: list[BoolArray] = []
+    robust: list[BoolArray] = []
+    for result in results:
+        wide = result.estimate.robust_interval95
+        assert wide is not None
+        for found, interval in ((formula, result.estimate.interval95), (robust, wide)):
+            found.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
+    assert np.mean(formula) < 0.82
+    assert 0.90 <= np.mean(robust) <= 0.99
+
+
+def test_essential_parameters_have_their_own(exact: list[Recording], results: list[Identification]) -> None:
+    """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
+    robot, result = load_robot("rx90"), results[0]
+    whole = base_observations(robot, result.base, noisy(exact, 0), robot.processing)
+    edges = [block_edges(one, block_length([whole])) for one in whole]
+    blocks = leave_one_out([block for one, ends in zip(whole, edges, strict=True) for block in cut(one, ends)])
+    estimate = result.elimination.estimate
+    assert len(estimate.names) < 54
+    values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
+    changes = np.array(values) - estimate.values
+    assert estimate.sigma_robust is not None
+    expected = np.sqrt((len(values) - 1) / len(values) * np.sum(changes**2, axis=0))
+    assert estimate.sigma_robust == pytest.approx(expected, rel=1e-9)
+    assert len(values) >= 10
+
+
+def test_distance_and_probability_go_by_robust_deviations(results: list[Identification]) -> None:
+    """The estimate alone tells: no caller can forget it."""
+    result = results[1]
+    robot, base, estimate = result.robot, result.base, result.estimate
+    assert estimate.robust is not None
+    shifted = replace(estimate, values=estimate.values - 3.0 * estimate.sigma)
+    wide = replace(shifted, robust=replace(estimate.robust, covariance=4.0 * estimate.robust.covariance))
+    one, other = (solve_constrained_base(robot, base, e) for e in (shifted, wide))
+    assert one.chi2_rise > 1.0
+    assert other.chi2_rise == pytest.approx(one.chi2_rise / 4.0, rel=1e-3)
+    assert np.abs((other.values - one.values) / estimate.robust.sigma).max() < 1e-2
+    assert np.allclose(one.free.sigma, estimate.robust.sigma)
+    assert one.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
+    prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
+    assert prior.nearest.chi2_rise == pytest.approx(one.chi2_rise, rel=1e-6)
+
+
+def test_pieces_of_a_recording_are_the_recording(
+    exact: list[Recording], results: list[Identification], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blocks that lie in several pieces too."""
+    monkeypatch.setattr("dynident.estimation.observation._PIECE", 1)
+    again = identified(exact, 0).estimate
+    assert again.robust is not None
+    assert results[0].estimate.robust is not None
+    assert again.robust.sigma == pytest.approx(results[0].estimate.robust.sigma, rel=1e-8)
+    assert again.robust.blocks == results[0].estimate.robust.blocks
+
+
+def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identification]) -> None:
+    """Blocks in it are empty, and leave nothing out."""
+    robot, base, estimate = results[0].robot, results[0].base, results[0].estimate
+    (whole,) = base_observations(robot, base, noisy(exact, 0)[:1], robot.processing)
+    parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
+    blocks = robot_blocks([lambda: parts], estimate.values)
+    rows = [sum(part.rows) for part in blocks.without]
+    everything = sum(len(t) for part in parts for t in part.t)
+    assert rows.count(everything) >= 2
+    assert sum(everything - count for count in rows) == everything
+
+
+def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> None:
+    result, path = results[0], tmp_path / "robot.json"
+    robust = result.estimate.robust
+    assert robust is not None
+    write_json(path, identification_document(result, result.robot.processing, None))
+    back = read_stored_robot(path).estimate
+    assert back.robust is not None
+    assert np.array_equal(back.robust.covariance, robust.covariance)
+    assert replace(back.robust, covariance=robust.covariance).quantile95 == robust.quantile95
+    assert (back.robust.blocks, back.robust.block_length) == (robust.blocks, robust.block_length)
+    assert np.array_equal(error_model(back).covariance, error_model(result.estimate).covariance)
+    document = json.loads(path.read_text())
+    first = document["base_parameters"][0]
+    assert first["sigma_robust"] == robust.sigma[0]
+    assert first["interval95_robust"][1] - first["value"] == pytest.approx(robust.quantile95 * robust.sigma[0])
+    for change, words in (
+        ({"covariance_robust": [[-1.0]]}, "variances"),
+        ({"covariance_robust": [[1.0]]}, "54 x 54"),
+        ({"robust": {}}, "'blocks' missing"),
+    ):
+        path.write_text(json.dumps({**document, **change}))
+        with pytest.raises(InputError, match=words):
+            read_stored_robot(path)
+    for key in ("covariance_robust", "robust"):
+        del document[key]
+    path.write_text(json.dumps(document))
+    assert read_stored_robot(path).estimate.robust is None
+
+
+def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
+    """Against errors that last as long as this drift."""
+    robot = load_robot("rx90")
+    t, q, torque = (values[:2500] for values in (exact[0].t, exact[0].q, exact[0].torque))
+    drift = 20.0 * np.sin(2.0 * np.pi * t / 15.0)
+    result = identify(robot, [Recording(t, q, torque + drift[:, None])], robust=True)
+    assert result.estimate.robust is None
+    assert "two blocks" in result.without_robust
+    assert any("two blocks" in line for line in robot_sigma_notes(result))
+    document = identification_document(result, robot.processing, None)
+    assert (document["covariance_robust"], document["chi2_by"]) == (None, "formula")
+    assert "two blocks" in document["robust"]["unavailable"]
+
+
+def test_what_tx40s_essential_parameters_contradict(recordings: Path) -> None:
+    """By the formula no robot has these zeros; with errors that last, 7.5 s of recording do not say so."""
+    robot = load_robot("tx40")
+    result = identify(robot, [read_recording(recordings / "tx40" / "tx40.csv.gz", robot)], robust=True)
+    base, estimate, elimination = result.base, result.estimate, result.elimination
+    assert estimate.robust is not None
+    assert 1.6 < np.median(estimate.robust.sigma / estimate.sigma) < 2.6
+    assert "7 blocks" in estimate.robust.warning
+    alone = replace(elimination, estimate=replace(elimination.estimate, robust=None))
+    (line,) = impossible_robot(robot, base, replace(estimate, robust=None), alone)
+    assert "no tx40 that can exist" in line
+    assert impossible_robot(robot, base, estimate, elimination) == ()
