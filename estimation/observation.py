@@ -135,7 +135,11 @@ class Observer:
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        return self._held(list(self.blocks(data, processing, partner)), processing)
+        return self._held(list(self.blocks(data, processing, partner)), processing.decimate)
+
+    def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
+        """The same with the rows to use, N x n, given."""
+        return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
     def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
         """The same in consecutive pieces that need little memory."""
@@ -143,12 +147,12 @@ class Observer:
         for block in self.blocks(data, processing):
             waiting.append(block)
             if sum(len(one.t) for one in waiting) >= _PIECE:
-                yield self._held(waiting, processing)
+                yield self._held(waiting, processing.decimate)
                 waiting = []
         if waiting:
-            yield self._held(waiting, processing)
+            yield self._held(waiting, processing.decimate)
 
-    def _held(self, blocks: Sequence[Block], processing: Processing) -> Observation:
+    def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""
         W, Y, t = [], [], []
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
@@ -158,7 +162,7 @@ class Observer:
             W.append(dense[:, self.place])
             Y.append(kept[-1])
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
-        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(processing.decimate))
+        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate))
 
     def _check_spring(self, q: Array) -> None:
         """A spring's table does not go on beyond its ends."""

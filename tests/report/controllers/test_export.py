@@ -217,7 +217,7 @@ def test_a_missing_number_and_a_strange_verdict(run: Run, payload: Callable[...,
     bad["parameters"]["XX"] = None  # what nan becomes in JSON
     status, _, err = run(payload(bad), "--to", "ur")
     assert status == 2
-    assert "not a document of" in err
+    assert "XX was not measured" in err
     status, _, err = run(payload(verdict={"level": "fine", "reasons": []}), "--to", "ur")
     assert status == 2
     assert "verdict 'fine'" in err
