@@ -23,6 +23,7 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
     arguments = _parser().parse_args(argv)
+    arguments.argv = tuple(sys.argv[1:] if argv is None else argv)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):

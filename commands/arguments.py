@@ -261,6 +261,7 @@ def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
     given = getattr(arguments, "drive_gains", None)
     arguments.gain_covariance = None
     if isinstance(given, str):
+        arguments.gains_file = given
         stored = read_stored_gains(given)
         stored.check(robot, given)
         arguments.drive_gains = tuple(float(value) for value in stored.values)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .arguments import positive, share, whole
+from .report import report_arguments
 
 
 def add_parser(commands: Any) -> None:
@@ -33,6 +34,7 @@ def add_parser(commands: Any) -> None:
         help="N experiments with seeds from --seed on, each with every noise and with a gain error "
         "(default: 0.02): spread and coverage of every method",
     )
+    report_arguments(parser, "DIR/report.html")
     parser.set_defaults(run=run)
 
 
@@ -40,14 +42,16 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from ..model import InputError
 
-    folder, seed, count = Path(arguments.out), arguments.seed, arguments.trajectories
     if arguments.repeat is None:
         from .paper_experiment import run_demo
 
-        return run_demo(folder, seed, count, arguments.noise, arguments.gain_error or 0.0)
+        return run_demo(arguments, arguments.gain_error or 0.0)
     if arguments.noise != "paper":
         raise InputError("--repeat runs every noise: leave --noise out")
+    if arguments.report or arguments.plots:
+        raise InputError("--report and --plots belong to one experiment: leave --repeat out")
     from .repeated_experiment import run_repeated
 
     gain_error = 0.02 if arguments.gain_error is None else arguments.gain_error
-    return run_repeated(folder, seed, count, arguments.repeat, gain_error)
+    folder, seed = Path(arguments.out), arguments.seed
+    return run_repeated(folder, seed, arguments.trajectories, arguments.repeat, gain_error)

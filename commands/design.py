@@ -12,6 +12,8 @@ from .design_outputs import output_arguments
 from .design_problem import acceleration_limit, noise_level, torque_list
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from ..model import Motion, Recording, Robot
     from ..trajectories import Design, Floor, Score
     from .design_problem import Request
@@ -137,17 +139,18 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _design(arguments: argparse.Namespace, request: Request) -> int:
-    from .design_outputs import figure_motion, replayed, write_motion, write_plots
+    from .design_outputs import figure_motion, replayed, write_design_report, write_motion, write_plots
 
     design = _solved(arguments, request)
     floor = _floor(arguments, request, design.score) if arguments.bound else None
     replay = replayed(design) if arguments.val3 else None
     title = f"Motion of {request.problem.robot.title or request.problem.robot.name}"
-    _print(request, design.score, title, floor, replay)
+    told = _print(request, design.score, title, floor, replay)
     write_motion(arguments, design)
     _write_json(arguments, request, design.score, floor, design, replay)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, design.score, design, figure_motion(design))
+    write_design_report(arguments, request, design.score, design, figure_motion(design), told)
     return ANSWERED
 
 
@@ -182,15 +185,16 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
 
 def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
     from ..trajectories import score_motion
-    from .design_outputs import write_plots
+    from .design_outputs import write_design_report, write_plots
 
     motion = _logged(arguments, request.problem.robot)
     score = score_motion(request.problem, motion)
     floor = _floor(arguments, request, score) if arguments.bound else None
-    _print(request, score, f"Motion of {arguments.evaluate}", floor)
+    told = _print(request, score, f"Motion of {arguments.evaluate}", floor)
     _write_json(arguments, request, score, floor)
     if arguments.plots:
         write_plots(Path(arguments.plots), request, score, None, motion)
+    write_design_report(arguments, request, score, None, motion, told)
     return ANSWERED
 
 
@@ -242,7 +246,10 @@ def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Flo
         return None
 
 
-def _print(request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None) -> None:
+def _print(
+    request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None
+) -> tuple[list[Table], list[str]]:
+    """Print the result; returns its tables and lines."""
     from ..report.design_results import criterion_text, floor_note, replay_note, score_table, sigma_table
     from ..report.tables import console
 
@@ -258,6 +265,7 @@ def _print(request: Request, score: Score, title: str, floor: Floor | None, repl
         lines.append(replay_note(kind, replay))
     for line in lines:
         terminal.print(line, markup=False, highlight=False)
+    return tables, lines
 
 
 def _write_json(

@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.table import Table
+
     from ..model import Motion, Robot
     from ..trajectories import Design, Score
     from .design_problem import Request
@@ -36,6 +40,7 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--plots", metavar="DIR", help="figures as PNG and SVG, the moving arm as SVG; made if missing"
     )
+    group.add_argument("--report", metavar="F.html", help="a report, one self-contained HTML file")
 
 
 def check_outputs(arguments: argparse.Namespace) -> None:
@@ -142,6 +147,22 @@ def write_plots(folder: Path, request: Request, score: Score, design: Design | N
     for name, figure in figures.items():
         for ending in ("png", "svg"):
             save_figure(figure, folder / f"{name}.{ending}")
+
+
+def write_design_report(
+    arguments: argparse.Namespace,
+    request: Request,
+    score: Score,
+    design: Design | None,
+    motion: Motion,
+    told: tuple[Sequence[Table], Sequence[str]],
+) -> None:
+    """Write the report, if one was asked for; ``told``: tables and lines of the terminal."""
+    if arguments.report:
+        from ..report.html import write_report
+        from .design_report import design_page
+
+        write_report(arguments.report, design_page(arguments, request, score, motion, design, told))
 
 
 def figure_motion(design: Design) -> Motion:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .arguments import (
@@ -16,10 +15,15 @@ from .arguments import (
     robot_argument,
     settings,
 )
+from .report import report_arguments, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..estimation import ConstrainedBase, ConstrainedRobot, Identification
+    from ..model import Processing, Recording
+    from ..report.html import Page
 
 
 def add_parser(commands: Any) -> None:
@@ -44,9 +48,9 @@ def add_parser(commands: Any) -> None:
         "--prior-budget", type=float, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
     )
     group.add_argument("--total-mass", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]")
-    parser.add_argument("--plots", metavar="DIR", help="write figures as PNG and SVG; made if missing")
     processing_arguments(parser)
     result_arguments(parser)
+    report_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -83,8 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         gains = arguments.drive_gains
         document = identification_document(result, processing, gains, constrained, warnings)
         write_json(arguments.json, document)
-    if arguments.plots:
-        _plot(Path(arguments.plots), result)
+    write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
     return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
 
@@ -125,13 +128,32 @@ def _constrained(
         raise InputError(f"{error}; --constrained none leaves it out") from error
 
 
-def _plot(folder: Path, result: Identification) -> None:
-    """Figures of the result."""
-    from ..report.essential_plot import essential_figure
-    from ..report.plots import save_figure
+def _page(
+    arguments: argparse.Namespace,
+    result: Identification,
+    constrained: ConstrainedBase | ConstrainedRobot | None,
+    recordings: Sequence[Recording],
+    held_out: Sequence[Recording],
+    processing: Processing,
+    warnings: Sequence[str],
+) -> Page:
+    """The report: what was held out is drawn, else what was fitted."""
+    from ..estimation import excitation, robot_prediction
+    from ..report.html import identification_page
+    from .report import drawn, provenance, settings_in_words
 
-    folder.mkdir(parents=True, exist_ok=True)
-    labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    figure = essential_figure(result.elimination, result.robot.title or result.robot.name, labels)
-    for ending in ("png", "svg"):
-        save_figure(figure, folder / f"essential_path.{ending}")
+    files = {"without payload": arguments.data, "held out": arguments.validate}
+    shown = drawn(held_out or recordings)
+    predictions = [
+        robot_prediction(result.robot, result.base, result.estimate.values, one, processing, bool(held_out))
+        for one in shown
+    ]
+    return identification_page(
+        result,
+        constrained,
+        predictions,
+        excitation(result.problem, result.estimate),
+        provenance(arguments, files, settings_in_words(result.robot, processing, arguments.drive_gains)),
+        warnings,
+        others=len(held_out or recordings) - len(shown),
+    )

@@ -1,5 +1,6 @@
 """The paper's experiment on a simulated RX90, from trajectories to the tables."""
 
+import argparse
 from pathlib import Path
 
 from rich.console import Console
@@ -12,24 +13,27 @@ from ..report.paper_comparison import constrained_table, experiment_notes, table
 from ..report.plots import save_torques
 from ..report.tables import console, paper_payload_table, payload_notes
 from .paper_analysis import Analysis, analyse
+from .paper_report import write_paper_report
 from .paper_setup import levels, paper_robot, simulate_paper
 from .progress import bar
 
 
-def run_demo(folder: Path, seed: int, trajectories: int, noise: str, gain_error: float) -> int:
+def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
     """Simulate, identify by all four methods, and print the result next to the truth and the paper.
 
     Args:
-        folder: where the figure and the JSON go; made if it is not there.
-        seed: of the trajectories and the noise.
-        trajectories: number of trajectories, each run without and with payload; one more is held out.
-        noise: "paper", "slow" or "none".
+        arguments: of ``dynident demo``: folder ``out`` of the results, made if it is not there; ``seed``; number of
+            ``trajectories``, each run without and with payload, one more is held out; ``noise``; ``report`` and
+            ``plots``.
         gain_error: standard deviation of the drive gains, relative.
     """
+    folder, disturbances = Path(arguments.out), levels(arguments.noise, gain_error)
     folder.mkdir(parents=True, exist_ok=True)
     robot, paper = paper_robot(), paper_tables()
     with bar("simulating") as progress:
-        experiment = simulate_paper(robot, paper.payload, levels(noise, gain_error), seed, trajectories, progress)
+        experiment = simulate_paper(
+            robot, paper.payload, disturbances, arguments.seed, arguments.trajectories, progress
+        )
     with Console(stderr=True).status("reducing") as status:
         analysis = analyse(experiment, status.update)
     first = table1(analysis.answer, paper)
@@ -45,7 +49,9 @@ def run_demo(folder: Path, seed: int, trajectories: int, noise: str, gain_error:
     for line in [*notes, *payload_notes(analysis.answer)]:
         terminal.print(line, markup=False, highlight=False)
     _save(folder, analysis)
-    written = ", ".join(str(folder / name) for name in ("payload.json", "robot.json", "torques.png"))
+    report = write_paper_report(arguments, analysis, tables, notes)
+    files = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), report)
+    written = ", ".join(str(path) for path in files)
     terminal.print(f"Written: {written}", highlight=False)
     return 0
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .arguments import (
     ANSWERED,
@@ -17,7 +17,15 @@ from .arguments import (
     settings,
 )
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+from .report import report_arguments, write_page
 from .results import result_arguments, write_results
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..estimation import PayloadAnswer
+    from ..model import Processing, Recording
+    from ..report.html import Page
 
 
 def add_parser(commands: Any) -> None:
@@ -48,6 +56,7 @@ def add_parser(commands: Any) -> None:
     essential_arguments(parser)
     processing_arguments(parser)
     result_arguments(parser)
+    report_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -109,5 +118,39 @@ def run(arguments: argparse.Namespace) -> int:
         terminal.print()
     if arguments.json:
         write_json(arguments.json, payload_document(answer, processing, gains, warnings))
+    write_page(arguments, lambda: _page(arguments, answer, loaded, held_out, processing, warnings))
     write_results(arguments, [best, free], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _page(
+    arguments: argparse.Namespace,
+    answer: PayloadAnswer,
+    loaded: Sequence[Recording],
+    held_out: Sequence[Recording],
+    processing: Processing,
+    warnings: Sequence[str],
+) -> Page:
+    """The report."""
+    from ..estimation import payload_excitation, payload_predictions
+    from ..report.documents import payload_document
+    from ..report.html import payload_page
+    from .report import drawn, provenance, settings_in_words
+
+    gains, problem = arguments.drive_gains, answer.problem
+    files = {
+        "without payload": arguments.unloaded,
+        "with payload": arguments.loaded,
+        "held out": arguments.validate,
+        "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
+    }
+    shown = drawn(loaded), drawn(held_out)
+    return payload_page(
+        answer,
+        payload_document(answer, processing, gains, warnings),
+        payload_predictions(answer, *shown, processing),
+        payload_excitation(problem),
+        provenance(arguments, files, settings_in_words(problem.robot, processing, gains)),
+        warnings,
+        others=len(loaded) + len(held_out) - sum(map(len, shown)),
+    )

@@ -12,6 +12,7 @@ from .decimation import decimated, noise_bandwidth
 from .drive_gains import GainErrors
 from .essential import Elimination, EliminationPath, SigmaBound, SigmaRatio, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
+from .excitation import Excitation, excitation, payload_excitation
 from .filtering import measurement, resampled
 from .gains import DriveGains, GainProblem, gain_problem, identify_gains
 from .identification import Identification, base_problem, identify
@@ -50,6 +51,7 @@ from .payload import (
     usable_methods,
 )
 from .pose_check import PoseCheck, check_pose
+from .prediction import Curve, TorquePrediction, payload_prediction, payload_predictions, robot_prediction
 from .problem import ReducedProblem, merged
 from .readings import Reading
 from .reduction import reduced, reduced_measurement, reduced_stream
@@ -70,11 +72,13 @@ __all__ = [
     "ConstrainedPayload",
     "ConstrainedRobot",
     "Constraint",
+    "Curve",
     "CvxpyProblem",
     "DriveGains",
     "Elimination",
     "EliminationPath",
     "Estimate",
+    "Excitation",
     "Fit",
     "GainErrors",
     "GainProblem",
@@ -112,6 +116,7 @@ __all__ = [
     "StopRule",
     "Stretch",
     "Tested",
+    "TorquePrediction",
     "TrajectoryTable",
     "Verdict",
     "Weighing",
@@ -128,6 +133,7 @@ __all__ = [
     "eliminate",
     "elimination_warnings",
     "essential_combined",
+    "excitation",
     "fit",
     "gain_problem",
     "hidden_directions",
@@ -146,7 +152,10 @@ __all__ = [
     "origins",
     "payload_blocks",
     "payload_by_joints",
+    "payload_excitation",
     "payload_over_time",
+    "payload_prediction",
+    "payload_predictions",
     "payload_problem",
     "payload_system",
     "profile_intervals",
@@ -162,6 +171,7 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_prediction",
     "robot_prior",
     "solve_constrained",
     "solve_constrained_base",

@@ -31,6 +31,25 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
     return step * max(tau, 0.5)
 
 
+def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
+    """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series; rows that were left out form no pairs.
+
+    Args:
+        t: times on a grid of ``step`` [s], shape (r,).
+        values: residuals, shape (r,).
+        step: time between neighbouring rows [s].
+        lags: the last one.
+
+    Returns:
+        Shape (lags + 1,); zeros after the first for a series without power.
+    """
+    grids = [_on_grid(t, values, step)] if len(t) else []
+    power = _mean_product(grids, 0)
+    if power == 0.0:
+        return np.append(1.0, np.zeros(lags))
+    return np.array([_mean_product(grids, lag) / power for lag in range(lags + 1)])
+
+
 def _on_grid(t: Array, values: Array, step: float) -> tuple[Array, Array]:
     """Values with zeros where rows are missing, and ones where they are not."""
     place = np.rint((t - t[0]) / step).astype(int)

@@ -8,6 +8,7 @@ from rich.table import Table
 from ..estimation import ConstrainedPayload, PayloadAnswer
 from ..model import INERTIAL
 from ..model.arrays import Array
+from .numbers import interval_digits
 from .tables import UNITS, empty_table
 
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -25,8 +26,11 @@ def recommended_table(answer: PayloadAnswer) -> Table:
     rows = zip(_names(), _values(best), np.vstack([intervals, best.intervals.principal_moments]), strict=True)
     apart = list(zip(*(_values(other) for other in others), strict=True)) or [()] * len(_names())
     for ((name, unit), value, (low, high)), beside in zip(rows, apart, strict=True):
-        digits = _digits(high - low)
-        cells = [f"{number:.{digits}f}" if np.isfinite(number) else "-" for number in (value, low, high, *beside)]
+        digits = interval_digits(high - low)
+        cells = [
+            f"{round(number, digits) + 0.0:.{digits}f}" if np.isfinite(number) else "-"
+            for number in (value, low, high, *beside)
+        ]
         table.add_row(name, unit, *cells, end_section=name in ("M", "com z", "ZZ at com"))
     return table
 
@@ -103,10 +107,3 @@ def _values(payload: ConstrainedPayload) -> Array:
 
 def _rows(ten: Array, com: Array, inertia: Array) -> Array:
     return np.concatenate([ten, com, [inertia[pair] for pair in _PAIRS]])
-
-
-def _digits(width: float) -> int:
-    """Decimals that show two digits of half the interval."""
-    if not np.isfinite(width) or width <= 0.0:
-        return 4
-    return min(max(0, 1 - int(np.floor(np.log10(width / 2.0)))), 9)

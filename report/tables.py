@@ -48,8 +48,16 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
 
 def payload_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the payload table; the verdict comes last."""
+    lines = [*sigma_notes(answer.estimates), *data_notes(answer), mass_by_joints_note(answer.by_joints)]
+    lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
+    lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
+    return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]
+
+
+def data_notes(answer: PayloadAnswer) -> list[str]:
+    """Lines on equations, residuals and alignment."""
     problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
-    lines = sigma_notes(answer.estimates)
+    lines = []
     if problem.unloaded is not None:
         raw, scaled = problem.unloaded.condition_numbers()
         lines.append(
@@ -60,12 +68,7 @@ def payload_notes(answer: PayloadAnswer) -> list[str]:
         lines.append(f"Relative residual of the robot's model: {residual_text(robot_fit)}")
     if validation is not None:
         lines.append(f"The same on the validation recording: {residual_text(validation)}")
-    if problem.pairs:
-        lines.append(_alignment(problem))
-    lines.append(mass_by_joints_note(answer.by_joints))
-    lines += [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
-    lines.append(f"Verdict: {_LEVELS[answer.verdict.level]}.")
-    return [*lines, *(f"  - {reason}" for reason in answer.verdict.reasons)]
+    return [*lines, _alignment(problem)] if problem.pairs else lines
 
 
 def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:

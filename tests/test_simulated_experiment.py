@@ -43,6 +43,10 @@ def test_demo(run: Run, tmp_path: Path) -> None:
     for words in ("Table 1", "Table 2", "method 4", "FSM6", "7.216", "6.700", "condition number", "robust sigma"):
         assert words in out
     assert "Drive gains are off" not in out
+    page = (tmp_path / "demo" / "report.html").read_text(encoding="utf-8")
+    for words in ('id="paper"', 'id="parameters"', "Table 1: payload", "Table 2: essential", "7.216", "held out"):
+        assert words in page
+    assert page.count("<svg") == 8
 
 
 def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
@@ -64,6 +68,7 @@ def test_demo_repeats(run: Run, tmp_path: Path) -> None:
     for words in ("| method 4 |", "Slow noise", "Drive gains wrong by 2 %", "| FSM6 |"):
         assert words in out
     assert run("demo", "--repeat", "2", "--noise", "slow")[0] == 2
+    assert run("demo", "--repeat", "2", "--report", str(tmp_path / "x.html"))[0] == 2
 
 
 @pytest.fixture(scope="module")

@@ -114,5 +114,5 @@ def six(J: Array) -> Array:
 
 def _plain(line: str) -> str:
     """A comment that ends no comment, continues no line and is ASCII."""
-    text = " ".join(line.split()).encode("ascii", "replace").decode("ascii")
+    text = " ".join(line.split()).replace("±", "+-").encode("ascii", "replace").decode("ascii")
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")

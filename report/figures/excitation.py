@@ -1,0 +1,60 @@
+"""How well each parameter was excited."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation import Excitation
+from ...model.arrays import Array
+from .canvas import BLUE, Drawing, new_figure, plain
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_GOOD = 10.0  # ten times the noise: 10 % relative sigma
+_LEAST, _MOST = 1e-2, 1e9
+_PER_ROW = 40
+
+
+def excitation_figure(found: Excitation, labels: Mapping[str, str] | None = None) -> Drawing:
+    """Each parameter's torque over the noise, whole and without what the others can imitate.
+
+    Args:
+        found: of every parameter.
+        labels: name of a parameter -> how the figure calls it.
+    """
+    names = [(labels or {}).get(name, name) for name in found.names]
+    rows = -(-len(names) // _PER_ROW)
+    size = -(-len(names) // rows)
+    figure = new_figure(9.5, 2.3 * rows + 0.5)
+    panels = figure.subplots(rows, 1, squeeze=False, sharey=True)[:, 0]
+    for row, axis in enumerate(panels):
+        part = slice(size * row, size * (row + 1))
+        _row(axis, names[part], found.signal[part], found.independent[part], size)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    weak = [name for name, value in zip(names, found.independent, strict=True) if value < _GOOD]
+    caption = (
+        "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without what "
+        "other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), (21)."
+    )
+    told = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
+    return Drawing("excitation", figure, caption, f"{caption} {told}")
+
+
+def _row(axis: Axes, names: Sequence[str], signal: Array, independent: Array, size: int) -> None:
+    x = np.arange(len(names))
+    whole, own = np.clip(signal, _LEAST, _MOST), np.clip(independent, _LEAST, _MOST)
+    axis.vlines(x, own, whole, color="0.6", linewidth=1.0)
+    axis.plot(x, whole, "_", color="black", markersize=8, label="its torque")
+    axis.plot(x, own, "o", color=BLUE, markersize=4, label="the part no other parameter can imitate")
+    axis.axhline(_GOOD, color="black", linestyle="--", linewidth=0.9)
+    axis.annotate("relative sigma 10 %", (1.0, _GOOD), xycoords=("axes fraction", "data"), xytext=(0, 3),
+                  textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
+    axis.set_yscale("log")
+    axis.set_xlim(-0.8, size - 0.2)
+    axis.set_xticks(x, names, rotation=90, fontsize=8)
+    axis.set_ylabel("torque over noise")
+    plain(axis)

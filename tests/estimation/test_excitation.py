@@ -1,0 +1,63 @@
+"""Excitation against sigmas, and against regression of every column on the others."""
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    PAYLOAD,
+    Observer,
+    ReducedProblem,
+    excitation,
+    measurement,
+    payload_excitation,
+    payload_problem,
+    weighted,
+)
+from dynident.model import Processing, base_parameters, load_robot
+from dynident.model.arrays import Array
+from dynident.report.paper import paper_tables
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+
+
+def test_signal_and_own_part_of_each_column() -> None:
+    """The part of a column that others cannot imitate, by an explicit regression on the dense equations."""
+    robot = load_robot("rx90")
+    base = base_parameters(robot)
+    recording = Simulator(robot).record(random_via_points(robot, 8, seed=3).motion(100.0), None, RX90_NOISE, [3])
+    processing = Processing()
+    observation = Observer(robot, base.columns).observe(measurement(recording, processing), processing)
+    factors = tuple(
+        np.asarray(np.linalg.qr(np.column_stack(pair), "r"))
+        for pair in zip(observation.W, observation.Y, strict=True)
+    )
+    rows = tuple(len(Y) for Y in observation.Y)
+    problem = ReducedProblem(base.columns, factors, rows, tuple(map(float, rows)))
+    estimate = weighted(problem)
+    found = excitation(problem, estimate)
+    assert found.names == base.columns
+    assert np.allclose(found.independent, np.abs(estimate.values) / estimate.sigma, rtol=1e-6)
+    W = np.vstack([w * part for w, part in zip(estimate.weights, observation.W, strict=True)])
+    for k in (0, 7, 20, 53):
+        assert found.share[k] == pytest.approx(_own(W, k), rel=1e-6)
+    assert (found.share <= 1.0 + 1e-9).all()
+
+
+def _own(W: Array, k: int) -> float:
+    others = np.delete(W, k, axis=1)
+    scaled = others / np.linalg.norm(others, axis=0)
+    rest = W[:, k] - scaled @ np.linalg.lstsq(scaled, W[:, k], rcond=None)[0]
+    return float(np.linalg.norm(rest) / np.linalg.norm(W[:, k]))
+
+
+def test_robot_and_payload_together() -> None:
+    robot = load_robot("rx90")
+    simulator, motion = Simulator(robot), random_via_points(robot, 8, seed=4).motion(100.0)
+    bare = simulator.record(motion, None, RX90_NOISE, [4, 0])
+    loaded = simulator.record(motion, paper_tables().payload, RX90_NOISE, [4, 1])
+    problem = payload_problem(robot, [loaded], [bare])
+    found = payload_excitation(problem)
+    assert found is not None
+    assert found.names == (*problem.base.columns, *PAYLOAD)
+    assert found.independent[-1] > 30.0, "the mass is well seen"
+    assert problem.unloaded is not None
+    alone = payload_problem(robot, [loaded], known=weighted(problem.unloaded))
+    assert payload_excitation(alone) is None

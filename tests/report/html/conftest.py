@@ -1,0 +1,118 @@
+"""Two reports, made by the commands from simulated recordings, and a reader of pages."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.model import Recording, load_robot
+from dynident.report.paper import paper_tables
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+
+
+class Reader(HTMLParser):
+    """Counts elements, collects identifiers, texts and attributes, and checks that elements close in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.count: Counter[str] = Counter()
+        self.ids: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.texts: dict[str, list[str]] = {}
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+        if tag not in VOID:
+            self.open.append(tag)
+            self.texts.setdefault(tag, []).append("")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.handle_endtag(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        for tag in set(self.open):
+            self.texts[tag][-1] += data
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    assert not reader.open, "elements stay open"
+    return reader
+
+
+@dataclass
+class Made:
+    """A report on disk, with the folder of its figures."""
+
+    path: Path
+    plots: Path
+    text: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.text = self.path.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def short_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """RX90 logs: two trajectories, without and with the paper's payload."""
+    folder = tmp_path_factory.mktemp("report")
+    robot = load_robot("rx90")
+    simulator, load = Simulator(robot), paper_tables().payload
+    noise = tuple(0.2 * sigma for sigma in RX90_NOISE)
+    for k in range(2):
+        motion = random_via_points(robot, 10, seed=k).motion(250.0)
+        for name, body in (("bare", None), ("loaded", load)):
+            write_csv(folder / f"{name}{k}.csv", simulator.record(motion, body, noise, [k, body is not None]))
+    return folder
+
+
+def write_csv(path: Path, recording: Recording) -> None:
+    header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7))]
+    values = np.column_stack([recording.t, recording.q, recording.torque])
+    np.savetxt(path, values, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
+
+
+@pytest.fixture(scope="session")
+def fixed_date() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", "1000000000")
+        yield
+
+
+@pytest.fixture(scope="session")
+def payload_report(short_logs: Path, fixed_date: None) -> Made:
+    made = short_logs / "payload.html", short_logs / "plots"
+    assert main(payload_command(short_logs, *made)) == 0
+    return Made(*made)
+
+
+@pytest.fixture(scope="session")
+def robot_report(short_logs: Path, fixed_date: None) -> Made:
+    made = short_logs / "robot.html", short_logs / "robot_plots"
+    data = ["--data", str(short_logs / "bare0.csv")]
+    assert main(["identify", "--robot", "rx90", *data, "--report", str(made[0]), "--plots", str(made[1])]) == 0
+    return Made(*made)
+
+
+def payload_command(folder: Path, report: Path, plots: Path) -> list[str]:
+    files = ["--unloaded", str(folder / "bare0.csv"), "--loaded", str(folder / "loaded0.csv")]
+    files += ["--validate", str(folder / "bare1.csv")]
+    weighed = ["--mass", "7.03", "--mass-sigma", "0.05"]
+    return ["payload", "--robot", "rx90", *files, *weighed, "--report", str(report), "--plots", str(plots)]

@@ -1,0 +1,111 @@
+"""Text stays text, whatever it holds; pages of any content are whole."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import Curve, TorquePrediction
+from dynident.report.figures import Drawing, prediction_figure, save_drawings, worst_joint_figure
+from dynident.report.figures.canvas import new_figure
+from dynident.report.html import (
+    Html,
+    Provenance,
+    SourceFile,
+    bullets,
+    paragraph,
+    plain_page,
+    plain_section,
+    printed_table,
+    table,
+    tag,
+)
+from dynident.report.numbers import with_interval
+from dynident.report.tables import empty_table
+from hypothesis import given
+from hypothesis import strategies as st
+
+from .conftest import read
+
+EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
+DATE = datetime(2001, 9, 9, 1, 46, tzinfo=UTC)
+
+
+@given(st.text(st.characters(exclude_categories=["Cs", "Cc"])))
+def test_text_comes_back(text: str) -> None:
+    page = read(tag("p", text, title=text))
+    assert page.texts["p"] == [text]
+    assert page.attributes == [("p", "title", text)]
+
+
+def test_markup_is_not_escaped_twice() -> None:
+    assert tag("div", paragraph("a < b")) == "<div><p>a &lt; b</p></div>"
+    assert bullets([]) == ""
+    assert tag("td", Html("<b>x</b>"), class_="number") == '<td class="number"><b>x</b></td>'
+
+
+def evil_prediction() -> TorquePrediction:
+    t = np.append(np.arange(0.0, 1.0, 0.1), np.arange(3.0, 4.0, 0.1))
+    measured = np.sin(t)
+    return TorquePrediction(EVIL, True, False, (t,), (measured,), (Curve("predicted", (0.9 * measured,)),))
+
+
+def test_files_named_like_scripts_are_harmless() -> None:
+    """In tables, captions, descriptions of figures, the command and the title."""
+    files = (SourceFile("with payload", EVIL, "0" * 64),)
+    provenance = Provenance(f"dynident payload --loaded {EVIL}", DATE, files, {EVIL: EVIL}, {EVIL: EVIL})
+    shown = empty_table("plain", ("",), (EVIL,))
+    drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
+    section = plain_section("one", EVIL, [shown], [EVIL], drawings)
+    text = plain_page(EVIL, paragraph(EVIL), [section], provenance).html()
+    page = read(text)
+    assert page.count["script"] == 1
+    assert "alert" not in page.texts["script"][0]
+    assert page.texts["h1"] == page.texts["title"][:1] == [EVIL]
+    assert sum(EVIL in one for one in page.texts["code"]) == 1
+    assert sum(EVIL in one for one in page.texts["figcaption"]) == 2
+
+
+def test_figures_are_written_alike_twice(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        save_drawings(tmp_path / folder, [worst_joint_figure(evil_prediction())])
+    for ending in ("png", "svg", "pdf"):
+        a, b = (tmp_path / folder / f"worst_joint.{ending}" for folder in "ab")
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_two_figures_share_no_identifier() -> None:
+    drawings = []
+    for name in ("a", "b"):
+        figure = new_figure(3.0, 2.0)
+        figure.subplots().plot([0.0, 1.0], [1.0, 0.0], "o", label="x")
+        drawings.append(Drawing(name, figure, "caption", "words"))
+    text = plain_page("t", Html(), [plain_section("s", "s", [], (), drawings)], Provenance("c", DATE)).html()
+    ids = read(text).ids
+    assert len(set(ids)) == len(ids)
+    assert {"a-text", "b-text"} <= set(ids)
+
+
+def test_tables_have_heads_and_named_rows() -> None:
+    page = read(table("Words", ("", "value"), [("a", "1"), ("b", "2")]))
+    assert (page.count["caption"], page.count["thead"], page.count["tbody"]) == (1, 1, 1)
+    assert [value for tag_, key, value in page.attributes if key == "scope"] == ["col", "col", "row", "row"]
+    grouped = empty_table("Groups", ("",), ("x",))
+    grouped.add_row("a", "1", end_section=True)
+    grouped.add_row("b", "2")
+    assert read(printed_table(grouped)).count["tbody"] == 2
+
+
+@pytest.mark.parametrize(
+    ("numbers", "texts"),
+    [
+        ((2.80551, 2.7812, 2.8298), ("2.806", "2.781 to 2.830")),
+        ((-0.00001, -0.004, 0.004), ("0.0000", "-0.0040 to 0.0040")),
+        ((123.4, 80.0, 170.0), ("123", "80 to 170")),
+        ((-980.1377, np.nan, np.nan), ("-980.1", "-")),
+    ],
+)
+def test_numbers_have_the_digits_of_their_interval(
+    numbers: tuple[float, float, float], texts: tuple[str, str]
+) -> None:
+    assert with_interval(*numbers) == texts
