@@ -3,8 +3,8 @@
 Every heavy import waits inside ``run``, so that ``dynident --help`` answers at once.
 """
 
-from . import check, codegen, demo, design, export, gains, identify, payload, robot, simulate
+from . import check, codegen, demo, design, export, gains, identify, payload, robot, simulate, verify, weigh
 
-COMMANDS = (payload, identify, gains, check, export, robot, codegen, design, simulate, demo)
+COMMANDS = (weigh, verify, payload, identify, gains, check, export, robot, codegen, design, simulate, demo)
 """In the order of ``dynident --help``."""
 __all__ = ["COMMANDS"]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .arguments import ANSWERED, gains_list, names_list, number, positive, positive_number, robot_argument, whole
+from .design_near import check_near, near_arguments, run_near
 from .design_outputs import output_arguments
 from .design_problem import acceleration_limit, noise_level, torque_list
 
@@ -28,9 +29,10 @@ def add_parser(commands: Any) -> None:
     _shape_arguments(parser)
     _goal_arguments(parser)
     _limit_arguments(parser)
+    near_arguments(parser)
     group = parser.add_argument_group("search")
     group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
-    group.add_argument("--starts", type=positive, metavar="K", default=3, help="random starts (default: 3)")
+    group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 3; 1 with --near)")
     group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
     group.add_argument(
         "--evaluate", metavar="LOG", help="judge the motion of a log or of a CSV instead of designing one"
@@ -47,7 +49,9 @@ def _shape_arguments(parser: argparse.ArgumentParser) -> None:
     either.add_argument("--via-points", type=positive, metavar="N", help="number of points (default: 14)")
     either.add_argument("--fourier", type=positive, metavar="H", help="a Fourier series of H harmonics instead")
     group.add_argument("--rest", action="store_true", help="rest in each via point instead of passing it")
-    group.add_argument("--duration", type=positive_number, metavar="S", help="period of --fourier (default: 10)")
+    group.add_argument(
+        "--duration", type=positive_number, metavar="S", help="period of --fourier (default: 10), or of --near (30)"
+    )
     group.add_argument("--max-duration", type=positive_number, metavar="S", help="longest time through via points")
     group.add_argument("--start", type=gains_list, metavar="Q1,Q2,..", help="where it starts [deg or m]")
 
@@ -118,8 +122,11 @@ def run(arguments: argparse.Namespace) -> int:
     from .design_outputs import check_formats, check_outputs
     from .design_problem import build_request
 
+    check_near(arguments)
     _check(arguments)
     check_outputs(arguments)
+    if arguments.near is not None:
+        return run_near(arguments)
     request = build_request(arguments)
     check_formats(arguments, request.problem.robot)
     if arguments.evaluate:
@@ -173,7 +180,7 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
             best = "no motion within the limits yet" if step.best is None else criterion_text(kind, step.best)
             status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
 
-        design = solve_design(request.problem, seed=arguments.seed, starts=arguments.starts, progress=show)
+        design = solve_design(request.problem, seed=arguments.seed, starts=arguments.starts or 3, progress=show)
     stopped = "interrupted: " if design.interrupted else ""
     if not design.feasible:
         missed = "; ".join(design.score.violations)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from ..model import Motion, Robot
+    from ..report.motions import WrittenMotion
     from ..trajectories import Design, Score
     from .design_problem import Request
 
@@ -87,19 +88,17 @@ def check_formats(arguments: argparse.Namespace, robot: Robot) -> None:
 
 def write_motion(arguments: argparse.Namespace, design: Design) -> None:
     """Write the motion in the formats asked for."""
-    from ..model.files import write_text
-    from ..report.motions import (
-        CONTROLLER_RATE,
-        WrittenMotion,
-        csv_text,
-        design_head,
-        ros2_text,
-        urscript_text,
-        val3_files,
-    )
+    from ..report.motions import WrittenMotion, design_head
 
     problem = design.problem
-    written = WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design))
+    write_formats(arguments, WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design)))
+
+
+def write_formats(arguments: argparse.Namespace, written: WrittenMotion) -> None:
+    """Write a motion with its head in the formats asked for."""
+    from ..model.files import write_text
+    from ..report.motions import CONTROLLER_RATE, csv_text, ros2_text, urscript_text, val3_files
+
     rate = arguments.sample_rate or 250.0
     if arguments.csv:
         write_text(arguments.csv, csv_text(written, rate))

@@ -49,7 +49,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
         robot = stored.applied_to(robot)
         known = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
     payload = _payload(arguments.heaviest_payload, robot) if arguments.heaviest_payload else None
-    bounds = _bounds(arguments, robot)
+    bounds = asked_bounds(arguments, robot)
     reference = _reference(robot, known, payload if arguments.payload_only else None, arguments.payload_only)
     problem = build_design(
         robot,
@@ -112,7 +112,8 @@ def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
     )
 
 
-def _bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
+def asked_bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
+    """Limits of the joints."""
     from ..trajectories import JointBounds
 
     given: list[float] | None = None
@@ -127,7 +128,7 @@ def _bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
 def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, reference: Mapping[str, float]) -> Goal:
     from ..trajectories import FourierShape, Goal
 
-    noise, earlier = _noise(arguments, bounds), None
+    noise, earlier = asked_noise(arguments, bounds), None
     length = arguments.data_length
     if arguments.data_from:
         earlier = _earlier(arguments, robot, noise)
@@ -146,7 +147,7 @@ def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, refe
     )
 
 
-def _noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | None:
+def asked_noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | None:
     """Torque noise as asked for, else that of the earlier recordings."""
     import numpy as np
 

@@ -67,6 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..estimation import SolverError, answer_payload, elimination_warnings, payload_problem, payload_system
     from ..estimation.stored import read_stored_robot
     from ..model import InputError
+    from ..report.by_joints_table import by_joints_table
     from ..report.constrained import recommended_notes, recommended_table
     from ..report.documents import payload_document, write_json
     from ..report.robot_tables import combined_notes
@@ -109,9 +110,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(str(error)) from None
         warnings = elimination_warnings(answer)
     best, free = recommended_table(answer), payload_table(answer.estimates)
+    by_joints = by_joints_table(answer.by_joints)
     free_notes = [*combined_notes(answer, warnings), *payload_notes(answer)]
-    terminal = console(best, free)
-    for table, notes in ((best, recommended_notes(answer)), (free, free_notes)):
+    terminal = console(best, by_joints, free)
+    for table, notes in ((best, recommended_notes(answer)), (by_joints, []), (free, free_notes)):
         terminal.print(table)
         for line in notes:
             terminal.print(line, markup=False, highlight=False)
@@ -119,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         write_json(arguments.json, payload_document(answer, processing, gains, warnings))
     write_page(arguments, lambda: _page(arguments, answer, loaded, held_out, processing, warnings))
-    write_results(arguments, [best, free], lambda: payload_system(problem, loaded, unloaded, processing))
+    write_results(arguments, [best, by_joints, free], lambda: payload_system(problem, loaded, unloaded, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 

@@ -134,7 +134,14 @@ class Observer:
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        blocks = list(self.blocks(data, processing, partner))
+        return self._whole(self.blocks(data, processing, partner), processing.decimate)
+
+    def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
+        """The same with the rows to use, N x n, given."""
+        return self._whole(self.stream([(data, keep)], decimate), decimate)
+
+    def _whole(self, parts: Iterable[Block], decimate: int) -> Observation:
+        blocks = list(parts)
         W, Y, t = [], [], []
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
             kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
@@ -143,7 +150,7 @@ class Observer:
             W.append(dense[:, self.place])
             Y.append(kept[-1])
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
-        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(processing.decimate))
+        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate))
 
     def _check_spring(self, q: Array) -> None:
         """A spring's table does not go on beyond its ends."""

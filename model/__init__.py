@@ -54,6 +54,7 @@ from .regressor import (
 from .robot import INERTIAL, Joint, Limits, Links, Robot
 from .robot_file import load_robot, robot_names
 from .robot_writer import robot_toml
+from .visibility import PayloadVisibility, friction_columns, payload_visibility, visibility_of
 
 __all__ = [
     "INERTIAL",
@@ -71,6 +72,7 @@ __all__ = [
     "Links",
     "Measurement",
     "Motion",
+    "PayloadVisibility",
     "Pose",
     "Processing",
     "Recording",
@@ -91,6 +93,7 @@ __all__ = [
     "forward_dynamics_base",
     "forward_kinematics",
     "frames_at",
+    "friction_columns",
     "generate_code",
     "gravity",
     "inverse_dynamics",
@@ -102,6 +105,7 @@ __all__ = [
     "mounted",
     "payload_columns",
     "payload_regressor",
+    "payload_visibility",
     "read_payload",
     "regressor",
     "robot_names",
@@ -111,6 +115,7 @@ __all__ = [
     "standard_columns",
     "standard_regressor",
     "step",
+    "visibility_of",
     "with_gravity",
     "with_tool",
 ]

@@ -104,8 +104,8 @@ def payload_document(
         "relative_residual": {**fitted, "validation": residual_document(check) if check else None},
         "data": _data_document(problem, processing),
         "estimates": [
-            *(_estimate_document(estimate) for estimate in answer.estimates),
-            *(_constrained_document(payload) for payload in answer.constrained),
+            *(free_estimate_document(estimate) for estimate in answer.estimates),
+            *(constrained_estimate_document(payload) for payload in answer.constrained),
         ],
         "recommended": {"method": answer.recommended.method, "estimator": "constrained"},
         "mass_by_joints": mass_by_joints_document(answer.by_joints),
@@ -161,7 +161,8 @@ def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
     }
 
 
-def _estimate_document(result: PayloadEstimate) -> Document:
+def free_estimate_document(result: PayloadEstimate) -> Document:
+    """A method's own estimate."""
     estimate, body = result.estimate, result.body
     return {
         "method": result.method,
@@ -184,7 +185,8 @@ def _estimate_document(result: PayloadEstimate) -> Document:
     }
 
 
-def _constrained_document(payload: ConstrainedPayload) -> Document:
+def constrained_estimate_document(payload: ConstrainedPayload) -> Document:
+    """The payload that can exist, with intervals."""
     free, result, intervals = payload.free.estimate, payload.result, payload.intervals
     p_values = {id(one.constraint): one.p_value for one in payload.tested}
     return {

@@ -21,6 +21,9 @@ from .goal import Earlier, Goal
 from .integrator import Ripple
 from .limits import LimitCheck
 from .load import load_torques
+from .near import NearDesign, NearRequest, check_mass_visible, design_near, second_pose
+from .near_motion import NearMotion
+from .near_prediction import predicted_spread
 from .point_to_point import PointToPoint, plan_point_to_point, random_points
 from .problem import DesignProblem
 from .sampled import SampledTrajectory
@@ -51,6 +54,9 @@ __all__ = [
     "Learnt",
     "LimitCheck",
     "Loads",
+    "NearDesign",
+    "NearMotion",
+    "NearRequest",
     "PointToPoint",
     "Reference",
     "Ripple",
@@ -66,6 +72,8 @@ __all__ = [
     "ViaPointShape",
     "ViaPoints",
     "build_design",
+    "check_mass_visible",
+    "design_near",
     "floor_of",
     "floor_under",
     "load_torques",
@@ -73,12 +81,14 @@ __all__ = [
     "no_disturbances",
     "parameter_vector",
     "plan_point_to_point",
+    "predicted_spread",
     "random_points",
     "random_via_points",
     "read_scene",
     "relative_disturbances",
     "run_experiment",
     "score_motion",
+    "second_pose",
     "shortest_durations",
     "solve_design",
 ]

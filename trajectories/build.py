@@ -111,10 +111,10 @@ def build_design(
         StateLimit("acceleration", -bounds.acceleration, bounds.acceleration),
     ]
     base = base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    columns = _columns(robot, names, base)
+    columns = regressor_columns(robot, names, base)
     kernel = regressor_kernel(robot, columns)
     if base is not None:
-        for load, chi in _coefficients(robot, base, columns, loads).items():
+        for load, chi in load_coefficients(robot, base, columns, loads).items():
             limits.append(TorqueLimit(kernel, chi, bounds.torque, load))
     if duration is not None and family.free_duration:
         limits.append(DurationLimit(duration))
@@ -155,7 +155,7 @@ def _family(
     )
 
 
-def _columns(robot: Robot, names: Sequence[str], base: BaseParameters | None) -> tuple[str, ...]:
+def regressor_columns(robot: Robot, names: Sequence[str], base: BaseParameters | None) -> tuple[str, ...]:
     """What the regressor must have, in the robot's order, so that different goals share compiled code."""
     wanted = {*names, *(base.columns if base is not None else ())}
     columns = tuple(name for name in standard_columns(robot) if name in wanted)
@@ -171,7 +171,7 @@ def _start(robot: Robot, bounds: JointBounds, start: ArrayLike | None) -> Array 
     return pose
 
 
-def _coefficients(
+def load_coefficients(
     robot: Robot, base: BaseParameters, columns: Sequence[str], loads: Loads | None
 ) -> dict[str, Array]:
     """Coefficients of the columns for each load."""

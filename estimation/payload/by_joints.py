@@ -3,7 +3,7 @@
 By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -57,7 +57,9 @@ class JointsMass:
         """The joints in words: "joint 3" or "joints 4-6"."""
         if len(self.joints) == 1:
             return f"joint {self.joints[0]}"
-        return f"joints {self.joints[0]}-{self.joints[-1]}"
+        if self.joints == tuple(range(self.joints[0], self.joints[-1] + 1)):
+            return f"joints {self.joints[0]}-{self.joints[-1]}"
+        return f"joints {', '.join(map(str, self.joints))}"
 
 
 @dataclass(frozen=True)
@@ -104,19 +106,44 @@ def payload_by_joints(problem: PayloadProblem, weights: FixedWeights) -> ByJoint
         problem: the reduced recordings.
         weights: per joint; they matter within a group only.
     """
-    groups, n = joint_groups(problem.robot.n), problem.robot.n
-    numbers: list[Callable[[_Equations], _Number | None]] = [_mass_of(group) for group in groups]
-    numbers += [_share_of(joint) for joint in range(1, n + 1)]
-    found = [number(_equations(problem, weights)) for number in numbers]
-    variances, dof = _variances(problem, weights, numbers, found)
+    n = problem.robot.n
+
+    def parts() -> list[Iterator[JointEquations]]:
+        if problem.blocks is None:
+            raise InputError("no blocks of time")
+        return [(_equations(part, weights) for part in group) for group in deletions(problem)]
+
+    return joints_view(_equations(problem, weights), parts, joint_groups(n), range(1, n + 1))
+
+
+def joints_view(
+    whole: "JointEquations",
+    parts: "Callable[[], Sequence[Iterable[JointEquations]]]",
+    groups: Sequence[tuple[int, ...]],
+    joints: Sequence[int],
+) -> ByJoints:
+    """Masses by groups of joints, shares of single ones.
+
+    Args:
+        whole: the equations.
+        parts: gives the same without each block of time, group by group of blocks that are left out together;
+            raises InputError where there are too few.
+        groups: of joints, for the masses.
+        joints: for the shares, each against all others with equations.
+    """
+    numbers: list[Callable[[JointEquations], _Number | None]] = [_mass_of(group) for group in groups]
+    numbers += [_share_of(joint) for joint in joints]
+    found = [number(whole) for number in numbers]
+    variances, dof = _variances(parts, numbers, found)
     sigmas = [float(np.sqrt(v)) for v in variances]
     masses = [
         JointsMass(group, one.value, sigma, dof) if one else JointsMass(group, None)
         for group, one, sigma in zip(groups, found, sigmas, strict=False)
     ]
+    k = len(groups)
     shares = [
         JointShare(joint, one.value if one else None, sigma)
-        for joint, (one, sigma) in enumerate(zip(found[-n:], sigmas[-n:], strict=True), 1)
+        for joint, one, sigma in zip(joints, found[k:], sigmas[k:], strict=True)
     ]
     return ByJoints(tuple(masses), tuple(shares))
 
@@ -126,7 +153,7 @@ class _Number(NamedTuple):
     variance: float
 
 
-class _Equations(NamedTuple):
+class JointEquations(NamedTuple):
     """Per joint weighted factors [W_L Y] of the payload, and W of a robot that was subtracted, C its covariance."""
 
     payload: tuple[Array, ...]
@@ -135,11 +162,11 @@ class _Equations(NamedTuple):
     rows: tuple[float, ...]
 
 
-def _equations(problem: PayloadProblem, weights: FixedWeights) -> _Equations:
+def _equations(problem: PayloadProblem, weights: FixedWeights) -> JointEquations:
     if problem.difference is not None:
         own, factors = problem.difference, problem.difference.factors
         payload = tuple(w * factor for w, factor in zip(weights.own, factors, strict=True))
-        return _Equations(payload, tuple(f[:, :0] for f in payload), np.zeros((0, 0)), own.effective_rows)
+        return JointEquations(payload, tuple(f[:, :0] for f in payload), np.zeros((0, 0)), own.effective_rows)
     known = problem.known
     if known is None:
         assert problem.unloaded is not None
@@ -147,13 +174,13 @@ def _equations(problem: PayloadProblem, weights: FixedWeights) -> _Equations:
     k = len(known.values)
     loaded = tuple(w * factor for w, factor in zip(weights.own, problem.loaded.factors, strict=True))
     rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in loaded)
-    return _Equations(rest, tuple(f[:, :k] for f in loaded), known.covariance, problem.loaded.effective_rows)
+    return JointEquations(rest, tuple(f[:, :k] for f in loaded), known.covariance, problem.loaded.effective_rows)
 
 
-def _mass_of(joints: Sequence[int]) -> Callable[[_Equations], _Number | None]:
+def _mass_of(joints: Sequence[int]) -> Callable[[JointEquations], _Number | None]:
     places = [joint - 1 for joint in joints]
 
-    def mass(equations: _Equations) -> _Number | None:
+    def mass(equations: JointEquations) -> _Number | None:
         factor = np.vstack([equations.payload[j] for j in places])
         solved = _solved(factor[:, :-1])
         if solved is None or solved[1][-1] > _HIDDEN:
@@ -164,10 +191,10 @@ def _mass_of(joints: Sequence[int]) -> Callable[[_Equations], _Number | None]:
     return mass
 
 
-def _share_of(joint: int) -> Callable[[_Equations], _Number | None]:
+def _share_of(joint: int) -> Callable[[JointEquations], _Number | None]:
     own = joint - 1
 
-    def share(equations: _Equations) -> _Number | None:
+    def share(equations: JointEquations) -> _Number | None:
         others = [j for j in range(len(equations.payload)) if j != own]
         factor = np.vstack([equations.payload[j] for j in others])
         solved = _solved(factor[:, :-1])
@@ -200,7 +227,7 @@ def _solved(A: Array) -> tuple[Array, Array] | None:
     return inverse, np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
 
 
-def _number(equations: _Equations, places: Sequence[int], factor: Array, row: Array) -> _Number:
+def _number(equations: JointEquations, places: Sequence[int], factor: Array, row: Array) -> _Number:
     """row @ Y with the variance of the residual and of the robot's parameters."""
     Y = factor[:, -1]
     A = factor[:, :-1]
@@ -214,35 +241,28 @@ def _number(equations: _Equations, places: Sequence[int], factor: Array, row: Ar
     )
 
 
-def _variances(
-    problem: PayloadProblem,
-    weights: FixedWeights,
-    numbers: Sequence[Callable[[_Equations], _Number | None]],
-    found: Sequence[_Number | None],
-) -> tuple[Array, float]:
+_Parts = Callable[[], Sequence[Iterable[JointEquations]]]
+_Numbers = Sequence[Callable[[JointEquations], _Number | None]]
+
+
+def _variances(parts: _Parts, numbers: _Numbers, found: Sequence[_Number | None]) -> tuple[Array, float]:
     """The larger of the formula's variance and the jackknife's of each number, and the degrees of freedom."""
     formula = np.array([one.variance if one else np.nan for one in found])
     try:
-        variances, dof = _jackknife(problem, weights, numbers, found)
+        variances, dof = _jackknife(parts(), numbers, found)
     except InputError:  # too few blocks
         return WITHOUT_BLOCKS**2 * formula, float("inf")
     return np.maximum(formula, variances), dof
 
 
 def _jackknife(
-    problem: PayloadProblem,
-    weights: FixedWeights,
-    numbers: Sequence[Callable[[_Equations], _Number | None]],
-    found: Sequence[_Number | None],
+    groups: Sequence[Iterable[JointEquations]], numbers: _Numbers, found: Sequence[_Number | None]
 ) -> tuple[Array, float]:
     """Variance of each number by leaving out blocks, and the degrees of freedom."""
-    if problem.blocks is None:
-        raise InputError("no blocks of time")
     variances, fewest = np.zeros(len(numbers)), np.inf
-    for group in deletions(problem):
+    for group in groups:
         rows = []
-        for part in group:
-            equations = _equations(part, weights)
+        for equations in group:
             values = [number(equations) if one else None for number, one in zip(numbers, found, strict=True)]
             rows.append([value.value if value else np.nan for value in values])
         changes = np.array(rows) - [one.value if one else np.nan for one in found]

@@ -1,10 +1,11 @@
 """Whether all joints show the same payload: the test of drive gains and friction."""
 
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
-from ..payload.by_joints import JointShare, JointsMass
+from ..payload.by_joints import ByJoints, JointShare, JointsMass
 from .reasons import Evidence, Reason, against_all, against_inertia
 
 NOTABLE = 0.03
@@ -23,8 +24,44 @@ SIGMAS = 4.5
 
 def joint_reasons(evidence: Evidence) -> list[Reason]:
     """Against numbers on which the joints do not agree."""
-    alone = [one for one in evidence.by_joints.masses if len(one.joints) == 1 and one.mass is not None]
-    return [*_shares(evidence.by_joints.shares), *_masses(alone, evidence.best.mass)]
+    return by_joints_reasons(evidence.by_joints, evidence.best.mass)
+
+
+class JointReading(NamedTuple):
+    """How one joint agrees with the others: by how many standard deviations it is off, and in words."""
+
+    joint: int
+    sigmas: float
+    text: str
+
+
+def worst_joint(found: ByJoints, mass: float) -> JointReading | None:
+    """The joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
+    readings = [
+        JointReading(
+            one.joint,
+            abs(one.share - 1.0) / one.sigma,
+            f"joint {one.joint} shows {one.share:.3f} ± {one.sigma:.2g} times what the others demand there",
+        )
+        for one in found.shares
+        if one.share is not None
+    ]
+    readings += [
+        JointReading(
+            one.joints[0],
+            abs(one.mass - mass) / one.sigma,
+            f"{one.name} alone weighs {one.mass:.4g} ± {one.sigma:.2g} kg",
+        )
+        for one in found.masses
+        if len(one.joints) == 1 and one.mass is not None
+    ]
+    return max(readings, key=lambda reading: reading.sigmas, default=None)
+
+
+def by_joints_reasons(found: ByJoints, mass: float) -> list[Reason]:
+    """Against a mass [kg] that single joints contradict."""
+    alone = [one for one in found.masses if len(one.joints) == 1 and one.mass is not None]
+    return [*_shares(found.shares), *_masses(alone, mass)]
 
 
 def _masses(alone: list[JointsMass], mass: float) -> list[Reason]:

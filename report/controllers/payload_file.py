@@ -55,16 +55,21 @@ def load_of_document(
         reasons = tuple(str(reason) for reason in document["verdict"]["reasons"])
         recommended = (document.get("recommended") or {}).get("method")
         estimate = _chosen(document["estimates"], method or recommended, name)
-        body = InertialParameters(np.array([estimate["parameters"][kind] for kind in INERTIAL], dtype=float))
+        if level not in _LEVELS:
+            raise InputError(f"{name}: verdict {level!r} is none of {', '.join(_LEVELS)}")
         source = f"{name}, method {estimate['method']} ({estimate['estimator']})"
         frame = str(document["frame"])
+        assumed = document.get("assumed") if method in (None, recommended) else None
+        if assumed:
+            label = f"inertia ASSUMED, not measured: {assumed['inertia']}"
+            body = _body(assumed["parameters"], name, False)
+            return ControllerLoad(body, frame, f"{source}, {label}", level, (*reasons, label))
+        point_mass = level == "mass_and_com_only" and not despite_verdict
+        body = _body(estimate["parameters"], name, point_mass)
     except InputError:
         raise
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{name}: not a document of 'dynident payload --json' ({error!r})") from None
-    if level not in _LEVELS:
-        raise InputError(f"{name}: verdict {level!r} is none of {', '.join(_LEVELS)}")
-    point_mass = level == "mass_and_com_only" and not despite_verdict
     return ControllerLoad(body, frame, source, level, reasons, point_mass)
 
 
@@ -73,6 +78,25 @@ def is_flange(frame: str) -> bool:
     words = frame.lower().replace(":", " ").replace(",", " ").split()
     first = next((word for word in words if word not in ("the", "bare")), "")
     return first in _FLANGES
+
+
+def _body(parameters: dict[str, float | None], name: str, point_mass: bool) -> InertialParameters:
+    """The ten as a body; a point mass where the inertia is not to be used and may be missing.
+
+    Raises:
+        InputError: if a number that is needed was not measured.
+    """
+    needed = INERTIAL[6:] if point_mass else INERTIAL
+    missing = [kind for kind in needed if parameters[kind] is None]
+    if missing:
+        raise InputError(
+            f"{name}: {', '.join(missing)} was not measured: move more joints, or assume an inertia by 'dynident "
+            "weigh --inertia box:AxBxC'"
+        )
+    if any(parameters[kind] is None for kind in INERTIAL):
+        *h, mass = (float(parameters[kind] or 0.0) for kind in needed)
+        return InertialParameters.from_com(mass, np.array(h) / mass, np.zeros((3, 3)))
+    return InertialParameters(np.array([parameters[kind] for kind in INERTIAL], dtype=float))
 
 
 def _chosen(estimates: list[dict[str, Any]], method: int | None, name: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate, RobustCovariance
-from dynident.report.documents import _estimate_document, write_json
+from dynident.report.documents import free_estimate_document, write_json
 from dynident.report.paper import paper_tables
 from dynident.report.tables import _value, payload_table, short_value, sigma_notes
 
@@ -46,12 +46,12 @@ def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> P
 
 def test_robust_standard_deviations_are_told_where_they_are() -> None:
     few = RobustCovariance(9e-4 * np.eye(10), 8, 7, 1.5)
-    written = _estimate_document(payload(3, few))
+    written = free_estimate_document(payload(3, few))
     assert written["sigma_robust"]["M"] == pytest.approx(0.03)
     assert written["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
     assert (written["robust"]["blocks"], written["robust"]["degrees_of_freedom"]) == (8, 7)
     assert np.allclose(written["com_sigma_robust"], 3.0 * np.asarray(written["com_sigma"]))
-    plain = _estimate_document(payload(1, None, "too short"))
+    plain = free_estimate_document(payload(1, None, "too short"))
     assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
     assert plain["robust"]["unavailable"] == "too short"
 

@@ -1,0 +1,53 @@
+"""``dynident verify``: whether the controller does better with the payload that was entered."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .arguments import (
+    ANSWERED,
+    DO_NOT_USE,
+    chosen_robot,
+    gains_or_file,
+    log_arguments,
+    log_map,
+    read_gains,
+    robot_argument,
+)
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("verify", help="how much the following error fell after a payload was entered")
+    robot_argument(parser)
+    told = "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m)"
+    parser.add_argument("--before", required=True, metavar="LOG", help=f"{told}; old number in the controller")
+    parser.add_argument("--after", required=True, metavar="LOG", help="the same with the new number")
+    parser.add_argument("--drive-gains", type=gains_or_file, metavar="K1,K2,..|JSON", help="torque per current")
+    parser.add_argument("--json", metavar="F", help="write the result as JSON")
+    log_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from ..estimation import following_change, read_following
+    from ..report.documents import write_json
+    from ..report.following import following_document, following_notes, following_table
+    from ..report.tables import console
+
+    robot, how = chosen_robot(arguments), log_map(arguments)
+    read_gains(arguments, robot)
+    before, after = (
+        read_following(path, robot, arguments.drive_gains, how) for path in (arguments.before, arguments.after)
+    )
+    found = following_change(before, after, robot.processing.still_speed)
+    table = following_table(found)
+    terminal = console(table)
+    terminal.print(table)
+    for line in following_notes(found):
+        terminal.print(line, markup=False, highlight=False)
+    if arguments.json:
+        write_json(arguments.json, following_document(found))
+    return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

@@ -1,0 +1,130 @@
+"""``dynident weigh``: a payload from a short motion of a few joints near a pose."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..estimation import WeighProblem
+    from ..estimation.stored import StoredRobot
+    from ..model import Processing, Robot
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser("weigh", help="what hangs on the flange, from a short motion near a pose")
+    robot_argument(parser)
+    parser.add_argument(
+        "--loaded",
+        action="append",
+        required=True,
+        metavar="LOG",
+        help="the motion with the payload; give it again for repeated recordings, in the order they were made",
+    )
+    parser.add_argument(
+        "--unloaded",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="the same motion without it: one for all of --loaded, or one for each",
+    )
+    parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify', instead")
+    parser.add_argument("--moving", type=joint_list, metavar="J1,J2,..", help="joints that move; seen by default")
+    parser.add_argument(
+        "--inertia", metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
+    )
+    parser.add_argument(
+        "--details", action="store_true", help="the second page: parameters, joints, condition numbers"
+    )
+    parser.add_argument(
+        "--max-mismatch", type=float, metavar="RAD", help="largest difference of position with and without payload"
+    )
+    knowledge_arguments(parser)
+    processing_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def joint_list(text: str) -> tuple[int, ...]:
+    """Numbers of joints separated by commas."""
+    try:
+        joints = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        joints = ()
+    if not joints or min(joints) < 1 or len(set(joints)) != len(joints):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different joint numbers such as 2,3,5,6")
+    return joints
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it."""
+    from rich.console import Console
+
+    from ..estimation import SolverError, StandIn, answer_weighing
+    from ..estimation.stored import read_stored_robot
+    from ..model import InputError
+    from ..report.documents import write_json
+    from ..report.tables import console
+    from ..report.weigh import detail_notes, detail_tables, first_notes, first_screen
+    from ..report.weigh_documents import weigh_document
+
+    if not arguments.unloaded and not arguments.robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    constraints = constraints_of(arguments)
+    stand_in = StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
+    stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
+    robot, processing = settings(arguments, stored)
+    gains = gain_errors_of(arguments)
+    with Console(stderr=True).status("reading") as status:
+        problem, others = _problems(arguments, robot, processing, stored, status.update)
+        status.update("estimating")
+        try:
+            answer = answer_weighing(
+                problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
+            )
+        except SolverError as error:
+            raise InputError(str(error)) from None
+    if stand_in is not None and answer.stand_in is None:
+        notes = ["--inertia is not needed: the inertia was measured well enough."]
+    else:
+        notes = []
+    pages = [(first_screen(answer), [*first_notes(answer), *notes])]
+    if arguments.details:
+        tables = detail_tables(answer)
+        pages += [(table, []) for table in tables[:-1]] + [(tables[-1], detail_notes(answer))]
+    terminal = console(*(table for table, _ in pages))
+    for table, lines in pages:
+        terminal.print(table)
+        for line in lines:
+            terminal.print(line, markup=False, highlight=False)
+    if arguments.json:
+        write_json(arguments.json, weigh_document(answer, processing, arguments.drive_gains))
+    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _problems(
+    arguments: argparse.Namespace,
+    robot: Robot,
+    processing: Processing,
+    stored: StoredRobot | None,
+    progress: Callable[[str], None],
+) -> tuple[WeighProblem, list[WeighProblem]]:
+    """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
+    from ..estimation import difference_weighing, known_robot_weighing
+
+    told = set[str]()
+    loaded = read_recordings(arguments.loaded, robot, arguments.drive_gains, told, arguments)
+    unloaded = read_recordings(arguments.unloaded, robot, arguments.drive_gains, told, arguments)
+    problems = []
+    if unloaded:
+        problems.append(difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress))
+    if stored is not None:
+        problems.append(
+            known_robot_weighing(robot, loaded, stored.estimate, processing, arguments.moving, progress)
+        )
+    return problems[0], problems[1:]

@@ -1,0 +1,160 @@
+"""Whether the controller does better with the number it was given: what it missed before and after.
+
+A payload that is right lets the controller predict more of the torque, so that less is left to its feedback: the
+following error falls. The torque itself does not tell: the same motion needs the same one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model import InputError, Motion, Recording, Robot
+from ...model.arrays import Array
+from ..alignment import aligned
+from ..logs import LogMap, open_log, read_recording
+from ..observation import moving_parts
+from ..robust import student95
+
+Missed = Literal["following error", "unpredicted torque", "torque"]
+"""Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
+where the log holds neither."""
+_REFERENCES: tuple[tuple[str, Missed], ...] = (("qref", "following error"), ("tauref", "unpredicted torque"))
+_BLOCK = 1.0  # s: errors of neighbouring samples are alike
+_FEWEST = 4  # blocks
+_MOVES = 1e-2  # rad or m: a joint that spans less is held
+_ALL = "all joints"
+
+
+@dataclass(frozen=True, eq=False)
+class Following:
+    """What a controller missed in one recording.
+
+    Attributes:
+        kind: what ``missed`` is.
+        recording: time and positions; in the place of torques what was missed [rad or m, N·m or N], N x n.
+    """
+
+    kind: Missed
+    recording: Recording
+
+
+class Change(NamedTuple):
+    """Of one joint, or of all: root mean square before and after, and by what share it fell, with 95 % interval."""
+
+    name: str
+    before: float
+    after: float
+    fall: float
+    interval: tuple[float, float]
+
+    @property
+    def clear(self) -> Literal["fell", "rose", "no clear change"]:
+        """Which side of zero the interval lies on."""
+        low, high = self.interval
+        return "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+
+
+@dataclass(frozen=True)
+class FollowingChange:
+    """Before and after a payload was entered in the controller.
+
+    Attributes:
+        kind: what is compared.
+        joints: each joint that moves.
+        total: all of them.
+        lag: what the second recording's clock shows more [s].
+    """
+
+    kind: Missed
+    joints: tuple[Change, ...]
+    total: Change
+    lag: float
+
+
+def read_following(
+    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+) -> Following:
+    """Read a log with what the controller wanted: ``qref1..n``, or ``tauref1..n`` in N·m, beside the usual columns.
+
+    Raises:
+        InputError: if it cannot be read, or holds a reference of some joints only.
+    """
+    log_map = log_map or LogMap()
+    recording = read_recording(path, robot, drive_gains, log_map)
+    raw = open_log(path, log_map)
+    for prefix, kind in _REFERENCES:
+        names = [f"{prefix}{joint}" for joint in range(1, robot.n + 1)]
+        there = [name for name in names if name in raw.names]
+        if not there:
+            continue
+        if len(there) < len(names):
+            missing = ", ".join(name for name in names if name not in there)
+            raise InputError(f"{path}: column {missing} missing beside {there[0]}")
+        wanted = np.vstack([table.columns(names) for table in raw.blocks(names)])
+        if not np.isfinite(wanted).all():
+            raise InputError(f"{path}: {prefix} holds cells that are not finite numbers: mend or remove the rows")
+        if kind == "following error":
+            missed = log_map.si("position", wanted) - recording.q
+        else:
+            missed = recording.torque - wanted
+        return Following(kind, Recording(recording.t, recording.q, missed, None, recording.source))
+    return Following("torque", recording)
+
+
+def following_change(
+    before: Following, after: Following, still_speed: float = 2e-3, max_mismatch: float = 0.05
+) -> FollowingChange:
+    """Compare what was missed on one and the same motion.
+
+    Args:
+        before: with the old number in the controller.
+        after: with the new one.
+        still_speed: a joint below it stands still [rad/s or m/s].
+        max_mismatch: largest difference of position between both [rad or m].
+
+    Raises:
+        InputError: if the logs hold different references or motions, or are too short.
+    """
+    if before.kind != after.kind:
+        raise InputError(
+            f"{before.recording.source} holds the {before.kind}, {after.recording.source} the {after.kind}: log "
+            "the same columns in both"
+        )
+    pair = aligned(before.recording, after.recording, None, max_mismatch)
+    t = pair.loaded.t
+    qd = np.gradient(pair.loaded.q, t, axis=0)
+    moving = moving_parts(Motion(t, pair.loaded.q, qd, np.zeros_like(qd)), still_speed)
+    q = pair.loaded.q[moving]
+    spans = q.max(axis=0) - q.min(axis=0) if len(q) else np.zeros(qd.shape[1])
+    joints = [int(j) for j in np.flatnonzero(spans > _MOVES)]
+    edges = np.arange(t[0], t[-1], _BLOCK)
+    block = np.searchsorted(edges, t[moving], side="right")
+    if not joints or len(np.unique(block)) < _FEWEST:
+        raise InputError(
+            f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
+        )
+    squares = [np.square(one.torque[moving]) for one in (pair.unloaded, pair.loaded)]
+    each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
+    total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)
+    return FollowingChange(after.kind, tuple(each), total, pair.lag)
+
+
+def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> Change:
+    """Share by which the root mean square fell; the interval by leaving out blocks of time."""
+    blocks = np.unique(block)
+    sums = np.array([[x[block == b].sum() for x in (before, after)] for b in blocks])
+    if not (sums.sum(axis=0) > 0.0).all():
+        raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
+    left = sums.sum(axis=0) - sums
+    logs = 0.5 * np.log(left[:, 1] / left[:, 0])
+    count = len(blocks)
+    value = 0.5 * float(np.log(sums[:, 1].sum() / sums[:, 0].sum()))
+    sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
+    half = student95(count - 1) * sigma
+    rms = [float(np.sqrt(x.mean())) for x in (before, after)]
+    ends = (1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half)))
+    return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), ends)

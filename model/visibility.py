@@ -1,0 +1,209 @@
+"""What torques show of a payload: all ten parameters, some of them, or only sums of them.
+
+The rows of the payload's regressor span what can be seen; a parameter is seen by itself if its unit vector lies in
+that span. Constant torques and Coulomb friction of the joints are unknown too, so what they can explain is taken
+out first.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from .arrays import Array
+from .base.rank import base_parameters_of
+from .errors import InputError
+from .kernel import Kernel
+from .names import parameter_kind
+from .regressor import payload_columns, regressor, standard_columns
+from .robot import INERTIAL, Robot
+
+Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
+"""How a parameter can be seen."""
+_STATES = 60  # random states for each moving joint: more rows than columns many times over
+_FAST = 2.0  # rad/s or m/s, where a joint has no speed limit
+_STRONG = 6.0  # rad/s^2 or m/s^2
+_EXPLAINED = 1e-10  # singular values of friction columns below this share of the largest are rounding
+
+
+class Resolved(NamedTuple):
+    """Parameters x = A theta + b M of a payload, theta the r visible numbers and M a known mass.
+
+    ``places`` of x among ``INERTIAL``, k; ``A`` k x r; ``b`` (k,), zero where the mass is not needed.
+    """
+
+    places: tuple[int, ...]
+    A: Array
+    b: Array
+
+
+@dataclass(frozen=True)
+class PayloadVisibility:
+    """What the torques of some joints show of a payload.
+
+    Attributes:
+        joints: numbers of the joints whose torques count.
+        grouping: r x 10: row k holds what ``chosen[k]`` stands for, "MZ + 0.117 M".
+        chosen: positions among ``INERTIAL`` of the parameters that stand for the r visible ones.
+    """
+
+    joints: tuple[int, ...]
+    grouping: Array
+    chosen: tuple[int, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of independent numbers that can be seen, of ten."""
+        return len(self.chosen)
+
+    @property
+    def parameters(self) -> dict[str, Shown]:
+        """For each of ``INERTIAL`` how it can be seen."""
+        return {kind: self._shown(k) for k, kind in enumerate(INERTIAL)}
+
+    @property
+    def combinations(self) -> tuple[str, ...]:
+        """What is seen only as a sum: "MZ + 0.117 M"."""
+        return tuple(_sum(row) for row in self.grouping if np.count_nonzero(row) > 1)
+
+    @property
+    def mass_visible(self) -> bool:
+        """Whether the torques determine the mass by themselves."""
+        return self._shown(9) == "yes"
+
+    def alone(self, mass_known: bool) -> tuple[int, ...]:
+        """Positions of the parameters that are determined; with the mass itself where it is known."""
+        wanted: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
+        return tuple(k for k in range(10) if self._shown(k) in wanted or (k == 9 and mass_known))
+
+    def resolved(self, mass_known: bool) -> "Resolved":
+        """How ``alone`` follows from what the r ``chosen`` columns get by least squares."""
+        places = self.alone(mass_known)
+        A, b = np.zeros((len(places), self.rank)), np.zeros(len(places))
+        for row, k in enumerate(places):
+            if k in self.chosen:
+                own = self.chosen.index(k)
+                A[row, own] = 1.0
+                b[row] = -self.grouping[own, 9] if k != 9 and 9 not in self.chosen else 0.0
+            else:
+                b[row] = 1.0
+        return Resolved(places, A, b)
+
+    def combination(self, kind: str) -> str:
+        """The sums that a parameter is part of; empty where there are none."""
+        k = INERTIAL.index(kind)
+        return "; ".join(_sum(row) for row in self.grouping if row[k] and np.count_nonzero(row) > 1)
+
+    def _shown(self, k: int) -> Shown:
+        rows = self.grouping[self.grouping[:, k] != 0.0]
+        if not len(rows):
+            return "no"
+        if k not in self.chosen:
+            return "only in combination"
+        others = np.flatnonzero(rows[0])
+        if len(others) == 1:
+            return "yes"
+        return "only with a known mass" if set(others.tolist()) == {k, 9} else "only in combination"
+
+
+def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
+    """What equations show of a payload.
+
+    Args:
+        W: columns of the ten on many states, friction taken out, k x 10.
+        joints: whose rows they are.
+    """
+    if not np.any(W):
+        return PayloadVisibility(tuple(joints), np.zeros((0, 10)), ())
+    rows = np.vstack([W, np.zeros((max(10 - len(W), 0), 10))])
+    found = base_parameters_of(INERTIAL, rows)
+    return PayloadVisibility(tuple(joints), found.grouping, found.chosen)
+
+
+def payload_visibility(
+    robot: Robot,
+    poses: Sequence[Array],
+    joints: Sequence[int],
+    ranges: Sequence[float],
+    seed: int = 0,
+) -> PayloadVisibility:
+    """What the torques of moving joints show of a payload near some poses, the other joints held.
+
+    By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
+
+    Args:
+        robot: the robot, n joints.
+        poses: each of shape (n,) [rad or m].
+        joints: numbers of the joints that move.
+        ranges: how far each of them moves to either side [rad or m].
+        seed: of the random states.
+
+    Raises:
+        InputError: for joints that the robot does not have.
+    """
+    moving = checked_joints(robot, joints)
+    q, qd, qdd = _states(robot, poses, moving, ranges, seed)
+    names = (*payload_columns(robot), *friction_columns(robot))
+    kernel = Kernel(regressor(robot.with_offsets(True), names))
+    stacked = np.zeros((robot.n, len(q), len(names)))
+    stacked[kernel.rows, :, kernel.columns] = kernel(q, qd, qdd)
+    rows = [without(stacked[j][:, :10], stacked[j][:, 10:]) for j in moving]
+    return visibility_of(np.vstack(rows), joints)
+
+
+def friction_columns(robot: Robot) -> tuple[str, ...]:
+    """Constant torques and Coulomb friction, of the robot ``with_offsets(True)``: what changes by the day."""
+    names = standard_columns(robot.with_offsets(True))
+    return tuple(name for name in names if parameter_kind(name) in ("OFF", "FS", "FSM"))
+
+
+def without(W: Array, columns: Array) -> Array:
+    """W, N x c, less all that some columns, N x k, can explain of it."""
+    size = np.linalg.norm(columns, axis=0)
+    used = columns[:, size > 0.0] / size[size > 0.0]
+    if not used.shape[1]:
+        return W
+    U, singular, _ = np.linalg.svd(used, full_matrices=False)
+    U = U[:, singular > _EXPLAINED * singular[0]]
+    rest = W - U @ (U.T @ W)
+    return np.asarray(rest - U @ (U.T @ rest))
+
+
+def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
+    """Positions of joints, from 0.
+
+    Raises:
+        InputError: for numbers that the robot does not have, or twice the same, or none.
+    """
+    wrong = [joint for joint in joints if not 1 <= joint <= robot.n]
+    if wrong or len(set(joints)) != len(joints) or not joints:
+        told = ", ".join(map(str, joints)) or "none"
+        raise InputError(f"joints {told}: give different numbers from 1 to {robot.n}")
+    return [joint - 1 for joint in joints]
+
+
+def _states(
+    robot: Robot, poses: Sequence[Array], moving: Sequence[int], ranges: Sequence[float], seed: int
+) -> tuple[Array, Array, Array]:
+    draw = np.random.default_rng(seed)
+    count = _STATES * max(len(moving), 2)
+    q = np.vstack([np.tile(pose, (count, 1)) for pose in poses]).astype(float)
+    qd, qdd = np.zeros((2, *q.shape))
+    for j, reach in zip(moving, ranges, strict=True):
+        speed = robot.joints[j].limits.speed
+        q[:, j] += reach * draw.uniform(-1.0, 1.0, len(q))
+        qd[:, j] = (speed if np.isfinite(speed) else _FAST) * draw.uniform(-1.0, 1.0, len(q))
+        qdd[:, j] = _STRONG * draw.uniform(-1.0, 1.0, len(q))
+    return q, qd, qdd
+
+
+def _sum(row: Array) -> str:
+    """ "MZ + 0.117 M"."""
+    text = ""
+    for kind, factor in zip(INERTIAL, row.tolist(), strict=True):
+        if factor:
+            size = "" if abs(abs(factor) - 1.0) < 1e-9 else f"{abs(factor):.4g} "
+            sign = ("-" if factor < 0.0 else "") if not text else (" - " if factor < 0.0 else " + ")
+            text += f"{sign}{size}{kind}"
+    return text
