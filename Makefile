@@ -9,7 +9,7 @@ demo: .venv/installed
 	$(BIN)/dynident demo
 
 test: .venv/installed-test
-	$(BIN)/python -m pytest
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

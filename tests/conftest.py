@@ -1,5 +1,6 @@
 """Robots, bodies, motions and reference data that the tests share."""
 
+import os
 from collections.abc import Callable, Iterator
 from math import radians
 from pathlib import Path
@@ -82,9 +83,12 @@ def _worth_it(item: pytest.Item) -> bool:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compiled code of the tests goes to a folder of its own."""
+    """Compiled code of the tests goes to a folder of its own, which parallel workers share."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "kernels"
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DYNIDENT_CACHE", str(tmp_path_factory.mktemp("kernels")))
+        patch.setenv("DYNIDENT_CACHE", str(folder))
         yield
 
 

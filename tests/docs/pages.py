@@ -4,7 +4,7 @@
   A command that does not exit with 0 says so: ``# exit status 1``.
 - ``python``: runs in one namespace per page.
 - ``toml``: a file, if its first line is its name (``# name.toml``): written, or compared where it is there.
-- ``output``: lines that what ran just before has printed, numbers to 5 %; a line ``...`` stands for any lines.
+- ``output``: lines that what ran just before has printed, numbers to 1 %; a line ``...`` stands for any lines.
 - ``text``, ``bibtex``: not run: needs the network, a robot, a licence or recordings that are not here.
 """
 
@@ -27,7 +27,7 @@ LANGUAGES = {"console", "python", "toml", "output", "text", "bibtex"}
 _FENCE = re.compile(r"^(`{3,})(\S*)[^\n]*\n(.*?)^\1[ ]*$", flags=re.DOTALL | re.MULTILINE)
 _STATUS = re.compile(r"\s+#\s*exit status (\d)\s*$")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_RELATIVE = 0.05
+_RELATIVE = 0.01
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def first_missing(expected: str, printed: str) -> str | None:
 
 
 def alike(wanted: str, line: str) -> bool:
-    """The same words; numbers to 5 %, or to one of the last digit that the page shows."""
+    """The same words; numbers to 1 %, or to one of the last digit that the page shows."""
     return _words(wanted) == _words(line) and all(
         math.isclose(float(a), float(b), rel_tol=_RELATIVE, abs_tol=1.01 * _last_digit(a))
         for a, b in zip(_NUMBER.findall(_plain(wanted)), _NUMBER.findall(_plain(line)), strict=True)
