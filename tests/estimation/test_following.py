@@ -1,0 +1,90 @@
+"""What the controller missed before and after: shares known beforehand, and logs that do not tell."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import FollowingChange, following_change, read_following
+from dynident.model import InputError, Robot
+from dynident.model.arrays import Array
+
+RATE, SECONDS = 100.0, 12.0
+
+
+def signals(seed: int) -> tuple[Array, Array, Array]:
+    """Times, positions of six joints (joint 1 held), and errors of the order of a milliradian."""
+    t = np.arange(int(RATE * SECONDS)) / RATE
+    q = 0.4 * np.sin(np.outer(t, [0.0, 1.1, 1.7, 2.3, 0.9, 1.4]))
+    draw = np.random.default_rng(seed)
+    slow = np.cumsum(draw.standard_normal((len(t), 6)), axis=0)
+    error = 1e-3 * (np.sin(np.outer(t, [1.0, 2.1, 2.7, 3.3, 1.9, 2.4])) + 0.02 * (slow - slow.mean(axis=0)))
+    return t, q, error
+
+
+def write(path: Path, share: float, reference: str = "qref", seed: int = 0) -> Path:
+    t, q, error = signals(0)
+    torque = 30.0 * np.cos(q) + np.random.default_rng(seed).standard_normal(q.shape)
+    names, columns = ["t"], [t[:, None]]
+    for prefix, values in (("q", q), ("tau", torque)):
+        names += [f"{prefix}{j}" for j in range(1, 7)]
+        columns.append(values)
+    extra = {"qref": q + share * error, "tauref": torque - 1e3 * share * error}.get(reference)
+    if extra is not None:
+        names += [f"{reference}{j}" for j in range(1, 7)]
+        columns.append(extra)
+    np.savetxt(path, np.hstack(columns), delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    return path
+
+
+def change(folder: Path, robot: Robot, share: float, reference: str) -> FollowingChange:
+    before = read_following(write(folder / "before.csv", 1.0, reference), robot)
+    after = read_following(write(folder / "after.csv", share, reference, 1), robot)
+    return following_change(before, after)
+
+
+@pytest.mark.parametrize(("reference", "kind"), [("qref", "following error"), ("tauref", "unpredicted torque")])
+def test_the_fall_is_the_share(tmp_path: Path, rx90: Robot, reference: str, kind: str) -> None:
+    found = change(tmp_path, rx90, 0.6, reference)
+    assert found.kind == kind
+    assert [one.name for one in found.joints] == [f"joint {j}" for j in range(2, 7)]
+    assert found.total.fall == pytest.approx(0.4, abs=0.01)
+    assert found.total.interval[0] <= 0.41
+    assert found.total.interval[1] >= 0.39
+    assert found.total.clear == "fell"
+    _, _, error = signals(0)
+    scale = 1.0 if reference == "qref" else 1e3
+    assert found.joints[0].before == pytest.approx(scale * np.sqrt(np.mean(error[:, 1] ** 2)), rel=0.02)
+
+
+def test_a_rise_and_no_change(tmp_path: Path, rx90: Robot) -> None:
+    assert change(tmp_path, rx90, 1.5, "qref").total.clear == "rose"
+    same = change(tmp_path, rx90, 1.0, "qref").total
+    assert same.fall == pytest.approx(0.0, abs=1e-9)
+
+
+def test_torque_alone_is_called_torque(tmp_path: Path, rx90: Robot) -> None:
+    assert change(tmp_path, rx90, 0.5, "none").kind == "torque"
+
+
+def test_different_references_are_not_compared(tmp_path: Path, rx90: Robot) -> None:
+    a = read_following(write(tmp_path / "a.csv", 1.0, "qref"), rx90)
+    b = read_following(write(tmp_path / "b.csv", 1.0, "tauref"), rx90)
+    with pytest.raises(InputError, match="same columns in both"):
+        following_change(a, b)
+
+
+def test_a_reference_of_some_joints_only(tmp_path: Path, rx90: Robot) -> None:
+    path = write(tmp_path / "a.csv", 1.0, "qref")
+    text = path.read_text(encoding="utf-8").replace("qref4", "other", 1)
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="qref4 missing"):
+        read_following(path, rx90)
+
+
+def test_too_short(tmp_path: Path, rx90: Robot) -> None:
+    path = write(tmp_path / "a.csv", 1.0, "qref")
+    lines = path.read_text(encoding="utf-8").splitlines()[:200]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    short = read_following(path, rx90)
+    with pytest.raises(InputError, match="less than 4 s"):
+        following_change(short, read_following(path, rx90))

@@ -1,0 +1,202 @@
+"""Weighing on the command line, from the design to the exported file; one line for what cannot be."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.estimation import read_trajectory
+from dynident.model import load_robot
+
+NEAR = ["--robot", "rx90", "--near=0,-45,90,0,45,0", "--speed-override", "0.5"]
+PAYLOAD = "mass = 7.02\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.03, 0, 0, 0.03, 0, 0.015]\n"
+
+
+def designed(folder: Path, joints: str, *more: str) -> tuple[int, dict[str, Any]]:
+    out = ["--csv", str(folder / "motion.csv"), "--json", str(folder / "motion.json"), "--sample-rate", "125"]
+    status = main(["design", *NEAR, "--joints", joints, "--duration", "12", *out, *more])
+    path = folder / "motion.json"
+    return status, json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Designed motions of arm and wrist, and of the wrist alone, run by a simulated controller."""
+    folder = tmp_path_factory.mktemp("weigh")
+    (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
+    paths = {}
+    for name, joints, known in (
+        ("arm", "2,3,5,6", ()),
+        ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
+    ):
+        (folder / name).mkdir()
+        assert designed(folder / name, joints, *known)[0] == 0
+        run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
+        assert main(["simulate", "--robot", "rx90", *run, "--out", str(folder / name / "logs")]) == 0
+        for load in ("unloaded", "loaded"):
+            paths[f"{name} {load}"] = str(folder / name / "logs" / f"motion_{load}.csv")
+    return paths
+
+
+def weigh(logs: dict[str, str], name: str, *more: str) -> int:
+    pair = ["--unloaded", logs[f"{name} unloaded"], "--loaded", logs[f"{name} loaded"]]
+    return main(["weigh", "--robot", "rx90", *pair, *more])
+
+
+def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, document = designed(tmp_path, "2,3,5,6")
+    text = capsys.readouterr().out
+    assert status == 0
+    assert "Visible to joints 2, 3, 5, 6: 10 of 10" in " ".join(text.split())
+    assert text.index("visible") < text.index("Predicted")
+    assert document["visibility"]["rank"] == 10
+    assert document["predicted_sigma"]["mass"] < 0.13
+    assert max(document["predicted_sigma"]["com"]) < 8.4e-3
+    assert document["limits"] == {"max_violation": 0.0, "torque_checked": False}
+    assert "Torque limits are NOT checked" in text
+    robot = load_robot("rx90")
+    fast, slow = (read_trajectory(tmp_path / f"motion{end}.csv", robot) for end in ("", "_rehearsal"))
+    assert fast.qd is not None
+    assert slow.qd is not None
+    assert np.abs(slow.qd).max() == pytest.approx(0.1 * np.abs(fast.qd).max(), rel=1e-3)
+    assert slow.t[-1] == pytest.approx(document["rehearsal_s"])
+    assert "REHEARSAL" in (tmp_path / "motion_rehearsal.csv").read_text(encoding="utf-8")
+
+
+def test_refused_before_any_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, document = designed(tmp_path, "4,5,6")
+    told = capsys.readouterr()
+    assert (status, document) == (2, {})
+    assert "mass not visible near this pose" in told.err
+    assert "9 of 10" in " ".join(told.out.split())
+    assert not (tmp_path / "motion.csv").exists()
+
+
+def test_refused_after_the_motion_accepted_with_the_mass(
+    logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "w.json"
+    assert weigh(logs, "wrist", "--json", str(target)) == 2
+    assert "mass not visible" in capsys.readouterr().err
+    assert not target.exists()
+    assert weigh(logs, "wrist", "--mass", "7.02", "--mass-sigma", "0.02", "--json", str(target)) in (0, 1)
+    document = json.loads(target.read_text(encoding="utf-8"))
+    assert document["mass_from_scale"]
+    assert document["quantities"]["mass"]["use"] == "weighed"
+    assert document["visibility"]["parameters"]["M"] == "no"
+
+
+def test_the_first_screen_leads_with_what_to_do(logs: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    status = weigh(logs, "arm", "--mass", "7.02", "--mass-sigma", "0.02")
+    text = capsys.readouterr().out
+    assert status == 0
+    flat = " ".join(text.split())
+    for words in (
+        "mass kg 7.0",
+        "Verdict: use",
+        "in agreement",
+        "Joint that agrees least",
+        "For the controller: mass",
+    ):
+        assert words in flat
+    assert "condition" not in flat
+    assert "chi2" not in flat
+    weigh(logs, "arm", "--details")
+    flat = " ".join(capsys.readouterr().out.split())
+    assert "condition number" in flat
+    assert "joints 2-3 kg" in flat
+
+
+def test_assumed_inertia_is_labelled_down_to_the_controller(
+    logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "w.json"
+    assert weigh(logs, "arm", "--inertia", "box:60x60x350", "--json", str(target)) == 0
+    assert "Inertia ASSUMED" in capsys.readouterr().out
+    document = json.loads(target.read_text(encoding="utf-8"))
+    assert document["quantities"]["inertia"]["use"] == "assumed"
+    assert "box" in document["assumed"]["inertia"]
+    flange = ["--flange-frame", "0", "0", "0", "0", "0", "0"]
+    for name in ("ur", "abb", "staubli", "urdf", "mjcf"):
+        assert main(["export", str(target), "--to", name, *flange]) == 0
+        told = capsys.readouterr()
+        assert "ASSUMED" in told.out + told.err
+    main(["export", str(target), "--to", "staubli", *flange])
+    lines = capsys.readouterr().out.splitlines()
+    Izz = float(next(line for line in lines if line.startswith("Izz")).split()[-1])
+    assert Izz == pytest.approx(document["quantities"]["mass"]["value"] * (0.06**2 + 0.06**2) / 12.0)
+
+
+def test_without_an_assumption_a_point_mass_is_exported(
+    logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "w.json"
+    assert weigh(logs, "arm", "--json", str(target)) == 0
+    capsys.readouterr()
+    assert main(["export", str(target), "--to", "staubli", "--flange-frame", *["0"] * 6]) == 0
+    text = capsys.readouterr().out
+    assert "ASSUMED" not in text
+    assert not any(line.startswith("Izz") for line in text.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--inertia", "ball:3"], "box:60x60x350"),
+        (["--mass", "7"], "belong together"),
+        (["--moving", "1,2"], "does not move"),
+    ],
+)
+def test_wrong_options_of_weigh(
+    logs: dict[str, str], more: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert weigh(logs, "arm", *more) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.startswith("dynident: error:")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--near=0,0,90,0,45,0"], "needs --joints"),
+        (["--near=0,0,90", "--joints", "2,3"], "give one each"),
+        (["--near=0,0,900,0,45,0", "--joints", "2,3,5"], "within the limits"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,9"], "has 6 joints"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--range", "30,20"], "one, or one for each"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--range=-3"], "one positive number"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--bound"], "--bound has no effect with --near"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3"], "belong together"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--second-pose", "1,2"], "give one each"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "1,2"], "6 positive numbers"),
+        (["--joints", "2,3"], "no effect without --near"),
+        (["--rehearsal", "x.csv"], "no effect without --near"),
+    ],
+)
+def test_wrong_options_of_design_near(more: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "--robot", "rx90", *more]) == 2
+    errors = [line for line in capsys.readouterr().err.splitlines() if "error:" in line]
+    assert len(errors) == 1
+    assert words in errors[0]
+
+
+def test_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    t = np.arange(1000) / 100.0
+    q = 0.4 * np.sin(np.outer(t, [1.3, 1.1, 1.7, 2.3, 0.9, 1.4]))
+    names = ["t"] + [f"{prefix}{j}" for prefix in ("q", "tau", "qref") for j in range(1, 7)]
+    for name, share in (("before", 1.0), ("after", 0.7)):
+        error = 1e-3 * share * np.cos(np.outer(t, [2.0, 3.0, 2.5, 1.9, 2.2, 2.8]))
+        table = np.column_stack([t, q, 30.0 * np.cos(q), q + error])
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=",".join(names), comments="")
+    before, after, target = (str(tmp_path / name) for name in ("before.csv", "after.csv", "v.json"))
+    rx90 = ["verify", "--robot", "rx90"]
+    assert main([*rx90, "--before", before, "--after", after, "--json", target]) == 0
+    flat = " ".join(capsys.readouterr().out.split())
+    assert "The following error fell by 30.0 %" in flat
+    document = json.loads(Path(target).read_text(encoding="utf-8"))
+    assert document["all"]["fall"] == pytest.approx(0.3, abs=1e-6)
+    assert main([*rx90, "--before", after, "--after", before]) == 1
+    assert "does harm" in capsys.readouterr().out
