@@ -48,11 +48,8 @@ def _shape_arguments(parser: argparse.ArgumentParser) -> None:
     either = group.add_mutually_exclusive_group()
     either.add_argument("--via-points", type=positive, metavar="N", help="number of points (default: 14)")
     either.add_argument("--fourier", type=positive, metavar="H", help="a Fourier series of H harmonics instead")
-    group.add_argument(
-        "--segments",
-        choices=("quintic", "trapezoid"),
-        help="from point to point (default: quintic); trapezoid: of speed, as movej runs it, at rest in each point",
-    )
+    shapes, text = ("quintic", "trapezoid"), "default: quintic; trapezoid: as movej runs it, at rest in each point"
+    group.add_argument("--segments", choices=shapes, help=text)
     group.add_argument(
         "--ramp", type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
     )

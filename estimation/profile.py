@@ -51,30 +51,34 @@ class ProfileSet:
         return float(c @ moved @ self._solved(self._ratios(k), -(c @ moved)))
 
     @cached_property
-    def _points(self) -> Any:
-        """Solver in u."""
+    def _points(self) -> "_Region":
+        """The set in u."""
         K, cones = self._cones
-        return _solver(-K[:, :-1], K[:, -1], cones)
+        return _Region(-K[:, :-1], K[:, -1], cones)
 
-    def _ratios(self, k: int) -> Any:
-        """Solver in (u / z_k, 1 / z_k)."""
-        if k not in self._ratio_solvers:
+    def _ratios(self, k: int) -> "_Region":
+        """The set in (u / z_k, 1 / z_k)."""
+        if k not in self._ratio_regions:
             import clarabel
 
             K, cones = self._cones
             unit = np.append(self._spread[k], self._nearest[k])
             right = np.append(1.0, np.zeros(len(K)))
-            self._ratio_solvers[k] = _solver(np.vstack([unit, -K]), right, [clarabel.ZeroConeT(1), *cones])
-        return self._ratio_solvers[k]
+            self._ratio_regions[k] = _Region(np.vstack([unit, -K]), right, [clarabel.ZeroConeT(1), *cones])
+        return self._ratio_regions[k]
 
     @cached_property
-    def _ratio_solvers(self) -> dict[int, Any]:
+    def _ratio_regions(self) -> "dict[int, _Region]":
         return {}
 
-    def _solved(self, solver: Any, cost: Array) -> Array:
+    def _solved(self, region: "_Region", cost: Array) -> Array:
         """The point of least cost; a cost of norm 1 is what the solver's tolerances are made for."""
-        solver.update(q=cost / np.linalg.norm(cost))
-        solution = solver.solve()
+        unit = cost / np.linalg.norm(cost)
+        region.solver.update(q=unit)
+        solution = region.solver.solve()
+        if str(solution.status) != "Solved":
+            # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
+            solution = region.made(unit, settings()).solve()
         if str(solution.status) != "Solved":
             raise SolverError(str(solution.status), self.problem.program())
         return np.asarray(solution.x)
@@ -99,12 +103,17 @@ class ProfileSet:
         return K, [*bounds, clarabel.SecondOrderConeT(n + 2), clarabel.PSDTriangleConeT(4)]
 
 
-def _solver(matrix: Array, right: Array, cones: list[Any]) -> Any:
-    """A solver for right - matrix x in the cones, its direction still zero."""
-    import clarabel
-    from scipy.sparse import csc_matrix
+class _Region:
+    """All x with right - matrix x in the cones, and a solver whose direction changes from question to question."""
 
-    size = matrix.shape[1]
-    return clarabel.DefaultSolver(
-        csc_matrix((size, size)), np.zeros(size), sparse(matrix), right, cones, settings(reused=True)
-    )
+    def __init__(self, matrix: Array, right: Array, cones: list[Any]) -> None:
+        self._matrix, self._right, self._cones = sparse(matrix), right, cones
+        self.solver = self.made(np.zeros(matrix.shape[1]), settings(reused=True))
+
+    def made(self, cost: Array, chosen: Any) -> Any:
+        """A solver for the point of least cost."""
+        import clarabel
+        from scipy.sparse import csc_matrix
+
+        none = csc_matrix((len(cost), len(cost)))
+        return clarabel.DefaultSolver(none, cost, self._matrix, self._right, self._cones, chosen)

@@ -140,7 +140,9 @@ def known_robot_weighing(
         robot: the robot.
         loaded: recordings with the payload.
         known: the robot's parameters.
-        processing, joints, progress: as ``difference_weighing``.
+        processing: as ``difference_weighing``.
+        joints: as ``difference_weighing``.
+        progress: as ``difference_weighing``.
 
     Raises:
         InputError: if recordings cannot be used, or the parameters are another model's.
