@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from ..model import InputError, Robot
 from ..model.arrays import Array
 from .bounds import JointBounds
-from .random_points import as_drawn, reachable_points
+from .drawn_points import as_drawn, reachable_points
 from .samples import Clear, Samples, everywhere
 from .segments import QUINTIC, Grid, Segment
 from .via_points import ViaPoints, shortest_durations
