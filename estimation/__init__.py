@@ -61,6 +61,7 @@ from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
 from .verdict import Verdict
 from .weigh import (
+    OFFSET_SHARE,
     Agreement,
     Change,
     Following,
@@ -81,6 +82,7 @@ from .weigh import (
 )
 
 __all__ = [
+    "OFFSET_SHARE",
     "PAYLOAD",
     "Active",
     "Agreement",

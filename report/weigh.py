@@ -3,7 +3,7 @@
 import numpy as np
 from rich.table import Table
 
-from ..estimation import WeighAnswer
+from ..estimation import OFFSET_SHARE, WeighAnswer, WeighProblem
 from ..estimation.verdict.joints import JointReading, worst_joint
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
@@ -120,11 +120,7 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
         f"Not explained: {joints} % of the joints' torque, {100 * found.estimate.fit.relative:.1f} % of the "
         "payload's own.",
     ]
-    held = any(run.stiffness.any() for run in problem.runs)
-    lines.append(
-        "Coulomb friction is free in each recording; constant torques "
-        + ("of the arm's joints may change by about 1 % of their torque." if held else "are free too.")
-    )
+    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(problem)}")
     if robust is not None:
         lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
         lines += [robust.warning] * bool(robust.warning)
@@ -142,6 +138,18 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
             f"Aligned by {pair.lag:.4f} s; positions then differ by at most {1e3 * pair.max_mismatch:.2f} mrad."
         )
     return lines
+
+
+def _offsets_note(problem: WeighProblem) -> str:
+    held = problem.held
+    if not held.joints:
+        return "constant torques are free too."
+    joints = ", ".join(str(j + 1) for j in held.joints)
+    sigmas = ", ".join(f"{held.sigma[j]:.2g}" for j in held.joints)
+    return (
+        f"constant torques of joint {joints} may change by {sigmas} N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % "
+        "of Coulomb friction), which the intervals allow for."
+    )
 
 
 def _moment(answer: WeighAnswer, k: int) -> tuple[float, tuple[float, float]]:

@@ -29,9 +29,10 @@ from ..payload.equations import torque_change
 from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
+from .friction import coulomb_friction
 from .moving import at_rest, moving_joints, used_rows
-from .offsets import offset_stiffness
-from .run import Run, observed_friction_free, run_observer
+from .offsets import held_offsets
+from .run import HeldOffsets, Run, free_offsets, observed_friction_free, run_observer
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,11 @@ class WeighProblem:
     pairs: tuple[AlignedPair, ...]
     rate: float
     torque_rms: Array
+
+    @property
+    def held(self) -> HeldOffsets:
+        """How constant torques are held, the same in all recordings."""
+        return self.runs[0].held
 
     @cached_property
     def problem(self) -> ReducedProblem:
@@ -114,15 +120,17 @@ def difference_weighing(
     moving = _moving([both[1] for both in measured], processing, joints, robot)
     observer = run_observer(robot, None)
     observations, masks = [], []
-    for before, after in measured:
-        a, b = at_rest(before, moving), at_rest(after, moving)
+    still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
+    for a, b in still:
         keep = used_rows(b.motion, moving, processing) & used_rows(a.motion, moving, processing)
         observations.append(observer.observe_rows(torque_change(robot, a, b), keep, processing.decimate))
         masks.append(keep)
     _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
-    stiffness = offset_stiffness(observations, rms)
-    runs, length = _runs([pair.loaded.source for pair in pairs], observations, stiffness)
+    progress("friction without payload")
+    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
+    held = held_offsets(observations, coulomb)
+    runs, length = _runs([pair.loaded.source for pair in pairs], observations, held)
     return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
 
 
@@ -165,17 +173,17 @@ def known_robot_weighing(
         observer.observe_rows(data, keep, processing.decimate) for data, keep in zip(still, masks, strict=True)
     ]
     # The robot's parameters are of another day: constant torques are free.
-    runs, length = _runs([recording.source for recording in loaded], observations, np.zeros(robot.n))
+    runs, length = _runs([recording.source for recording in loaded], observations, free_offsets(robot.n))
     rms = _torque_rms(still, masks)
     return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
 
 
 def _runs(
-    sources: Sequence[str], observations: Sequence[Observation], stiffness: Array
+    sources: Sequence[str], observations: Sequence[Observation], held: HeldOffsets
 ) -> tuple[tuple[Run, ...], float]:
     length = block_length([[observed_friction_free(recording)] for recording in observations])
     return tuple(
-        Run(source, tuple(cut(recording, block_edges(recording, length))), stiffness)
+        Run(source, tuple(cut(recording, block_edges(recording, length))), held)
         for source, recording in zip(sources, observations, strict=True)
     ), length
 
