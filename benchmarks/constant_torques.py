@@ -94,8 +94,8 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
             for kind in ("OFF", "FS")
         }
         friction = float(np.mean(x[at["FS"]]))
-        for kind, k in at.items():
-            found.append(Scatter(kind, j + 1, x[k], memory * variance[k], friction, torque))
+        for kind, where in at.items():
+            found.append(Scatter(kind, j + 1, x[where], memory * variance[where], friction, torque))
     return found
 
 
