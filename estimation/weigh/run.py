@@ -12,6 +12,7 @@ from ...model.visibility import without
 from ..names import PAYLOAD
 from ..observation import Observation, Observer
 from ..problem import ReducedProblem, merged, triangular
+from .ripple import Wave
 
 _FREE = "free "
 """Before the names of what is estimated anew in each recording, beside the payload."""
@@ -61,11 +62,13 @@ class Run:
         blocks: equations in the robot's base parameters (none where the unloaded torque was subtracted), what is
             free in this recording, and ``PAYLOAD``.
         held: equations that hold constant torques near zero.
+        ripple: waves that are estimated beside the payload.
     """
 
     source: str
     blocks: tuple[ReducedProblem, ...]
     held: HeldOffsets
+    ripple: tuple[Wave, ...] = ()
 
     @cached_property
     def problem(self) -> ReducedProblem:
@@ -91,6 +94,13 @@ def run_observer(robot: Robot, base: BaseParameters | None) -> Observer:
     friction = friction_columns(robot)
     columns = (*own, *friction, *payload_columns(free))
     return Observer(free, columns, (*own, *(f"{_FREE}{name}" for name in friction), *PAYLOAD))
+
+
+def with_columns(recording: Observation, more: Sequence[Array]) -> Observation:
+    """The equations with columns of each joint, r_j x k, that are free in this recording."""
+    names = tuple(f"{_FREE}{k}" for k in range(more[0].shape[1]))
+    W = tuple(np.column_stack([own, wide]) for own, wide in zip(recording.W, more, strict=True))
+    return Observation((*recording.columns, *names), W, recording.Y, recording.t, recording.bandwidth)
 
 
 def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
