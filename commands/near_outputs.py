@@ -11,7 +11,7 @@ from rich.table import Table
 
 from ..report.arm import arm_animation, arm_strip
 from ..report.figures import Drawing
-from ..report.html import Html, Page, paragraph, plain_page, plain_section, tag, without_namespaces, write_report
+from ..report.html import Page, paragraph, plain_page, plain_section, tag, without_namespaces, write_report
 from ..report.motion_figures import motion_figure
 from .report import provenance
 
@@ -39,11 +39,10 @@ def near_page(
     """What the motion shows of a payload, the motion between its limits, and the arm in motion."""
     robot, (motion, poses) = found.request.robot, _drawings(found)
     joints = ", ".join(map(str, found.request.joints))
-    lead = Html(
-        paragraph(
-            f"{found.motion.duration:.1f} s; joints {joints} move, the others are held. It keeps every limit."
-        )
+    kept = (
+        "every limit" if found.request.torque_limited else "every limit but those of torque, which were NOT checked"
     )
+    lead = paragraph(f"{found.motion.duration:.1f} s; joints {joints} move, the others are held. Keeps {kept}.")
     moving = plain_section("moving", "The arm in motion", (), (), [poses])
     arm = tag("div", without_namespaces(arm_animation(robot, found.motion, "moving-arm")), class_="drawing wide")
     sections = [

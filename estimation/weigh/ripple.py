@@ -16,7 +16,7 @@ from ..correlation import autocorrelation_time
 from ..decimation import decimated
 from ..observation import Mask, Observation
 
-_CHANCE = 1e-3
+_CHANCE = 0.05
 """Probability of finding a wave in a joint's noise."""
 _FINER = 6  # candidates from one whole wave over the range to the next
 _FURTHEST = 40  # waves over the range
