@@ -1,15 +1,24 @@
 """Reads back what ``dynident identify --json`` wrote: identify the robot once, weigh payloads ever after."""
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..model import InputError, Robot
 from .estimate import Estimate, Fit
 from .robust import RobustCovariance
+
+
+class StoredPrior(NamedTuple):
+    """The prior gauge: ``parameters``, all standard ones by name; ``source`` of the prior; ``chi2_rise``."""
+
+    parameters: dict[str, float]
+    source: str
+    chi2_rise: float
 
 
 @dataclass(frozen=True)
@@ -23,6 +32,7 @@ class StoredRobot:
         coulomb: form of the coupled Coulomb friction, None without coupling.
         drive_gains: torque per current [N·m/A] with which currents were read; None for torques.
         estimate: values and covariance.
+        nearest_prior: standard parameters of the robot nearest to a prior, where such were stored.
     """
 
     robot: str
@@ -31,6 +41,7 @@ class StoredRobot:
     coulomb: str | None
     drive_gains: tuple[float, ...] | None
     estimate: Estimate
+    nearest_prior: StoredPrior | None = None
 
     def applied_to(self, robot: Robot) -> Robot:
         """The robot with the model structure under which the parameters were identified.
@@ -73,6 +84,17 @@ def _robust(data: dict[str, Any]) -> RobustCovariance | None:
     if not (np.diag(C) >= 0.0).all():
         raise ValueError("covariance_robust: variances must not be negative")
     return RobustCovariance(C, int(told["blocks"]), int(told["degrees_of_freedom"]), float(told["block_length_s"]))
+
+
+def _nearest_prior(data: dict[str, Any]) -> StoredPrior | None:
+    """Standard parameters, absent where 'identify' ran without --constrained prior."""
+    constrained = data.get("constrained")
+    if constrained is None or constrained["gauge"] != "prior":
+        return None
+    values = {str(entry["name"]): float(entry["value"]) for entry in constrained["parameters"]}
+    if not all(map(math.isfinite, values.values())):
+        raise ValueError("constrained parameters must be finite numbers")
+    return StoredPrior(values, str(constrained["prior"]["source"]), float(constrained["chi2_rise"]))
 
 
 def _gains(gains: tuple[float, ...] | None) -> str:
@@ -119,6 +141,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
             coulomb=processing["coulomb"],
             drive_gains=tuple(float(gain) for gain in gains) if gains else None,
             estimate=estimate,
+            nearest_prior=_nearest_prior(data),
         )
     except KeyError as error:
         raise InputError(f"{path}: key {error} missing: give the --json of 'dynident identify'") from None

@@ -77,7 +77,12 @@ def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseP
             "distances": list(result.distances),
         }
         document["parameters"] = [
-            {"name": name, "value": value, **result.origins[name]._asdict()}
+            {
+                "name": name,
+                "value": value,
+                **result.origins[name]._asdict(),
+                "decided_by": result.origins[name].decided_by(),
+            }
             for name, value in result.parameters.items()
         ]
     return document
