@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
     constraints = constraints_of(arguments)
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
-    gain_errors = gain_errors_of(arguments)
+    gain_errors = gain_errors_of(arguments, stored)
     gains, told = arguments.drive_gains, set[str]()
     unloaded = read_recordings(arguments.unloaded, robot, gains, told, arguments)
     loaded = read_recordings(arguments.loaded, robot, gains, told, arguments)

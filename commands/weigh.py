@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     stand_in = StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
-    gains = gain_errors_of(arguments)
+    gains = gain_errors_of(arguments, stored)
     with Console(stderr=True).status("reading") as status:
         problem, others = _problems(arguments, robot, processing, stored, status.update)
         status.update("estimating")
