@@ -8,8 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..estimation import Constraint, GainErrors
     from ..estimation.stored import StoredRobot
+    from ..model import Recording
 
 _FROM_ROBOT = (
     "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
@@ -76,11 +79,16 @@ def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
     return found
 
 
-def gain_errors_of(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> GainErrors | None:
+def gain_errors_of(
+    arguments: argparse.Namespace,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    stored: StoredRobot | None = None,
+) -> GainErrors | None:
     """The uncertainty of the drive gains; None where nothing is said of it.
 
     What is said now, by options or a file of gains, goes before what was said when the robot was identified: the
-    drives are the same, and so is their error.
+    drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
     """
     from ..estimation import GainErrors
 
@@ -89,9 +97,11 @@ def gain_errors_of(arguments: argparse.Namespace, stored: StoredRobot | None = N
     if arguments.gain_sigma is None and arguments.gain_sigma_common is None and not identified:
         return replace(then, notes=(_FROM_ROBOT,)) if then is not None else None
     now = GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0, identified)
-    if then is not None and then != now:
-        now = replace(now, notes=(_INSTEAD,))
-    return now
+    notes = (_INSTEAD,) if then is not None and then != now else ()
+    gains = arguments.stored_gains
+    if gains is not None:
+        notes = (*gains.recordings.notes(loaded, unloaded, gains.mass), *notes)
+    return replace(now, notes=notes)
 
 
 def six(text: str) -> tuple[float, ...]:

@@ -103,6 +103,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> dict[str, Any]:
             "identified": list(gains.identified),
             "rests_on": list(gains.identifiability),
         },
+        "recordings": gains.recordings._asdict(),
         "robust": {"blocks": gains.robust.blocks, "block_length_s": gains.robust.block_length}
         if gains.robust
         else {"blocks": None, "unavailable": gains.without_robust or None},
