@@ -164,6 +164,8 @@ def test_a_labelled_robot_has_the_torques_that_were_identified(
         mass, *place = (float(lines[key][0]) for key in ("mass", "x", "y", "z"))
         assert mass == pytest.approx(model.inertias[j].mass, rel=1e-12)
         np.testing.assert_allclose(model.inertias[j].lever, place, atol=1e-12)
+        body = InertialParameters.from_com(mass, place, model.inertias[j].inertia)
+        assert body.min_pseudo_inertia_eigenvalue > (0.0 if gauge == "prior" else -1e-9)
         for key in (key for key in lines if key in own):
             value, who, share, part_of = lines[key]
             assert (float(value), who) == (parameters[key], words[own[key].kind])
