@@ -11,6 +11,7 @@ from ...estimation.verdict.joints import worst_joint
 from ...model.arrays import Array
 from ..controllers.payload_file import is_flange
 from ..figures import flange_figure, joints_figure, repeats_figure
+from ..gains import gain_error_notes
 from ..numbers import with_interval
 from ..weigh import agreement_notes, detail_notes, detail_tables, moment, repeat_notes, scale_note, worst_note
 from .controller import controller_block
@@ -66,11 +67,7 @@ def _quantities(answer: WeighAnswer) -> Html:
     assumed = Html()
     if answer.stand_in is not None:
         assumed = paragraph(f"Inertia ASSUMED, not measured: {answer.stand_in.description}.")
-    gains = Html()
-    if answer.gains is None:
-        gains = paragraph(
-            "Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows.", class_="note"
-        )
+    gains = joined(*(paragraph(line, class_="note") for line in gain_error_notes(answer.gains)))
     why = joined(tag("h3", "Reasons for the verdict"), reasons(answer.verdict))
     scale = paragraph(scale_note(answer))
     repeated = joined(*map(paragraph, repeat_notes(answer)))
