@@ -9,6 +9,8 @@ from dynident.model import INERTIAL, InertialParameters, InputError, Kernel, Rob
 from dynident.model.arrays import Array
 from dynident.tests.conftest import CROOKED
 from dynident.trajectories import (
+    BlendedPoints,
+    BlendShape,
     Capsule,
     Design,
     DesignProblem,
@@ -34,6 +36,7 @@ from dynident.trajectories.criterion import Kind
 from dynident.trajectories.free_via_points import FreeViaPoints
 from dynident.trajectories.lagrangian import Multipliers
 from dynident.trajectories.samples import Samples
+from dynident.trajectories.shapes import Shape
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
@@ -60,11 +63,12 @@ GOALS = {
     "cond-scaled": Goal("cond-scaled"),
     "payload": Goal("cond-scaled", payload_only=True),
 }
-SHAPES: dict[str, ViaPointShape | FourierShape] = {
+SHAPES: dict[str, Shape] = {
     "via": ViaPointShape(14),
     "rest": ViaPointShape(14, passing=False),
     "trapezoid": ViaPointShape(14, passing=False, segment=Trapezoid()),
     "fixed": ViaPointShape(14, fixed=1.5),
+    "blend": BlendShape(14),
     "fourier": FourierShape(5, 10.0),
 }
 
@@ -122,6 +126,22 @@ def test_trapezoids_within_every_limit(fixed: float | None) -> None:
     assert (speed <= BOUNDS.speed * (1.0 + 1e-9)).all()
     assert (acceleration <= BOUNDS.acceleration * (1.0 + 1e-9)).all()
     assert max((speed / BOUNDS.speed).max(), (acceleration / BOUNDS.acceleration).max()) > 0.9
+    if fixed is not None:
+        assert np.array_equal(plan.durations, np.full(7, fixed))
+
+
+@pytest.mark.parametrize("fixed", [None, 1.25])
+def test_blends_within_every_limit(fixed: float | None) -> None:
+    """Speeds and accelerations as the law has them: constant in each move, and in each blend."""
+    task = build_design(ROBOT, BlendShape(8, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
+    design = solve_design(task, starts=1)
+    plan = design.plan
+    assert isinstance(plan, BlendedPoints)
+    assert design.feasible
+    assert score_motion(design.problem, design.motion(997.0)).feasible
+    speed, acceleration = np.abs(plan.speeds) / BOUNDS.speed, np.abs(plan.accelerations) / BOUNDS.acceleration
+    assert 0.9 < max(speed.max(), acceleration.max()) <= 1.0 + 1e-9
+    assert (plan.straight > 0.0).all()
     if fixed is not None:
         assert np.array_equal(plan.durations, np.full(7, fixed))
 
