@@ -6,7 +6,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from .arguments import ANSWERED, gains_list, positive_number
+from .arguments import ANSWERED
+from .values import gains_list, positive_number
 from .weigh import joint_list
 
 if TYPE_CHECKING:

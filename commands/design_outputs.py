@@ -21,7 +21,7 @@ _FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to write what."""
-    from .arguments import names_list, positive_number
+    from .values import names_list, positive_number
 
     group = parser.add_argument_group("files")
     group.add_argument("--csv", metavar="F", help="samples: t, q, qd, qdd")

@@ -133,7 +133,7 @@ def test_trapezoids_within_every_limit(fixed: float | None) -> None:
 @pytest.mark.parametrize("fixed", [None, 1.25])
 def test_blends_within_every_limit(fixed: float | None) -> None:
     """Speeds and accelerations as the law has them: constant in each move, and in each blend."""
-    task = build_design(ROBOT, BlendShape(8, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
+    task = build_design(ROBOT, BlendShape(5, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
     design = solve_design(task, starts=1)
     plan = design.plan
     assert isinstance(plan, BlendedPoints)
@@ -143,7 +143,7 @@ def test_blends_within_every_limit(fixed: float | None) -> None:
     assert 0.9 < max(speed.max(), acceleration.max()) <= 1.0 + 1e-9
     assert (plan.straight > 0.0).all()
     if fixed is not None:
-        assert np.array_equal(plan.durations, np.full(7, fixed))
+        assert np.array_equal(plan.durations, np.full(4, fixed))
 
 
 def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
