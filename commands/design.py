@@ -57,6 +57,8 @@ def _check(arguments: argparse.Namespace) -> None:
     for option in ("cutoff", "log_map"):
         if arguments.evaluate is None and getattr(arguments, option) is not None:
             raise InputError(f"--{option.replace('_', '-')} has no effect without --evaluate")
+    if arguments.evaluate and arguments.solver is not None:
+        raise InputError("--solver has no effect with --evaluate: nothing is designed")
     if arguments.data_from and arguments.data_length is None and known_length(arguments) is None:
         raise InputError("--data-from needs --data-length: how long will be recorded next?")
 
@@ -96,7 +98,13 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
             best = "no motion within the limits yet" if step.best is None else criterion_text(kind, step.best)
             status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
 
-        design = solve_design(request.problem, seed=arguments.seed, starts=arguments.starts or 3, progress=show)
+        design = solve_design(
+            request.problem,
+            seed=arguments.seed,
+            starts=arguments.starts or 3,
+            progress=show,
+            solver=arguments.solver or "auto",
+        )
     stopped = "interrupted: " if design.interrupted else ""
     if not design.feasible:
         missed = "; ".join(design.score.violations)

@@ -107,6 +107,12 @@ def search_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("search")
     group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
     group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 3; 1 with --near)")
+    group.add_argument(
+        "--solver",
+        choices=("auto", "augmented", "ipopt"),
+        help="augmented: an augmented Lagrangian and L-BFGS; ipopt: the interior point method, several times slower; "
+        "default: auto, the one that measured best",
+    )
     group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
     group.add_argument(
         "--evaluate", metavar="LOG", help="judge the motion of a log or of a CSV instead of designing one"

@@ -145,6 +145,7 @@ def design_document(
         document |= {
             "seed": design.seed,
             "starts": design.starts,
+            "solver": design.solver,
             "evaluations": design.evaluations,
             "cpu_s": design.cpu_s,
             "interrupted": design.interrupted,

@@ -7,7 +7,7 @@ from .build import Loads, build_design
 from .closed_loop import ClosedLoop, Reference, Run
 from .collision import Capsule, HalfSpace, Scene
 from .controller import Controller
-from .design import Design, Step, solve_design
+from .design import Design, Solver, solve_design
 from .disturbances import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
@@ -31,6 +31,7 @@ from .problem import DesignProblem
 from .sampled import SampledTrajectory
 from .scene_file import read_scene
 from .score import Learnt, Score, score_motion
+from .search import Step
 from .segments import Quintic, Segment, Trapezoid
 from .shapes import BlendShape, FourierShape, ViaPointShape
 from .simulation import RX90_NOISE, Simulator, parameter_vector
@@ -75,6 +76,7 @@ __all__ = [
     "Segment",
     "SimulatedRun",
     "Simulator",
+    "Solver",
     "Step",
     "Task",
     "Trapezoid",
