@@ -110,7 +110,7 @@ def search_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--solver",
         choices=("auto", "augmented", "ipopt"),
-        help="augmented: an augmented Lagrangian and L-BFGS; ipopt: the interior point method, several times slower; "
+        help="augmented: an augmented Lagrangian and L-BFGS; ipopt: the interior point method, slower; "
         "default: auto, the one that measured best",
     )
     group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")

@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse
 from dynident.model import InputError, load_robot
 from dynident.model.arrays import Array
-from dynident.tests.trajectories.test_design import GOALS, SHAPES, problem
+from dynident.tests.trajectories.design_problems import GOALS, SHAPES, problem
 from dynident.trajectories import (
     BlendedPoints,
     BlendShape,
