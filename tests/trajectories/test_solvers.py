@@ -69,13 +69,13 @@ def test_values_and_bounds_are_the_limits_own() -> None:
 
 
 def test_it_keeps_every_limit_and_is_deterministic(capfd: pytest.CaptureFixture[str]) -> None:
-    """And finds about what the other solver finds."""
+    """And finds about what the other solver finds, or better."""
     steps: list[Step] = []
     one, two = (solve_design(QUICK, seed=1, starts=1, solver="ipopt", progress=steps.append) for _ in range(2))
     other = solve_design(QUICK, seed=1, starts=1, solver="augmented")
     assert one.feasible
     assert (one.solver, other.solver) == ("ipopt", "augmented")
-    assert one.score.value == pytest.approx(other.score.value, abs=0.1)
+    assert one.score.value < other.score.value + 0.1
     assert score_motion(QUICK, one.motion(997.0)).feasible
     assert np.array_equal(one.motion(50.0).q, two.motion(50.0).q)
     assert steps[-1].best == pytest.approx(one.score.value)
