@@ -31,7 +31,7 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--val3",
         metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
+        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
     )
     group.add_argument("--urscript", metavar="F", help="servoj program")
     group.add_argument(

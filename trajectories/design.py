@@ -18,6 +18,8 @@ from .search import Search, Step
 Solver = Literal["auto", "augmented", "ipopt"]
 """augmented: an augmented Lagrangian and L-BFGS; ipopt: the interior point method; auto: what measured best."""
 
+_BEST = "augmented"
+"""Of both, on every class of problems that was measured (benchmarks/design.py solvers): see docs/theory.md."""
 _SEARCHES = {"augmented": search_augmented, "ipopt": search_interior}
 
 
@@ -88,7 +90,7 @@ def solve_design(
     """
     if solver != "auto" and solver not in _SEARCHES:
         raise InputError(f"solver {solver!r} is not one of auto, {', '.join(_SEARCHES)}")
-    way = chosen_solver(problem) if solver == "auto" else solver
+    way = _BEST if solver == "auto" else solver
     begun, interrupted = time.process_time(), False
     search = Search(problem, np.random.default_rng(seed), starts, progress)
     try:
@@ -102,8 +104,3 @@ def solve_design(
     cpu = time.process_time() - begun
     plan = problem.family.plan(x)
     return Design(problem, plan, score, seed, starts, search.evaluations, cpu, interrupted, way)
-
-
-def chosen_solver(problem: DesignProblem) -> Literal["augmented", "ipopt"]:
-    """What measured best on problems of this class (benchmarks/design.py solvers)."""
-    return "augmented"

@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..model import InputError, Robot
 from ..model.arrays import Array
-from .blend_times import BlendTimes, FixedTimes, FreeTimes, Times
+from .blend_phases import TIMES, coefficients, derivatives, lengths
+from .blend_times import BlendTimes, FixedTimes, FreeTimes, Times, TimeSlopes
 from .blends import BlendedPoints
 from .bounds import JointBounds
 from .drawn_points import as_drawn, reachable_points
@@ -96,11 +97,11 @@ class FreeBlends:
         p, times = self._unpacked(x)
         s, share = self._grid(finer)
         k, u, w = self._phases(p, times)
-        into, out = _coefficients(times, s)
+        into, out = coefficients(times, s)
         states = np.einsum("ofs,fj->ofsj", into, u) + np.einsum("ofs,fj->ofsj", out, w)
         states[0] += p[k, None]
         q, qd, qdd = states.reshape(3, -1, self.robot.n)
-        return Samples(np.outer(_lengths(times), share).ravel(), q, qd, qdd)
+        return Samples(np.outer(lengths(times), share).ravel(), q, qd, qdd)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
@@ -117,30 +118,41 @@ class FreeBlends:
         p, times = self._unpacked(x)
         s, _ = self._grid(1)
         k, u, w = self._phases(p, times)
-        by_points, by_times = _derivatives(times, s, u, w)
+        by_points, by_times = derivatives(times, s, u, w)
         slopes = self._times.slopes(x[self._linear :])
-        none, is_blend, last = self.size, np.arange(len(k)) % 2 == 0, self.count - 1
-        columns, values = [], []
-        for step in (-1, 0, 1):
-            at = k + step
-            there = (at >= 0) & (at <= last) & (is_blend | (step >= 0))
-            place = (at[:, None] - self._fixed) * self.robot.n + np.arange(self.robot.n)
-            columns.append(np.where(there[:, None] & (place >= 0), place, none)[..., None])
-            values.append(by_points[step + 1][..., None, None] * self.bounds.half[:, None])
-        for (step, moves), value in zip(_TIMES, by_times, strict=True):
-            at, most = k + step, last - moves
-            there = (at >= 0) & (at <= most) & (is_blend | (step >= 0))
-            at = np.clip(at, 0, most)
-            places, slope = slopes[:2] if moves else slopes[2:]
-            column = np.where(there[:, None], self._linear + places[at], none)
-            columns.append(np.broadcast_to(column[:, None], (len(k), self.robot.n, column.shape[1])))
-            values.append(value[..., None] * slope[at][:, None, None])
-        wide = np.concatenate(columns, axis=2)
-        shape, size = (len(k), len(s), *wide.shape[1:]), (-1, *wide.shape[1:])
-        kept = np.broadcast_to(wide[:, None], shape).reshape(size)
-        full = np.concatenate([np.broadcast_to(v, (3, *shape[:3], v.shape[-1])) for v in values], axis=4)
-        q, qd, qdd = (np.where(kept < none, by_x.reshape(size), 0.0) for by_x in full)
-        return Jacobian(kept, q, qd, qdd, none)
+        parts = [self._in_point(k, step, by_points[step + 1]) for step in (-1, 0, 1)]
+        for (step, straight), value in zip(TIMES, by_times, strict=True):
+            parts.append(self._in_time(k, step, straight, value, slopes))
+        columns = np.concatenate([column for column, _ in parts], axis=2)
+        shape, size = (len(k), len(s), *columns.shape[1:]), (-1, *columns.shape[1:])
+        wide = np.broadcast_to(columns[:, None], shape).reshape(size)
+        full = np.concatenate([np.broadcast_to(v, (3, *shape[:3], v.shape[-1])) for _, v in parts], axis=4)
+        q, qd, qdd = (np.where(wide < self.size, by_x.reshape(size), 0.0) for by_x in full)
+        return Jacobian(wide, q, qd, qdd, self.size)
+
+    def _in_point(self, k: NDArray[np.intp], step: int, value: Array) -> tuple[NDArray[np.intp], Array]:
+        """Columns (phases, n, 1) and derivatives in the points ``step`` from those of the phases."""
+        own = np.arange(self.robot.n)
+        place = (k[:, None] + step - self._fixed) * self.robot.n + own
+        there = self._there(k, step, self.count)[:, None] & (place >= 0)
+        columns = np.where(there, place, self.size)[..., None]
+        return columns, value[..., None, None] * self.bounds.half[:, None]
+
+    def _in_time(
+        self, k: NDArray[np.intp], step: int, straight: int, value: Array, slopes: TimeSlopes
+    ) -> tuple[NDArray[np.intp], Array]:
+        """Columns (phases, n, ...) and derivatives in what a time ``step`` from the phases' points depends on."""
+        count = self.count - straight
+        places, slope = slopes[:2] if straight else slopes[2:]
+        at = np.clip(k + step, 0, count - 1)
+        column = np.where(self._there(k, step, count)[:, None], self._linear + places[at], self.size)
+        columns = np.broadcast_to(column[:, None], (len(k), self.robot.n, column.shape[1]))
+        return columns, value[..., None] * slope[at][:, None, None]
+
+    def _there(self, k: NDArray[np.intp], step: int, count: int) -> NDArray[np.bool_]:
+        """Whether there is such a point or time, and the phase depends on it: no move does on what was before."""
+        is_blend = np.arange(len(k)) % 2 == 0
+        return np.asarray((k + step >= 0) & (k + step < count) & (is_blend | (step >= 0)))
 
     def plan(self, x: Array) -> BlendedPoints:
         """The motion."""
@@ -178,56 +190,3 @@ class FreeBlends:
         speed = np.vstack([still, np.diff(p, axis=0) / times.between[:, None], still])
         k = np.arange(2 * self.count - 1) // 2
         return k, speed[k], speed[k + 1]
-
-
-_TIMES = ((-1, 1), (0, 1), (-1, 0), (0, 0), (1, 0))
-"""The times about point k on which its phases depend: (which from k, 1 at constant speed or 0 blend)."""
-
-
-def _lengths(times: Times) -> Array:
-    """Of the phases [s]."""
-    lengths = np.empty(2 * len(times.blends) - 1)
-    lengths[::2], lengths[1::2] = times.blends, times.straight
-    return lengths
-
-
-def _coefficients(times: Times, s: Array) -> tuple[Array, Array]:
-    """What multiplies the speeds to and from a phase's point in q - p, qd and qdd, each (3, phases, samples)."""
-    b, straight = times.blends[:, None], times.straight[:, None]
-    into, out = (np.zeros((3, 2 * len(b) - 1, len(s))) for _ in range(2))
-    into[0, ::2], into[1, ::2], into[2, ::2] = b * (s - 0.5 - 0.5 * s**2), 1.0 - s, -1.0 / b
-    out[0, ::2], out[1, ::2], out[2, ::2] = 0.5 * b * s**2, s, 1.0 / b
-    out[0, 1::2], out[1, 1::2] = 0.5 * b[:-1] + straight * s, 1.0
-    return into, out
-
-
-def _derivatives(times: Times, s: Array, u: Array, w: Array) -> tuple[Array, list[Array]]:
-    """Derivatives of q, qd, qdd in the points before, at and after, and in ``_TIMES``.
-
-    Args:
-        times: of the motion.
-        s: shares of a phase's time.
-        u, w: speeds to and from each phase's point, (phases, n).
-
-    Returns:
-        By points (3, 3, phases, samples), points first; by times (3, phases, samples, n) each.
-    """
-    into, out = _coefficients(times, s)
-    k = np.arange(into.shape[1]) // 2
-    rate = np.concatenate([[0.0], 1.0 / times.between, [0.0]])
-    before, after = into * rate[k, None], out * rate[k + 1, None]
-    at = before - after
-    at[0] += 1.0
-    by_before = -np.einsum("ofs,fj->ofsj", before, u)
-    by_after = -np.einsum("ofs,fj->ofsj", after, w)
-    b = times.blends[:, None, None]
-    u, w = u[:, None], w[:, None]
-    by_blend, by_straight = np.zeros_like(by_before), np.zeros_like(by_before)
-    t = s[:, None]
-    by_blend[0, ::2] = u[::2] * (t - 0.5 - 0.5 * t**2) + w[::2] * 0.5 * t**2
-    by_blend[0, 1::2] = 0.5 * w[1::2]
-    by_blend[2, ::2] = (u[::2] - w[::2]) / b**2
-    by_straight[0, 1::2] = w[1::2] * t
-    by_blend += 0.5 * (by_before + by_after)
-    by_times = [by_before, by_straight + by_after, 0.5 * by_before, by_blend, 0.5 * by_after]
-    return np.stack([-before, at, after]), by_times

@@ -51,7 +51,7 @@ class FreeViaPoints:
         if count < 2:
             raise InputError(f"{count} via points are no motion: give at least 2")
         if passing and not segment.passes:
-            raise InputError(f"a {segment.name} rests in every via point: set passing to False")
+            raise InputError(f"a {segment.name} rests in every via point: set passing to False, or use BlendShape")
         self.robot, self.bounds, self.count, self.samples, self.passing = robot, bounds, count, samples, passing
         self.segment = segment
         self._times = None if fixed is None else checked_durations(fixed, count)
