@@ -1,13 +1,13 @@
 """Identification of a robot from recordings without payload: the base parameters."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
+from .blocks import Pieces
 from .drive_gains import gain_sensitivity
 from .essential import Elimination, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
@@ -18,7 +18,7 @@ from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
-from .robot_blocks import Pieces, robot_blocks
+from .robot_blocks import robot_blocks
 
 
 @dataclass(frozen=True)
@@ -156,11 +156,7 @@ def _pieces(
 ) -> list[Pieces]:
     """The same, to be opened piece by piece."""
     observer = Observer(robot, base.columns)
-
-    def pieces(recording: Recording) -> Iterator[Observation]:
-        return observer.pieces(measurement(recording, processing), processing)
-
-    return [partial(pieces, recording) for recording in recordings]
+    return [observer.opener(measurement(recording, processing), processing) for recording in recordings]
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:

@@ -1,6 +1,6 @@
 """The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -147,6 +147,15 @@ class Observer:
                 waiting = []
         if waiting:
             yield self._held(waiting, processing.decimate)
+
+    def opener(
+        self, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> Callable[[], Iterable[Observation]]:
+        """Opens ``pieces`` as often as wanted; what is a single piece is made once."""
+        if len(data.motion.t) <= _PIECE * processing.decimate:
+            pieces = list(self.pieces(data, processing, partner))
+            return lambda: pieces
+        return lambda: self.pieces(data, processing, partner)
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""

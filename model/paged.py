@@ -78,7 +78,8 @@ class Growing:
         self._held.append(np.array(block, dtype=np.float64).reshape(len(block), self._width))
         if 8 * self._width * sum(map(len, self._held)) > LARGE:
             with _room():
-                self._file = self._file or tempfile.TemporaryFile()  # noqa: SIM115: closed by ``taken``
+                # Closed when the rows are taken.
+                self._file = self._file or tempfile.TemporaryFile()  # noqa: SIM115
                 self._spill(self._file)
 
     def taken(self) -> NDArray[np.float64]:
