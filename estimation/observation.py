@@ -119,6 +119,7 @@ class Observer:
         waiting = _Waiting(self.robot.n, factor)
         for data, keep in pieces:
             self._check_spring(data.motion.q)
+            keep = _of_motors(self.robot, keep)
             for part in _parts(len(data.motion.t), factor):
                 motion = data.motion
                 waiting.push(motion.t[part], keep[part])
@@ -178,13 +179,19 @@ class Observer:
 def _equations(robot: Robot, columns: Sequence[str]) -> tuple[ca.Function, tuple[Array, ...]]:
     """Function of q, qd, qdd, torque to each joint's entries and torque, and the columns of the entries."""
     q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
-    phi = regressor(robot, columns)(q, qd, qdd)
-    known = {robot.spring.joint - 1: robot.spring.torque_symbol(q[robot.spring.joint - 1])} if robot.spring else {}
+    phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
+    if robot.spring is not None and not robot.spring.column:
+        left[robot.spring.joint - 1] += robot.spring.torque_symbol(q[robot.spring.joint - 1])
+    if robot.coupling is not None and robot.coupling.rows == "motor":
+        j, k = (joint - 1 for joint in robot.coupling.joints)
+        phi[j, :] -= phi[k, :]
+        left[j] -= left[k]
+        phi = ca.sparsify(phi)
     rows, touched = [], []
     for j in range(robot.n):
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [torque[j] + known.get(j, 0.0)]
+        rows += [phi[j, k] for k in own] + [left[j]]
     function = ca.Function("equations", [q, qd, qdd, torque], [ca.cse(ca.vertcat(*rows))])
     return function, tuple(touched)
 
@@ -200,6 +207,16 @@ def _used(data: Measurement, processing: Processing, partner: Motion | None) -> 
             keep &= other.of(partner.qd[part], part)
         own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
         yield Measurement(own, data.torque[part]), keep
+
+
+def _of_motors(robot: Robot, keep: Mask) -> Mask:
+    """Rows to use, N x n: where equations are the motors', that of motor j holds joint k's torque too."""
+    if robot.coupling is None or robot.coupling.rows == "joint":
+        return keep
+    j, k = (joint - 1 for joint in robot.coupling.joints)
+    keep = keep.copy()
+    keep[:, j] &= keep[:, k]
+    return keep
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:

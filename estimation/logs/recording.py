@@ -37,7 +37,8 @@ def read_recording(
     Args:
         path: the file or folder.
         robot: tells how many joints there are.
-        drive_gains: torque per current of each joint [N·m/A or N/A], if currents are to be used.
+        drive_gains: torque per current of each motor, on the joint side [N·m/A or N/A], if currents are to be used;
+            of coupled drives motor j's and motor k's torques act on joint j, as (9) says.
         log_map: which columns, units, side and signs; by default t, q1, tau1 or i1 and so on in SI units.
 
     Returns:
@@ -118,6 +119,8 @@ def _samples(
             t = (row + np.arange(len(table.values))) / (log_map.rate or 1.0)
         q = log_map.si("position", table.columns(columns.position))
         load = log_map.si(columns.kind, table.columns(columns.load)) * scale
+        if columns.kind == "current" and robot.coupling is not None:
+            load = robot.coupling.joint_torques(load)
         qd = log_map.si("velocity", table.columns(columns.velocity)) if columns.velocity else None
         yield Samples(t, q, load, qd)
         row += len(table.values)

@@ -51,7 +51,7 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     q, torque = unloaded.motion.q, empty(loaded.torque.shape)
     for part in parts(len(torque), loaded.torque, unloaded.torque, q, torque):
         torque[part] = loaded.torque[part] - unloaded.torque[part]
-        if robot.spring is not None:
+        if robot.spring is not None and not robot.spring.column:
             k = robot.spring.joint - 1
             torque[part, k] -= robot.spring.torque(q[part, k])
     torque.setflags(write=False)
