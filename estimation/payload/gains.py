@@ -18,7 +18,17 @@ _STEP = 1e-5
 
 
 def gain_covariance(problem: PayloadProblem, method: Method, estimate: Estimate, gains: GainErrors) -> Array:
-    """Covariance of a method's result from errors of the drive gains, 10 x 10."""
+    """Covariance of a method's result from errors of the drive gains, 10 x 10.
+
+    Raises:
+        InputError: for identified gains of coupled drives, each of which acts on two joints.
+    """
+    coupling = problem.robot.coupling
+    if gains.identified and coupling is not None:
+        raise InputError(
+            f"{problem.robot.name}: how sure identified gains are is not carried through the coupled drives "
+            f"{coupling.joints[0]} and {coupling.joints[1]}: give the gains as numbers, --drive-gains K1,K2,.."
+        )
     J = payload_gain_sensitivity(problem, method, estimate)
     return np.asarray(J @ gains.covariance(problem.robot.n) @ J.T)
 
