@@ -17,7 +17,7 @@ from .logs import Samples
 from .observation import Observer
 from .problem import ReducedProblem
 from .reduction import reduced_pieces
-from .rows import Mask, UsedRows, used_samples
+from .rows import Mask, UsedRows, cut_ends, fastest, used_samples
 
 _PIECE = 60.0  # s
 _FORGETS = 10.0  # periods of the cut-off: the filter's transient falls below 1e-9 of what was cut
@@ -56,20 +56,21 @@ def reduced_log(
 
 
 def _overview(blocks: Callable[[], Iterable[Samples]], processing: Processing, source: str) -> UsedRows:
-    times, on_its_way = [], []
+    times, on_its_way, ends, largest = [], [], [], []
     for piece in _pieces(blocks(), processing, source):
         times.append(piece.data.motion.t)
         on_its_way.append((np.abs(piece.data.motion.qd) > processing.still_speed).any(axis=1))
+        ends.append(piece.data.motion.qd[[0, -1]])
+        largest.append(np.abs(piece.data.motion.qd).max(axis=0))
     if not times:
         raise InputError(f"{source}: no rows of numbers")
-    moving = used_samples(np.concatenate(times), np.concatenate(on_its_way), processing)
-    fastest: Array | None = None
-    for piece in _pieces(blocks(), processing, source):
-        inside = moving[piece.start : piece.start + len(piece.data.motion.t)]
-        speed = np.abs(piece.data.motion.qd[inside]).max(axis=0, initial=0.0)
-        fastest = speed if fastest is None else np.maximum(fastest, speed)
-    assert fastest is not None
-    return UsedRows(moving, fastest, processing.slow_fraction)
+    cut = cut_ends(np.array([ends[0][0], ends[-1][1]]), np.max(largest, axis=0), processing)
+    moving = used_samples(np.concatenate(times), np.concatenate(on_its_way), cut, processing)
+    speeds = [
+        fastest(piece.data.motion.qd, moving[piece.start : piece.start + len(piece.data.motion.t)])
+        for piece in _pieces(blocks(), processing, source)
+    ]
+    return UsedRows(moving, np.max(speeds, axis=0), processing.slow_fraction)
 
 
 def _pieces(blocks: Iterable[Samples], processing: Processing, source: str) -> Iterator[_Piece]:

@@ -12,6 +12,7 @@ from ..model.paged import parts
 _BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
 _STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _SETTLES = 3.0  # periods of the cut-off after which the filter has forgotten that the motion was cut: to 1e-3
+_FULL_MOTION = 0.1  # of a joint's largest speed
 _MOST_LOST = 0.05  # of a recording, at either end
 
 Mask = NDArray[np.bool_]
@@ -39,18 +40,44 @@ class UsedRows(NamedTuple):
 def used_rows(motion: Motion, processing: Processing) -> UsedRows:
     """Rows of a motion that are used; decimated ones go by the sample in their middle.
 
-    The filter does not know how a motion goes on before the first and after the last sample: where the robot is on
-    its way there, three periods of the cut-off (5 % of the recording at most) are left out.
+    The filter does not know how a motion goes on before the first and after the last sample: where the robot is in
+    full motion there, three periods of the cut-off (5 % of the recording at most) are left out.
     """
-    moving = used_samples(motion.t, _on_its_way(motion, processing.still_speed), processing)
-    return UsedRows(moving, _fastest(motion, moving), processing.slow_fraction)
+    on_its_way = _on_its_way(motion, processing.still_speed)
+    largest = fastest(motion.qd, np.ones(len(motion.t), dtype=bool))
+    cut = cut_ends(motion.qd[[0, -1]], largest, processing)
+    moving = used_samples(motion.t, on_its_way, cut, processing)
+    return UsedRows(moving, fastest(motion.qd, moving), processing.slow_fraction)
 
 
-def used_samples(t: Array, on_its_way: Mask, processing: Processing) -> Mask:
-    """Samples of which rows are used, from the times and whether some joint moves at each of them, (N,)."""
+def cut_ends(ends: Array, largest: Array, processing: Processing) -> tuple[bool, bool]:
+    """Whether a recording was cut in full motion, at its beginning and at its end.
+
+    Args:
+        ends: speeds of the first and the last sample, 2 x n.
+        largest: each joint's largest speed, shape (n,).
+        processing: settings.
+    """
+    full = np.maximum(_FULL_MOTION * largest, processing.still_speed)
+    return bool((np.abs(ends[0]) > full).any()), bool((np.abs(ends[1]) > full).any())
+
+
+def used_samples(t: Array, on_its_way: Mask, cut: tuple[bool, bool], processing: Processing) -> Mask:
+    """Samples of which rows are used, shape (N,).
+
+    Args:
+        t: times, shape (N,).
+        on_its_way: whether some joint moves at each of them, shape (N,).
+        cut: as ``cut_ends`` tells.
+        processing: settings.
+    """
     moving = _stretches(t, on_its_way)
     if processing.cutoff:
-        _leave_ends(t, on_its_way, moving, _SETTLES / processing.cutoff)
+        seconds = min(_SETTLES / processing.cutoff, _MOST_LOST * float(t[-1] - t[0]))
+        if cut[0]:
+            moving[: np.searchsorted(t, t[0] + seconds)] = False
+        if cut[1]:
+            moving[np.searchsorted(t, t[-1] - seconds, side="right") :] = False
     return moving
 
 
@@ -95,18 +122,9 @@ def _on_its_way(motion: Motion, still_speed: float) -> Mask:
     return mask
 
 
-def _leave_ends(t: Array, on_its_way: Mask, moving: Mask, seconds: float) -> None:
-    """Leave out the ends at which the robot is on its way."""
-    seconds = min(seconds, _MOST_LOST * float(t[-1] - t[0]))
-    if on_its_way[0]:
-        moving[: np.searchsorted(t, t[0] + seconds)] = False
-    if on_its_way[-1]:
-        moving[np.searchsorted(t, t[-1] - seconds, side="right") :] = False
-
-
-def _fastest(motion: Motion, moving: Mask) -> Array:
-    fastest = np.zeros(motion.n)
-    for part in parts(len(moving), motion.qd):
-        own = np.abs(motion.qd[part][moving[part]])
-        fastest = np.maximum(fastest, own.max(axis=0, initial=0.0))
-    return fastest
+def fastest(qd: Array, chosen: Mask) -> Array:
+    """Each joint's largest speed, shape (n,), over the chosen ones of the samples, N x n."""
+    largest = np.zeros(qd.shape[1])
+    for part in parts(len(qd), qd):
+        largest = np.maximum(largest, np.abs(qd[part][chosen[part]]).max(axis=0, initial=0.0))
+    return largest
