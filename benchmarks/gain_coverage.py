@@ -57,15 +57,19 @@ def arm(name: str) -> Robot:
     return replace(robot, drives=replace(robot.drives, spring=ASSUMED_SPRING)) if "spring" in name else robot
 
 
-def exact_currents(name: str) -> tuple[Motion, list[Array]]:
-    """Motor currents without and with the payload, with the RX90's parameters."""
-    robot = arm(name)
+def simulator(name: str = "ur10e") -> Simulator:
+    """Of an arm with the RX90's parameters."""
     known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
-    draw, simulator = np.random.default_rng(3), Simulator(replace(robot, parameters=known))
+    return Simulator(replace(arm(name), parameters=known))
+
+
+def exact_currents(name: str) -> tuple[Motion, list[Array]]:
+    """Motor currents without and with the payload."""
+    robot, draw, source = arm(name), np.random.default_rng(3), simulator(name)
     middle = np.mean([joint.limits.position for joint in robot.joints], axis=1) if name == "tx40" else np.zeros(6)
     path = middle + draw.uniform(-1.2, 1.2, (40, 6))
     motion = ViaPoints(path, draw.uniform(0.6, 1.2, 39)).motion(100.0)
-    torques = [simulator.measure(motion, load).torque for load in (None, BODY)]
+    torques = [source.measure(motion, load).torque for load in (None, BODY)]
     coupling = robot.coupling
     return motion, [(coupling.motor_torques(t) if coupling else t) / TRUTH[name] for t in torques]
 

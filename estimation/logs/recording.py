@@ -1,5 +1,6 @@
 """From a log's raw tables to a recording in SI units, block by block."""
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -51,8 +52,11 @@ def read_recording(
     raw, columns = _opened(path, robot, drive_gains, log_map)
     kinds = ("t", "q", "torque", "qd") if columns.velocity else ("t", "q", "torque")
     columns_of = {"t": 1, "q": robot.n, "torque": robot.n, "qd": robot.n}
-    grown = {kind: Growing(columns_of[kind]) for kind in kinds}
-    for samples in _samples(raw, columns, robot, drive_gains, log_map):
+    grown, read = {kind: Growing(columns_of[kind]) for kind in kinds}, hashlib.blake2b(digest_size=16)
+    for samples in _samples(raw, columns, robot, log_map):
+        # Row by row, so that the size of blocks does not matter.
+        read.update(np.column_stack([samples.t, samples.q, samples.torque]).tobytes())
+        samples = _with_torques(samples, columns, robot, drive_gains)
         for kind, growing in grown.items():
             growing.add(getattr(samples, kind))
     values = {kind: growing.taken() for kind, growing in grown.items()}
@@ -60,7 +64,8 @@ def read_recording(
         raise InputError(f"{raw.path}: {len(values['t'])} rows of numbers: a recording needs many")
     t = values["t"].reshape(-1)
     check_time(raw, columns.time, t)
-    return Recording(t, values["q"], values["torque"], values.get("qd"), str(raw.path), columns.notes)
+    told = (str(raw.path), columns.notes, read.hexdigest())
+    return Recording(t, values["q"], values["torque"], values.get("qd"), *told)
 
 
 def stream_samples(
@@ -73,7 +78,8 @@ def stream_samples(
     """
     log_map = log_map or LogMap()
     raw, columns = _opened(path, robot, drive_gains, log_map)
-    yield from _samples(raw, columns, robot, drive_gains, log_map)
+    for samples in _samples(raw, columns, robot, log_map):
+        yield _with_torques(samples, columns, robot, drive_gains)
 
 
 def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
@@ -106,10 +112,16 @@ def _opened(
     return raw, choose(raw, log_map, robot, gains)
 
 
-def _samples(
-    raw: RawLog, columns: Columns, robot: Robot, gains: Sequence[float] | None, log_map: LogMap
-) -> Iterator[Samples]:
-    scale = np.ones(robot.n) if gains is None else np.array(gains, dtype=float)
+def _with_torques(samples: Samples, columns: Columns, robot: Robot, gains: Sequence[float] | None) -> Samples:
+    """Torques in the place of currents."""
+    if columns.kind != "current":
+        return samples
+    motors = samples.torque * (1.0 if gains is None else np.array(gains, dtype=float))
+    return samples._replace(torque=robot.coupling.joint_torques(motors) if robot.coupling else motors)
+
+
+def _samples(raw: RawLog, columns: Columns, robot: Robot, log_map: LogMap) -> Iterator[Samples]:
+    """Rows as they stand there, in SI units: torques, or the motors' currents in their place."""
     row = 0
     for table in raw.blocks(columns.wanted):
         check_finite(raw, table, row)
@@ -118,9 +130,7 @@ def _samples(
         else:
             t = (row + np.arange(len(table.values))) / (log_map.rate or 1.0)
         q = log_map.si("position", table.columns(columns.position))
-        load = log_map.si(columns.kind, table.columns(columns.load)) * scale
-        if columns.kind == "current" and robot.coupling is not None:
-            load = robot.coupling.joint_torques(load)
+        load = log_map.si(columns.kind, table.columns(columns.load))
         qd = log_map.si("velocity", table.columns(columns.velocity)) if columns.velocity else None
         yield Samples(t, q, load, qd)
         row += len(table.values)

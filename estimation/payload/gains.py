@@ -23,14 +23,8 @@ def gain_covariance(problem: PayloadProblem, method: Method, estimate: Estimate,
     Raises:
         InputError: for identified gains of coupled drives, each of which acts on two joints.
     """
-    coupling = problem.robot.coupling
-    if gains.identified and coupling is not None:
-        raise InputError(
-            f"{problem.robot.name}: how sure identified gains are is not carried through the coupled drives "
-            f"{coupling.joints[0]} and {coupling.joints[1]}: give the gains as numbers, --drive-gains K1,K2,.."
-        )
     J = payload_gain_sensitivity(problem, method, estimate)
-    return np.asarray(J @ gains.covariance(problem.robot.n) @ J.T)
+    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
 
 
 def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: Estimate) -> Array:

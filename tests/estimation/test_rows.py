@@ -14,7 +14,8 @@ def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
     qd = np.interp(t, [0.0, 0.5, seconds - 0.5, seconds], [begin, 1.0, 1.0, end])
     still = 1e-3 * np.random.default_rng(0).standard_normal(len(t))
     speeds = np.column_stack([qd, np.clip(still, -1.5e-3, 1.5e-3)])
-    return Motion(t, np.cumsum(speeds, axis=0) * 0.01, speeds, np.gradient(speeds, 0.01, axis=0))
+    q, qdd = np.cumsum(speeds, axis=0) * 0.01, np.gradient(speeds, 0.01, axis=0)
+    return Motion(np.asarray(t, dtype=np.float64), q, speeds, np.asarray(qdd, dtype=np.float64))
 
 
 @pytest.mark.parametrize(

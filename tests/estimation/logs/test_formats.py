@@ -32,6 +32,25 @@ def test_round_trip(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], 
     assert recording.notes == ()
 
 
+def test_a_fingerprint_is_the_recordings_not_the_files(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
+) -> None:
+    """The same in every format and whatever the gains; another with any other number."""
+    prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
+    assert len(prints) == 1
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7)]
+    found = []
+    for change in (0.0, 1e-9):
+        i = signals["tau"].copy()
+        i[200, 3] += change
+        path = tmp_path / f"{change}.csv"
+        table = np.column_stack([signals["t"], signals["q"], i])
+        np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.17g")
+        found += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
+    assert found[0] == found[1] != found[2] == found[3]
+    assert {found[0]} == prints
+
+
 @pytest.mark.parametrize(
     ("delimiter", "name", "decimal"), [("\t", "tab", "."), (";", "semicolon", ","), (" ", "space", ".")]
 )

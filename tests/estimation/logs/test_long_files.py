@@ -11,18 +11,21 @@ from dynident.estimation.logs import (
 )
 from dynident.estimation.logs.table import BLOCK
 from dynident.model import InputError, Robot
+from dynident.tests.estimation.logs.log_files import as_npz
 
 
 def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
     """A log longer than two blocks, streamed and at once; a bad cell in the last block is found."""
     rows = 2 * BLOCK + 11
     table = np.random.default_rng(0).uniform(-1, 1, (rows, 13)).round(4)
-    table[:, 0] = 0.001 * np.arange(rows)
+    table[:, 0] = (0.001 * np.arange(rows)).round(4)
     header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
     path = tmp_path / "long.csv"
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.4f")
     recording = read_recording(path, arm)
     assert np.allclose(recording.q, table[:, 1:7])
+    at_once = {"t": table[:, 0], "q": table[:, 1:7], "tau": table[:, 7:]}
+    assert read_recording(as_npz(tmp_path / "a.npz", at_once), arm).fingerprint == recording.fingerprint
     parts = list(stream_samples(path, arm))
     assert len(parts) == 3
     assert np.array_equal(np.concatenate([part.torque for part in parts]), recording.torque)
