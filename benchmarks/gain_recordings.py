@@ -11,6 +11,7 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
+from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
 from dynident.estimation import (
     GainErrors,
     answer_payload,
@@ -22,7 +23,6 @@ from dynident.estimation import (
 from dynident.estimation.gains import known_mass
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, ViaPoints
-from gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -80,7 +80,8 @@ def main() -> None:
             "the gains' recording without payload": (first, other, OTHER),
             "the gains' own pair": (first, weight, BODY),
         }.items():
-            inside, width = payload_hits(*(scaled(r, found.values) for r in (bare, heavy)), body, gains)
+            torques = scaled(bare, found.values), scaled(heavy, found.values)
+            inside, width = payload_hits(*torques, body, gains)
             hits.setdefault(f"payload, {name}", []).append(inside)
             widths.setdefault(f"payload, {name}", []).append(width)
         for name, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
