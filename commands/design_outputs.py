@@ -38,7 +38,7 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
         "--controller-rate", type=positive_number, metavar="HZ", help="of --urscript: 500 (default) or 125"
     )
     group.add_argument(
-        "--sample-rate", type=positive_number, metavar="HZ", help="of --csv and --ros2 (default: 250)"
+        "--sample-rate", type=positive_number, metavar="HZ", help="of --csv, --ros2 and --rehearsal (default: 250)"
     )
     group.add_argument(
         "--plots", metavar="DIR", help="figures as PNG and SVG, the moving arm as SVG; made if missing"
@@ -57,7 +57,7 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     for option, needs in (
         ("joint_names", ("ros2",)),
         ("controller_rate", ("urscript",)),
-        ("sample_rate", ("csv", "ros2")),
+        ("sample_rate", ("csv", "ros2", "rehearsal")),
     ):
         if getattr(arguments, option) and not any(getattr(arguments, other) for other in needs):
             wanted = " or ".join(f"--{other}" for other in needs)
