@@ -32,7 +32,9 @@ def add_parser(commands: Any) -> None:
     near_arguments(parser)
     group = parser.add_argument_group("search")
     group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
-    group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 3; 1 with --near)")
+    group.add_argument(
+        "--starts", type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3; 1 with --near)"
+    )
     group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
     group.add_argument(
         "--evaluate", metavar="LOG", help="judge the motion of a log or of a CSV instead of designing one"
@@ -191,7 +193,7 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
             best = "no motion within the limits yet" if step.best is None else criterion_text(kind, step.best)
             status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
 
-        design = solve_design(request.problem, seed=arguments.seed, starts=arguments.starts or 3, progress=show)
+        design = solve_design(request.problem, seed=arguments.seed, starts=arguments.starts, progress=show)
     stopped = "interrupted: " if design.interrupted else ""
     if not design.feasible:
         missed = "; ".join(design.score.violations)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..model import Motion
 from ..model.arrays import Array
-from .criterion import ORDERS
+from .criterion import ORDERS, STARTS
 from .lagrangian import Multipliers
 from .minimise import minimised
 from .problem import DesignProblem
@@ -21,6 +21,7 @@ from .settle import FINE_WIDTH, WIDTH, eased_within, settled
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
 _ASTRAY = 0.1  # in the limits' units: what violates more by then seldom comes back
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
+_FIRST = 160  # iterations of each start, shared by the surrogate's orders
 
 
 class Step(NamedTuple):
@@ -115,7 +116,7 @@ def solve_design(
     problem: DesignProblem,
     *,
     seed: int = 0,
-    starts: int = 3,
+    starts: int | None = None,
     progress: Callable[[Step], None] = lambda step: None,
 ) -> Design:
     """Find the most informative motion.
@@ -127,7 +128,7 @@ def solve_design(
     Args:
         problem: made by ``build_design``.
         seed: of the random starts; the same seed gives the same motion.
-        starts: number of random starts.
+        starts: number of random starts; None for 6 by "d" and "a", 3 by condition numbers.
         progress: called after each stage.
 
     Returns:
@@ -135,6 +136,7 @@ def solve_design(
         ``feasible`` False and the violations named in ``score.violations``.
     """
     begun, interrupted = time.process_time(), False
+    starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = _Search(problem, progress)
     draw = np.random.default_rng(seed)
     try:
@@ -157,7 +159,7 @@ def _run(search: _Search, draw: np.random.Generator, starts: int) -> None:
         search.consider(x, f"start {k + 1}")
         limits = Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN)
         for order in orders[:2]:
-            x = search.minimise(x, order, WIDTH, limits, 80)
+            x = search.minimise(x, order, WIDTH, limits, _FIRST // len(orders[:2]))
             limits.update(problem.state(x, WIDTH))
         merit, _ = problem.evaluate(x, orders[-1], WIDTH, limits)
         astray = limits.violation(problem.state(x, WIDTH)) > _ASTRAY
