@@ -81,8 +81,8 @@ def _best(problem: DesignProblem, draws: list[list[Rival]]) -> _Best:
 def _print(title: str, found: dict[str, list[Design]], rivals: dict[str, _Best]) -> None:
     """The middle of five seeds against the middle, and the luckiest, of five draws."""
     table = titled(
-        f"{title}: sigma in % of the value, one second at {Goal().rate:g} Hz\n"
-        f"designed: middle of five seeds (worst); random: best of {RANDOM} in that figure, middle of five draws (least)",
+        f"{title}: sigma in % of the value, one second at {Goal().rate:g} Hz; designed: middle\n"
+        f"of five seeds (worst); random: best of {RANDOM} in that figure, middle of five draws (least)",
         "median",
         "random",
         "change",
@@ -92,10 +92,8 @@ def _print(title: str, found: dict[str, list[Design]], rivals: dict[str, _Best])
     )
     for name, designs in found.items():
         missed = max(score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
-        ours, cpu = (
-            np.array([_spread(design.problem, design.score.samples) for design in designs]),
-            [design.cpu_s for design in designs],
-        )
+        ours = np.array([_spread(design.problem, design.score.samples) for design in designs])
+        cpu = [design.cpu_s for design in designs]
         console.print(f"{name}: {np.median(cpu):.1f} CPU s ({max(cpu):.1f}), largest violation {missed:.1e}")
         for kind, best in rivals.items():
             row = []
