@@ -259,13 +259,13 @@ def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
     from ..estimation.gains import read_stored_gains
 
     given = getattr(arguments, "drive_gains", None)
-    arguments.gain_covariance = None
+    arguments.gain_covariance = arguments.stored_gains = None
     if isinstance(given, str):
         arguments.gains_file = given
         stored = read_stored_gains(given)
         stored.check(robot, given)
         arguments.drive_gains = tuple(float(value) for value in stored.values)
-        arguments.gain_covariance = stored.relative_covariance
+        arguments.gain_covariance, arguments.stored_gains = stored.relative_covariance, stored
 
 
 def log_map(arguments: argparse.Namespace) -> LogMap:

@@ -15,6 +15,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
+from .knowledge import gain_arguments, gain_errors_of
 from .report import report_arguments, write_page
 from .results import result_arguments, write_results
 
@@ -48,6 +49,7 @@ def add_parser(commands: Any) -> None:
         "--prior-budget", type=float, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
     )
     group.add_argument("--total-mass", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]")
+    gain_arguments(parser.add_argument_group("what is known beforehand"))
     processing_arguments(parser)
     result_arguments(parser)
     report_arguments(parser)
@@ -65,12 +67,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     robot, processing = settings(arguments)
     _check(arguments)
-    told: set[str] = set()
+    told = set[str]()
     recordings = read_recordings(arguments.data, robot, arguments.drive_gains, told, arguments)
     held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told, arguments)
+    gains = gain_errors_of(arguments, [], recordings)
     with Console(stderr=True).status("reading") as status:
         rule = essential_rule(arguments)
-        result = identify(robot, recordings, processing, held_out, status.update, robust=True, essential=rule)
+        result = identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
         warnings = impossible_robot(robot, result.base, result.estimate, result.elimination)
     tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
@@ -84,8 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         from ..report.documents import identification_document, write_json
 
-        gains = arguments.drive_gains
-        document = identification_document(result, processing, gains, constrained, warnings)
+        document = identification_document(result, processing, arguments.drive_gains, constrained, warnings)
         write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(arguments, tables, lambda: identification_system(result, recordings, processing))

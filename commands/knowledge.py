@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..estimation import Constraint, GainErrors
+    from ..estimation.stored import StoredRobot
+    from ..model import Recording
+
+_FROM_ROBOT = (
+    "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
+)
+_INSTEAD = (
+    "The robot's parameters were identified with another uncertainty of the gains; what is told now goes for both: "
+    "the same drives, the same errors."
+)
 
 
 def knowledge_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +39,11 @@ def knowledge_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--ellipsoid", type=six, metavar="X,Y,Z,A,B,C", help="centre and semi-axes of one that holds all of it"
     )
+    gain_arguments(group)
+
+
+def gain_arguments(group: Any) -> None:
+    """How sure the drive gains are."""
     group.add_argument(
         "--gain-sigma",
         type=relative_list,
@@ -61,14 +79,29 @@ def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
     return found
 
 
-def gain_errors_of(arguments: argparse.Namespace) -> GainErrors | None:
-    """The uncertainty of the drive gains, said or brought by a file of gains; None where there is neither."""
+def gain_errors_of(
+    arguments: argparse.Namespace,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    stored: StoredRobot | None = None,
+) -> GainErrors | None:
+    """The uncertainty of the drive gains; None where nothing is said of it.
+
+    What is said now, by options or a file of gains, goes before what was said when the robot was identified: the
+    drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
+    """
     from ..estimation import GainErrors
 
+    then = stored.gains if stored is not None else None
     identified = arguments.gain_covariance.tolist() if arguments.gain_covariance is not None else ()
     if arguments.gain_sigma is None and arguments.gain_sigma_common is None and not identified:
-        return None
-    return GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0, identified)
+        return replace(then, notes=(_FROM_ROBOT,)) if then is not None else None
+    now = GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0, identified)
+    notes = (_INSTEAD,) if then is not None and then != now else ()
+    gains = arguments.stored_gains
+    if gains is not None:
+        notes = (*gains.recordings.notes(loaded, unloaded, gains.mass), *notes)
+    return replace(now, notes=notes)
 
 
 def six(text: str) -> tuple[float, ...]:

@@ -83,12 +83,11 @@ def run(arguments: argparse.Namespace) -> int:
     constraints = constraints_of(arguments)
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
-    gain_errors = gain_errors_of(arguments)
     gains, told = arguments.drive_gains, set[str]()
     unloaded = read_recordings(arguments.unloaded, robot, gains, told, arguments)
     loaded = read_recordings(arguments.loaded, robot, gains, told, arguments)
     held_out = read_recordings(arguments.validate, robot, gains, told, arguments)
-    known = stored.estimate if stored else None
+    known, gain_errors = stored.estimate if stored else None, gain_errors_of(arguments, loaded, unloaded, stored)
     with Console(stderr=True).status("reading") as status:
         problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust=True)
         status.update("estimating")

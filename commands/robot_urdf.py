@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 from .arguments import ANSWERED, chosen_robot, robot_argument
 
 if TYPE_CHECKING:
-    from ..model import Robot
+    from ..estimation import Gauge
+    from ..estimation.stored import StoredRobot
+    from ..model import BaseParameters, Robot
 
 
 def add_parser(commands: Any) -> None:
@@ -20,40 +22,80 @@ def add_parser(commands: Any) -> None:
         metavar="JSON",
         help="the --json of 'dynident identify' (default: the parameters of the robot's own file)",
     )
+    parser.add_argument(
+        "--gauge",
+        choices=("base", "prior"),
+        help="what decides the parameters that no motion shows: a convention (base), or the prior of 'identify "
+        "--constrained prior' (default: prior where the JSON has it)",
+    )
     parser.add_argument("--out", required=True, metavar="F.urdf", help="file to write")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
+    from ..model import InputError
     from ..model.files import write_text
     from ..report.urdf import robot_urdf
 
     robot = chosen_robot(arguments)
     if arguments.robot_parameters:
-        robot, parameters, gauge = _identified(robot, arguments.robot_parameters)
+        text, gauge = _identified(robot, arguments.robot_parameters, arguments.gauge)
+    elif arguments.gauge:
+        raise InputError("--gauge belongs to --robot-parameters: the robot's own file has no gauge")
     else:
-        parameters, gauge = dict(robot.parameters), "the values are those of the robot's own description."
-    write_text(arguments.out, robot_urdf(robot, parameters, gauge))
+        gauge = "the values are those of the robot's own description."
+        text = robot_urdf(robot, dict(robot.parameters), gauge)
+    write_text(arguments.out, text)
     print(f"{arguments.out}: {gauge}")
     return ANSWERED
 
 
-def _identified(robot: Robot, path: str) -> tuple[Robot, dict[str, float], str]:
-    """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
-    from ..estimation import solve_constrained_base
+def _identified(robot: Robot, path: str, asked: Gauge | None) -> tuple[str, str]:
+    """The URDF of one robot that can exist, each number labelled; and what its gauge is, in words."""
+    from ..estimation import robot_origins
     from ..estimation.stored import read_stored_robot
     from ..model import InputError, base_parameters
+    from ..report.urdf import robot_urdf
 
     stored = read_stored_robot(path)
     robot = stored.applied_to(robot)
     base = base_parameters(robot)
     if stored.estimate.names != base.columns:
         raise InputError(f"{path}: other base parameters than this robot's: identify the robot again")
-    answer = solve_constrained_base(robot, base, stored.estimate)
-    gauge = (
-        f"the {len(base.columns)} base parameters are identified (from {path}, moved to those of a robot that can "
-        f"exist: chi2 rises by {answer.chi2_rise:.3g}); all other combinations, single masses among them, are one "
-        "choice of many under which every link can exist, made by the solver and not by data."
+    gauge: Gauge = asked or ("prior" if stored.nearest_prior else "base")
+    parameters, words = (_by_prior if gauge == "prior" else _by_convention)(path, robot, base, stored)
+    text = robot_urdf(robot, parameters, words, None, robot_origins(robot, base, parameters, gauge))
+    return text, words
+
+
+def _by_prior(path: str, robot: Robot, base: BaseParameters, stored: StoredRobot) -> tuple[dict[str, float], str]:
+    """Standard parameters nearest to the prior, as 'identify' stored them."""
+    from ..model import InputError
+
+    found = stored.nearest_prior
+    if found is None:
+        raise InputError(
+            f"{path}: no parameters nearest to a prior in it: run 'dynident identify --constrained prior' for them"
+        )
+    if set(found.parameters) != set(base.standard):
+        raise InputError(f"{path}: other standard parameters than this robot's: identify the robot again")
+    return found.parameters, (
+        f"gauge 'prior': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
+        f"robot that can exist: chi2 rises by {found.chi2_rise:.3g}); all other combinations, single masses among "
+        f"them, are as near to a prior as the data allow: {found.source}."
     )
-    return robot, answer.witness, gauge
+
+
+def _by_convention(
+    path: str, robot: Robot, base: BaseParameters, stored: StoredRobot
+) -> tuple[dict[str, float], str]:
+    """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
+    from ..estimation import solve_constrained_base
+
+    answer = solve_constrained_base(robot, base, stored.estimate)
+    return answer.witness, (
+        f"gauge 'base': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
+        f"robot that can exist: chi2 rises by {answer.chi2_rise:.3g}); all other combinations, single masses among "
+        "them, are one choice of many under which every link can exist, made by the solver and not by data."
+    )

@@ -9,11 +9,11 @@ from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordin
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from ..estimation import WeighAnswer, WeighProblem
     from ..estimation.stored import StoredRobot
-    from ..model import Processing, Robot
+    from ..model import Processing, Recording, Robot
 
 
 def add_parser(commands: Any) -> None:
@@ -78,9 +78,14 @@ def run(arguments: argparse.Namespace) -> int:
     stand_in = StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
     stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
-    gains = gain_errors_of(arguments)
+    told = set[str]()
+    loaded, unloaded = (
+        read_recordings(paths, robot, arguments.drive_gains, told, arguments)
+        for paths in (arguments.loaded, arguments.unloaded)
+    )
+    gains = gain_errors_of(arguments, loaded, unloaded, stored)
     with Console(stderr=True).status("reading") as status:
-        problem, others = _problems(arguments, robot, processing, stored, status.update)
+        problem, others = _problems(arguments, robot, processing, loaded, unloaded, stored, status.update)
         status.update("estimating")
         try:
             answer = answer_weighing(
@@ -138,15 +143,14 @@ def _problems(
     arguments: argparse.Namespace,
     robot: Robot,
     processing: Processing,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
     stored: StoredRobot | None,
     progress: Callable[[str], None],
 ) -> tuple[WeighProblem, list[WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     from ..estimation import difference_weighing, known_robot_weighing
 
-    told = set[str]()
-    loaded = read_recordings(arguments.loaded, robot, arguments.drive_gains, told, arguments)
-    unloaded = read_recordings(arguments.unloaded, robot, arguments.drive_gains, told, arguments)
     problems = []
     if unloaded:
         problems.append(difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress))

@@ -21,11 +21,12 @@ from .information import Information, read_information, recorded_noise
 from .intervals import Intervals, profile_intervals
 from .kinematics_check import KinematicsCheck, Ranked, rank_readings, rank_readings_by_pose
 from .least_squares import ordinary, weighted
+from .link_origins import LinkOrigins, RobotOrigins, robot_origins
 from .logs import LogMap, TrajectoryTable, read_log_map, read_recording, read_trajectory, stream_samples
 from .long_logs import reduced_log
 from .names import PAYLOAD
 from .observation import Observation, Observer
-from .origins import Origin, hidden_directions, origins
+from .origins import Gauge, Origin, hidden_directions, origins
 from .payload import (
     ByJoints,
     ConstrainedPayload,
@@ -105,6 +106,7 @@ __all__ = [
     "FollowingChange",
     "GainErrors",
     "GainProblem",
+    "Gauge",
     "Holding",
     "Identification",
     "InEllipsoid",
@@ -116,6 +118,7 @@ __all__ = [
     "Judged",
     "KinematicsCheck",
     "KnownMass",
+    "LinkOrigins",
     "LogMap",
     "MassBounds",
     "Observation",
@@ -133,6 +136,7 @@ __all__ = [
     "Reading",
     "ReducedProblem",
     "Repeats",
+    "RobotOrigins",
     "RobotPrior",
     "RobustCovariance",
     "SigmaBound",
@@ -205,6 +209,7 @@ __all__ = [
     "reduced_measurement",
     "reduced_stream",
     "resampled",
+    "robot_origins",
     "robot_prediction",
     "robot_prior",
     "solve_constrained",

@@ -21,11 +21,13 @@ class GainErrors:
         per_joint: of each joint's own error (0.02 for 2 %); one number stands for all joints.
         common: of an error that all joints share, as from one current sensor or supply.
         identified: covariance of gains that were identified, n x n, which comes on top; empty where they were not.
+        notes: what else a reader must know of them, one line each.
     """
 
     per_joint: Sequence[float] = (0.0,)
     common: float = 0.0
     identified: Sequence[Sequence[float]] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation of a relative error."""

@@ -61,6 +61,8 @@ class Estimate:
         weights: per joint, the weights that were used [1/(N·m) or 1/N].
         robust: covariance that holds for autocorrelated noise as well, where it was asked for.
         gain_sensitivity: derivatives by the relative error of each joint's torque, c x n, where they were computed.
+        gain_covariance: of those errors, n x n; None where drive gains are taken as exact. Not part of
+            ``covariance`` and ``robust``: what else is made of the same drives has the same errors.
     """
 
     names: tuple[str, ...]
@@ -71,6 +73,7 @@ class Estimate:
     weights: Array
     robust: RobustCovariance | None = None
     gain_sensitivity: Array | None = None
+    gain_covariance: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""
@@ -84,6 +87,13 @@ class Estimate:
             n = len(self.fit.rows)
             object.__setattr__(
                 self, "gain_sensitivity", frozen_array(self.gain_sensitivity, (c, n), "gain_sensitivity")
+            )
+        if self.gain_covariance is not None:
+            n = len(self.fit.rows)
+            if self.gain_sensitivity is None:
+                raise ValueError("gain_covariance needs gain_sensitivity")
+            object.__setattr__(
+                self, "gain_covariance", frozen_array(self.gain_covariance, (n, n), "gain_covariance")
             )
 
     @cached_property
@@ -119,6 +129,36 @@ class Estimate:
         if self.robust is None:
             return None
         half = self.robust.quantile95 * self.robust.sigma
+        return np.column_stack([self.values - half, self.values + half])
+
+    @property
+    def covariance_by_gains(self) -> Array | None:
+        """Of the parameters, by errors of the drive gains alone, c x c; None where gains are taken as exact."""
+        S, C = self.gain_sensitivity, self.gain_covariance
+        return S @ C @ S.T if S is not None and C is not None else None
+
+    @cached_property
+    def sigma_by_gains(self) -> Array | None:
+        """Standard deviations by errors of the drive gains alone, shape (c,)."""
+        C = self.covariance_by_gains
+        return np.sqrt(np.maximum(np.diag(C), 0.0)) if C is not None else None
+
+    @cached_property
+    def total_sigma(self) -> Array:
+        """``larger_sigma`` and, where they are not taken as exact, errors of the drive gains, shape (c,)."""
+        return (
+            self.larger_sigma if self.sigma_by_gains is None else np.hypot(self.larger_sigma, self.sigma_by_gains)
+        )
+
+    @cached_property
+    def interval95_with_gains(self) -> Array | None:
+        """95 % intervals of the robust (else the formula's) and the gains' covariance together, c x 2."""
+        if self.sigma_by_gains is None:
+            return None
+        own, quantile = self.sigma, student95(self.degrees_of_freedom)
+        if self.robust is not None:
+            own, quantile = self.robust.sigma, self.robust.quantile95
+        half = quantile * np.hypot(own, self.sigma_by_gains)
         return np.column_stack([self.values - half, self.values + half])
 
     def __getitem__(self, name: str) -> float:

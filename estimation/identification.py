@@ -8,7 +8,7 @@ import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
-from .drive_gains import gain_sensitivity
+from .drive_gains import GainErrors, gain_sensitivity
 from .essential import Elimination, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
 from .filtering import measurement
@@ -33,6 +33,7 @@ class Identification:
         elimination: essential parameters, and how they were found.
         validation: fit on recordings that were not used, if there were any.
         without_robust: why there are no robust standard deviations although they were asked for.
+        gains: uncertainty of the drive gains; None where they are taken as exact.
     """
 
     robot: Robot
@@ -42,6 +43,7 @@ class Identification:
     elimination: Elimination
     validation: Fit | None
     without_robust: str = ""
+    gains: GainErrors | None = None
 
     @property
     def essential(self) -> tuple[str, ...]:
@@ -57,6 +59,7 @@ def identify(
     progress: Progress = silent,
     robust: bool = False,
     essential: StopRule | None = None,
+    gains: GainErrors | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -69,6 +72,7 @@ def identify(
         robust: add standard deviations that hold for autocorrelated residuals, of all and of the essential
             parameters; where the recordings do not allow them, the result tells why.
         essential: when elimination ends; the paper's ratio of 1.02 by default.
+        gains: uncertainty of the drive gains, which no residual shows; taken as exact by default.
 
     Raises:
         InputError: if the recordings cannot determine the parameters.
@@ -78,8 +82,10 @@ def identify(
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
-    estimate = replace(estimate, gain_sensitivity=gain_sensitivity(problem, estimate.weights))
+    estimate = _with_gains(problem, estimate, gains)
     elimination, reason = eliminate(problem, estimate, essential), ""
+    part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
+    elimination = replace(elimination, estimate=part)
     if robust:
         progress("leaving out blocks")
         try:
@@ -93,7 +99,17 @@ def identify(
         check = fit(
             base_problem(robot, base, validation, processing, check=False, progress=progress), estimate.values
         )
-    return Identification(robot, base, problem, estimate, elimination, check, reason)
+    return Identification(robot, base, problem, estimate, elimination, check, reason, gains)
+
+
+def _with_gains(problem: ReducedProblem, estimate: Estimate, gains: GainErrors | None) -> Estimate:
+    """An estimate with what it owes to each joint's torque, and how sure that is."""
+    n = len(problem.factors)
+    return replace(
+        estimate,
+        gain_sensitivity=gain_sensitivity(problem, estimate.weights),
+        gain_covariance=gains.covariance(n) if gains is not None else None,
+    )
 
 
 def base_problem(

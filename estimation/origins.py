@@ -1,4 +1,7 @@
-"""What data say about each standard parameter: all, a part, or nothing."""
+"""What data say about each standard parameter, and about each number of a body: all, a part, or nothing.
+
+Every table, document and export takes its labels from here.
+"""
 
 from typing import Literal, NamedTuple
 
@@ -9,43 +12,59 @@ from ..model.arrays import Array
 from ..model.names import parameter_kind
 from .robot_rules import POWERS, typical_length
 
+Gauge = Literal["base", "prior"]
+"""What decides where data do not: a convention ("base": one of all robots alike to the data), or a prior."""
+DECIDER: dict[Gauge, str] = {"base": "convention", "prior": "prior"}
 _ROUNDING = 1e-9
+_NOTHING = 1e-12
+"""Of a gradient's largest entry: less is a rotation's rounding."""
 
 
 class Origin(NamedTuple):
-    """Who decides a standard parameter.
+    """Who decides a number of the robot.
 
-    ``kind``: "identified" if its unit vector lies in the row space of the grouping G, so that base parameters alone
-    determine it; "combination" if it has a column in G but only combinations with others are determined; "prior" if
-    its column is zero: no motion shows it. ``base``: names of the base parameters it is part of. ``share``: squared
-    length of the part of its unit vector in the row space, in units of one mass and one length for all links: 1 if
-    identified, 0 if decided by the prior alone.
+    ``kind``: "identified" if its gradient (of a standard parameter: its unit vector) lies in the row space of the
+    grouping G, so that base parameters alone determine it; "combination" if only combinations with others are
+    determined; "prior" if no motion shows it. ``base``: names of the base parameters it is part of. ``share``:
+    squared length of the part of the unit gradient in the row space, in units of one mass and one length for all
+    links: 1 if identified, 0 if decided by the prior alone.
     """
 
     kind: Literal["identified", "combination", "prior"]
     base: tuple[str, ...]
     share: float
 
-    @property
-    def text(self) -> str:
-        """In words, for tables."""
-        if self.kind == "combination":
-            return f"prior within {', '.join(self.base)}"
-        return self.kind
+    def decided_by(self, gauge: Gauge = "prior") -> str:
+        """The label of every table, document and export: "data", "prior", or "prior within MX2R, ZZ2R"."""
+        if self.kind == "identified":
+            return "data"
+        alone = DECIDER[gauge]
+        return f"{alone} within {', '.join(self.base)}" if self.kind == "combination" else alone
 
 
 def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
     """The origin of every standard parameter, by name."""
+    found = origins_of(robot, base, np.eye(len(base.standard)))
+    return dict(zip(base.standard, found, strict=True))
+
+
+def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:
+    """Origins of numbers whose gradients by the standard parameters are the columns of ``gradients``, N_s x m."""
     length = typical_length(robot)
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
     G = base.grouping * units
     rows = np.linalg.svd(G / np.linalg.norm(G, axis=1, keepdims=True), full_matrices=False)[2]
-    shares = np.sum(rows * rows, axis=0)
-    return {name: _origin(base, k, float(min(max(shares[k], 0.0), 1.0))) for k, name in enumerate(base.standard)}
+    scaled = gradients * units[:, None]
+    scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
+    shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)
+    return [
+        _origin(base, column, float(min(max(share, 0.0), 1.0)))
+        for column, share in zip(scaled.T, shares, strict=True)
+    ]
 
 
-def _origin(base: BaseParameters, k: int, share: float) -> Origin:
-    part_of = tuple(base.names[i] for i in np.flatnonzero(base.grouping[:, k]))
+def _origin(base: BaseParameters, gradient: Array, share: float) -> Origin:
+    part_of = tuple(base.names[i] for i in np.flatnonzero(base.grouping[:, gradient != 0.0].any(axis=1)))
     if not part_of:
         return Origin("prior", (), 0.0)
     return Origin("identified", part_of, 1.0) if share > 1.0 - _ROUNDING else Origin("combination", part_of, share)

@@ -1,15 +1,25 @@
 """Reads back what ``dynident identify --json`` wrote: identify the robot once, weigh payloads ever after."""
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..model import InputError, Robot
+from .drive_gains import GainErrors
 from .estimate import Estimate, Fit
 from .robust import RobustCovariance
+
+
+class StoredPrior(NamedTuple):
+    """The prior gauge: ``parameters``, all standard ones by name; ``source`` of the prior; ``chi2_rise``."""
+
+    parameters: dict[str, float]
+    source: str
+    chi2_rise: float
 
 
 @dataclass(frozen=True)
@@ -23,6 +33,9 @@ class StoredRobot:
         coulomb: form of the coupled Coulomb friction, None without coupling.
         drive_gains: torque per current [N·m/A] with which currents were read; None for torques.
         estimate: values and covariance.
+        gains: uncertainty of the drive gains that was told then; None where they were taken as exact. Part of
+            ``estimate`` as ``gain_covariance`` too.
+        nearest_prior: standard parameters of the robot nearest to a prior, where such were stored.
     """
 
     robot: str
@@ -31,6 +44,8 @@ class StoredRobot:
     coulomb: str | None
     drive_gains: tuple[float, ...] | None
     estimate: Estimate
+    gains: GainErrors | None = None
+    nearest_prior: StoredPrior | None = None
 
     def applied_to(self, robot: Robot) -> Robot:
         """The robot with the model structure under which the parameters were identified.
@@ -75,6 +90,25 @@ def _robust(data: dict[str, Any]) -> RobustCovariance | None:
     return RobustCovariance(C, int(told["blocks"]), int(told["degrees_of_freedom"]), float(told["block_length_s"]))
 
 
+def _gain_errors(data: dict[str, Any]) -> GainErrors | None:
+    """Uncertainty of the drive gains, absent from files of older versions and where gains were taken as exact."""
+    told = data.get("gain_sigma")
+    if told is None:
+        return None
+    return GainErrors(told["per_joint"], float(told["common"]), told.get("identified", ()))
+
+
+def _nearest_prior(data: dict[str, Any]) -> StoredPrior | None:
+    """Standard parameters, absent where 'identify' ran without --constrained prior."""
+    constrained = data.get("constrained")
+    if constrained is None or constrained["gauge"] != "prior":
+        return None
+    values = {str(entry["name"]): float(entry["value"]) for entry in constrained["parameters"]}
+    if not all(map(math.isfinite, values.values())):
+        raise ValueError("constrained parameters must be finite numbers")
+    return StoredPrior(values, str(constrained["prior"]["source"]), float(constrained["chi2_rise"]))
+
+
 def _gains(gains: tuple[float, ...] | None) -> str:
     return f"drive gains {','.join(f'{gain:g}' for gain in gains)}" if gains else "torques, no drive gains"
 
@@ -96,6 +130,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
         values = np.array([entry["value"] for entry in data["base_parameters"]], dtype=float)
         quality = data["data"]
         sensitivity = data.get("gain_sensitivity")  # absent from files of version 0.1.0
+        errors = _gain_errors(data)
         estimate = Estimate(
             names=names,
             values=values,
@@ -109,6 +144,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
             weights=np.array(quality["weights"], dtype=float),
             robust=_robust(data),
             gain_sensitivity=np.array(sensitivity, dtype=float) if sensitivity is not None else None,
+            gain_covariance=errors.covariance(len(quality["rows_per_joint"])) if errors is not None else None,
         )
         processing = data["processing"]
         gains = processing["drive_gains"]
@@ -119,6 +155,8 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
             coulomb=processing["coulomb"],
             drive_gains=tuple(float(gain) for gain in gains) if gains else None,
             estimate=estimate,
+            gains=errors,
+            nearest_prior=_nearest_prior(data),
         )
     except KeyError as error:
         raise InputError(f"{path}: key {error} missing: give the --json of 'dynident identify'") from None

@@ -69,6 +69,8 @@ class Recording:
         qd: speeds [.../s], shape (N, n), or None where the controller writes none.
         source: where it came from, for messages.
         notes: what a user should know about how it was read.
+        fingerprint: of time, positions and torques or currents as they stand in a log, before drive gains: the same
+            for the same recording in any file; empty where it was not read from a log.
     """
 
     t: Array
@@ -77,6 +79,7 @@ class Recording:
     qd: Array | None = None
     source: str = "recording"
     notes: tuple[str, ...] = ()
+    fingerprint: str = ""
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

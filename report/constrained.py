@@ -8,6 +8,7 @@ from rich.table import Table
 from ..estimation import ConstrainedPayload, PayloadAnswer
 from ..model import INERTIAL
 from ..model.arrays import Array
+from .gains import gain_error_notes
 from .numbers import interval_digits
 from .tables import UNITS, empty_table
 
@@ -38,7 +39,7 @@ def recommended_table(answer: PayloadAnswer) -> Table:
 def recommended_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the recommended table: what the intervals hold, what the constraints cost, who disagrees."""
     best = answer.recommended
-    lines = [_interval_note(best), _gains_note(best), _cost_note(best)]
+    lines = [_interval_note(best), *gain_error_notes(best.gains), _cost_note(best)]
     lines += _conflict_notes(answer.constrained)
     for weighing in best.weighings:
         lines.append(
@@ -59,19 +60,6 @@ def _interval_note(payload: ConstrainedPayload) -> str:
             "short by a factor of about 1.5 to 4."
         )
     return f"95 % intervals by the block jackknife ({robust.blocks} blocks), over bodies that hold all constraints."
-
-
-def _gains_note(payload: ConstrainedPayload) -> str:
-    gains = payload.gains
-    if gains is None:
-        return "Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows."
-    if gains.identified:
-        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        told = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        return f"Intervals include errors of the drive gains as they were identified: {told} % per joint."
-    own = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
-    common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-    return f"Intervals include errors of the drive gains: {own} % per joint{common}."
 
 
 def _cost_note(payload: ConstrainedPayload) -> str:

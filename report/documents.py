@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ from ..estimation import (
     ConstrainedPayload,
     ConstrainedRobot,
     Fit,
-    GainErrors,
     Identification,
     PayloadAnswer,
     PayloadEstimate,
@@ -26,6 +24,7 @@ from ..model import INERTIAL, Processing, Robot
 from ..model.arrays import Array
 from ..model.files import write_text
 from .by_joints import mass_by_joints_document
+from .gains import gain_errors_document
 from .robot_documents import constrained_document, elimination_document
 
 Document = dict[str, Any]
@@ -50,6 +49,7 @@ def identification_document(
     estimate = result.estimate
     groupings = result.base.groupings()
     robust_sigma, robust_interval = estimate.sigma_robust, estimate.robust_interval95
+    by_gains, with_gains = estimate.sigma_by_gains, estimate.interval95_with_gains
     parameters = [
         {
             "name": result.base.names[k],
@@ -60,6 +60,8 @@ def identification_document(
             "sigma_robust": robust_sigma[k] if robust_sigma is not None else None,
             "interval95": estimate.interval95[k],
             "interval95_robust": robust_interval[k] if robust_interval is not None else None,
+            "sigma_by_gains": by_gains[k] if by_gains is not None else None,
+            "interval95_with_gains": with_gains[k] if with_gains is not None else None,
             "essential": name in result.essential,
         }
         for k, name in enumerate(estimate.names)
@@ -90,6 +92,7 @@ def identification_document(
         "condition_number": raw,
         "condition_number_scaled": scaled,
         "gain_sensitivity": estimate.gain_sensitivity,
+        "gain_sigma": gain_errors_document(result.gains) if result.gains else None,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
         "reasons_against_use": fit_reasons(estimate.fit, "the model"),
@@ -204,7 +207,7 @@ def constrained_estimate_document(payload: ConstrainedPayload) -> Document:
         "sigma": payload.free.named(free.sigma),
         "sigma_robust": payload.free.named(free.sigma_robust) if free.sigma_robust is not None else None,
         "sigma_with_gains": payload.free.named(payload.sigma) if payload.gains else None,
-        "gain_sigma": _gains_document(payload.gains) if payload.gains else None,
+        "gain_sigma": gain_errors_document(payload.gains) if payload.gains else None,
         "interval95": _intervals(intervals.parameters),
         "interval95_by": "jackknife" if payload.robust else "formula",
         "com": payload.body.com,
@@ -232,11 +235,6 @@ def constrained_estimate_document(payload: ConstrainedPayload) -> Document:
         ],
         "solver_status": result.status,
     }
-
-
-def _gains_document(gains: GainErrors) -> Document:
-    """What was said of the gains' errors, and where gains were identified, the covariance they brought."""
-    return {name: value for name, value in asdict(gains).items() if name != "identified" or value}
 
 
 def _intervals(interval95: Array | None) -> Document | None:

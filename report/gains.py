@@ -1,11 +1,13 @@
 """Drive gains as a table, as lines below it, and as JSON."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from rich import box
 from rich.table import Table
 
+from ..estimation import GainErrors
 from ..estimation.gains import DriveGains
 from ..model import INERTIAL, Processing
 
@@ -53,6 +55,27 @@ def gains_notes(gains: DriveGains) -> list[str]:
     return lines
 
 
+def gain_error_notes(gains: GainErrors | None, what: str = "Intervals") -> list[str]:
+    """What ``what`` hold of the gains' errors, and what else there is to know of them."""
+    if gains is None:
+        return ["Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows."]
+    if gains.identified:
+        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
+        told = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
+        line = f"{what} include errors of the drive gains as they were identified: {told} % per joint."
+    else:
+        own = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
+        common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
+        line = f"{what} include errors of the drive gains: {own} % per joint{common}."
+    return [line, *gains.notes]
+
+
+def gain_errors_document(gains: GainErrors) -> dict[str, Any]:
+    """What was said of the gains' errors, and where gains were identified, the covariance they brought."""
+    optional = ("identified", "notes")
+    return {name: value for name, value in asdict(gains).items() if name not in optional or value}
+
+
 def gains_document(gains: DriveGains, processing: Processing) -> dict[str, Any]:
     """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
     robust = gains.relative_sigma_robust
@@ -80,6 +103,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> dict[str, Any]:
             "identified": list(gains.identified),
             "rests_on": list(gains.identifiability),
         },
+        "recordings": gains.recordings._asdict(),
         "robust": {"blocks": gains.robust.blocks, "block_length_s": gains.robust.block_length}
         if gains.robust
         else {"blocks": None, "unavailable": gains.without_robust or None},

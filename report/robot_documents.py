@@ -19,7 +19,7 @@ def elimination_document(
         labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
     """
     path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
-    named, robust = dict(labels or {}), estimate.sigma_robust
+    named, robust, by_gains = dict(labels or {}), estimate.sigma_robust, estimate.sigma_by_gains
     return {
         "rule": "ratio" if isinstance(rule, SigmaRatio) else "sigma",
         "description": rule.description,
@@ -33,6 +33,7 @@ def elimination_document(
                 "value": estimate.values[k],
                 "sigma": estimate.sigma[k],
                 "sigma_robust": robust[k] if robust is not None else None,
+                "sigma_by_gains": by_gains[k] if by_gains is not None else None,
                 "relative_sigma_percent": estimate.relative_sigma_percent[k],
             }
             for k, name in enumerate(estimate.names)
@@ -77,7 +78,12 @@ def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseP
             "distances": list(result.distances),
         }
         document["parameters"] = [
-            {"name": name, "value": value, **result.origins[name]._asdict()}
+            {
+                "name": name,
+                "value": value,
+                **result.origins[name]._asdict(),
+                "decided_by": result.origins[name].decided_by(),
+            }
             for name, value in result.parameters.items()
         ]
     return document

@@ -32,7 +32,7 @@ def standard_table(result: ConstrainedRobot, title: str) -> Table:
             f"{value:.4g}",
             f"{priors[name] + 0.0:.4g}" if name in priors else "",
             f"{100.0 * origin.share:.0f} %",
-            "data" if origin.kind == "identified" else origin.text,
+            origin.decided_by(),
             end_section=parameter_kind(name) == INERTIAL[-1],
         )
     return table

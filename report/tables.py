@@ -12,6 +12,7 @@ from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, Pa
 from ..estimation.verdict import fit_reasons
 from ..model import INERTIAL, InertialParameters
 from .by_joints import mass_by_joints_note
+from .gains import gain_error_notes
 from .paper import PaperTables
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -98,19 +99,23 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
 def robot_table(result: Identification, constrained: Sequence[float] | None = None) -> Table:
     """Base parameters with standard deviations, beside those of a robot that can exist.
 
-    Where the estimate has robust standard deviations too, each entry shows the larger of both.
+    Where the estimate has robust standard deviations too, each entry shows the larger of both; errors of the drive
+    gains, where they are not taken as exact, are part of it, and stand by themselves in a column.
     """
     title = f"Base parameters of {result.robot.title or result.robot.name}, SI units"
     beside = constrained is not None
-    table = empty_table(title, ("",), ("value", "%", *(["constrained"] * beside)))
+    by_gains = result.estimate.sigma_by_gains
+    right = ("value", "%", *(["by gains"] * (by_gains is not None)), *(["constrained"] * beside))
+    table = empty_table(title, ("",), right)
     table.add_column("essential", no_wrap=True)
     table.add_column("grouping", overflow="fold")
     estimate = result.estimate
     for k, (name, grouping) in enumerate(zip(result.base.names, result.base.groupings(), strict=True)):
         table.add_row(
             name,
-            _value(estimate.values[k], estimate.larger_sigma[k]),
-            f"{_percent(estimate.larger_sigma[k], estimate.values[k]):.3g}",
+            _value(estimate.values[k], estimate.total_sigma[k]),
+            f"{_percent(estimate.total_sigma[k], estimate.values[k]):.3g}",
+            *([f"{by_gains[k]:.2g}"] if by_gains is not None else []),
             *([f"{constrained[k]:.4g}"] if constrained is not None else []),
             "yes" if estimate.names[k] in result.essential else "",
             grouping.split(" = ", 1)[1] if name.endswith("R") else "",
@@ -129,6 +134,7 @@ def robot_notes(result: Identification) -> list[str]:
     if result.validation is not None:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
+    lines += gain_error_notes(result.gains, "±, % and chi2")
     reasons = fit_reasons(result.estimate.fit, "the model")
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 
@@ -138,7 +144,7 @@ def robot_sigma_notes(result: Identification) -> list[str]:
     estimate, robust = result.estimate, result.estimate.robust
     if robust is None:
         alone = [f"± by the formula alone: {result.without_robust}"] if result.without_robust else []
-        return [f"± one standard deviation {_FORMULA}", *alone]
+        return ["± one standard deviation by (17)-(19), for white torque noise.", *alone]
     low, middle, high = np.quantile(robust.sigma / np.maximum(estimate.sigma, 1e-300), (0.0, 0.5, 1.0))
     return [
         "± and % by the larger of the formula's (17)-(19) and the block jackknife's standard deviation; what is "

@@ -1,17 +1,23 @@
 """A whole robot as URDF: chain, limits and bodies, with what decided the parameters that no motion shows."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from xml.sax.saxutils import escape, quoteattr
 
+from ..estimation import RobotOrigins
 from ..model import InertialParameters, Joint, Pose, Robot, bodies_in_link_frames, step
+from .urdf_origins import origins_comment, origins_legend
 
 _UNKNOWN = 1e6
 """URDF demands numbers for limits: this stands for none."""
 
 
 def robot_urdf(
-    robot: Robot, parameters: Mapping[str, float], gauge: str, payload: InertialParameters | None = None
+    robot: Robot,
+    parameters: Mapping[str, float],
+    gauge: str,
+    payload: InertialParameters | None = None,
+    origins: RobotOrigins | None = None,
 ) -> str:
     """URDF with the robot's bodies, in the link frames of its own file where it has one.
 
@@ -22,6 +28,7 @@ def robot_urdf(
         parameters: standard parameters by name, the ten of every link; friction where known.
         gauge: what decided the combinations of parameters that no motion shows; stands in a comment.
         payload: in the robot's payload frame; becomes a link fixed to the flange.
+        origins: who decided each number; stands in comments beside the links.
 
     Raises:
         InputError: if a link's parameters are missing.
@@ -31,13 +38,14 @@ def robot_urdf(
     names = ("base_link", *(body.link for body in bodies)) if links is None else (links.base, *links.names)
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
-        *(f"<!-- {_comment(line)} -->" for line in _comments(robot, parameters, gauge)),
+        *(f"<!-- {_comment(line)} -->" for line in _comments(robot, parameters, gauge, origins)),
         f"<robot name={quoteattr(robot.name)}>",
         f"  <link name={quoteattr(names[0])}/>",
     ]
     for j, joint in enumerate(robot.joints):
         name = f"joint{j + 1}" if links is None else links.joints[j]
-        lines += _link(names[j + 1], bodies[j].body)
+        labels = origins_comment(origins, j) if origins else ()
+        lines += _link(names[j + 1], bodies[j].body, labels)
         friction = [parameters.get(f"{kind}{j + 1}", 0.0) for kind in ("FV", "FS")]
         lines += _joint(joint, name, (names[j], names[j + 1]), _place(robot, j), _frame(robot, j + 1), friction)
     flange = "flange" if links is None else links.tip
@@ -49,7 +57,9 @@ def robot_urdf(
     return "\n".join([*lines, "</robot>"]) + "\n"
 
 
-def _comments(robot: Robot, parameters: Mapping[str, float], gauge: str) -> Iterator[str]:
+def _comments(
+    robot: Robot, parameters: Mapping[str, float], gauge: str, origins: RobotOrigins | None
+) -> Iterator[str]:
     yield f"{robot.title or robot.name}. Not all parameters of a link can be identified: {gauge}"
     left_out = [
         name for name, value in parameters.items() if name.startswith(("IA", "OFF", "FVM", "FSM")) and value
@@ -58,6 +68,8 @@ def _comments(robot: Robot, parameters: Mapping[str, float], gauge: str) -> Iter
         yield f"No place in URDF for: {', '.join(f'{name} = {parameters[name]:.9g}' for name in left_out)}."
     if robot.spring is not None:
         yield f"No place in URDF for the gravity spring on joint {robot.spring.joint}."
+    if origins is not None:
+        yield from origins_legend(origins)
 
 
 def _comment(text: str) -> str:
@@ -81,8 +93,9 @@ def _flange(robot: Robot) -> Pose:
     return _frame(robot, robot.n).inverse() @ robot.flange
 
 
-def _link(name: str, body: InertialParameters) -> Iterator[str]:
+def _link(name: str, body: InertialParameters, labels: Iterable[str] = ()) -> Iterator[str]:
     yield f"  <link name={quoteattr(name)}>"
+    yield from labels
     if body.mass != 0.0:
         inertia = body.inertia_com
         entries = " ".join(

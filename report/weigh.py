@@ -7,6 +7,7 @@ from ..estimation import WeighAnswer
 from ..estimation.verdict.joints import JointReading, worst_joint
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
+from .gains import gain_error_notes
 from .tables import UNITS, empty_table
 
 _LEVELS = {
@@ -45,9 +46,7 @@ def first_notes(answer: WeighAnswer) -> list[str]:
     lines += _agreement_notes(answer)
     lines += repeat_notes(answer)
     lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
-    gains = answer.gains
-    if gains is None:
-        lines.append("Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows.")
+    lines += gain_error_notes(answer.gains)
     if answer.verdict.level != "do_not_use":
         lines.append(f"For the controller: {controller_line(answer)}")
         lines.append("Its own format: add --json P.json, then 'dynident export P.json --to ur|abb|kuka|..'.")

@@ -239,7 +239,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     assert robot["base_parameters"][0]["grouping"].startswith("ZZ1R = ZZ1 + IA1")
     assert set(robot["base_parameters"][0]) == {
         "name", "grouping", "value", "sigma", "relative_sigma_percent", "sigma_robust", "interval95",
-        "interval95_robust", "essential",
+        "interval95_robust", "sigma_by_gains", "interval95_with_gains", "essential",
     }  # fmt: skip
     loaded = ("--loaded", logs["loaded0"], "--loaded", logs["loaded1"])
     status, _, _ = run(
@@ -265,6 +265,53 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     ((old,), _) = by_estimator(json.loads(target.read_text()))
     assert old["sigma_robust"] is None
     assert old["sigma"] == pytest.approx(later["sigma"], rel=1e-9)
+
+
+def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """Said once, to identify, they hold for every payload weighed with that robot; said again, what is said now."""
+    stored, exact, target = tmp_path / "robot.json", tmp_path / "exact.json", tmp_path / "payload.json"
+    identify = ("identify", "--robot", "rx90", "--data", logs["bare0"])
+    status, out, _ = run(*identify, "--json", str(exact))
+    assert status == 0
+    assert "Drive gains are taken as exact: --gain-sigma" in " ".join(out.split())
+    assert "by gains" not in out
+    csv = tmp_path / "t.csv"
+    status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored), "--csv", str(csv))
+    assert status == 0
+    assert "include errors of the drive gains: 2 % per joint" in " ".join(out.split())
+    assert csv.read_text().splitlines()[0].startswith("table,name,value,value sigma,%,by gains,constrained")
+    document, before = json.loads(stored.read_text()), json.loads(exact.read_text())
+    assert (document["gain_sigma"], before["gain_sigma"]) == ({"per_joint": [0.02], "common": 0.0}, None)
+    for now, then in zip(document["base_parameters"], before["base_parameters"], strict=True):
+        assert (now["value"], now["sigma_robust"]) == (then["value"], then["sigma_robust"])
+        assert then["sigma_by_gains"] is then["interval95_with_gains"] is None
+        low, high = now["interval95_with_gains"]
+        assert low < now["interval95_robust"][0] < now["interval95_robust"][1] < high
+        assert now["sigma_by_gains"] > 0.0
+
+    def weighed(file: Path, *more: str) -> tuple[float, str]:
+        arguments = ("payload", "--robot", "rx90", "--robot-parameters", str(file), "--loaded", logs["loaded1"])
+        status, out, err = run(*arguments, *more, "--json", str(target))
+        assert status in (0, 1), err
+        _, (constrained,) = by_estimator(json.loads(target.read_text()))
+        low, high = constrained["interval95"]["M"]
+        return high - low, " ".join(out.split())
+
+    plain, text = weighed(exact)
+    assert "Drive gains are taken as exact" in text
+    told_now, text = weighed(exact, "--gain-sigma", "2%")
+    assert "were identified with" not in text
+    told_then, text = weighed(stored)
+    assert "include errors of the drive gains: 2 % per joint" in text
+    assert "that the robot's parameters were identified with" in text
+    assert told_then == pytest.approx(told_now, rel=1e-6)
+    assert told_now > 1.5 * plain
+    again, text = weighed(stored, "--gain-sigma", "2%")
+    assert again == told_then
+    assert "another uncertainty" not in text
+    less, text = weighed(stored, "--gain-sigma", "1%")
+    assert plain < less < told_now
+    assert "identified with another uncertainty of the gains" in text
 
 
 def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

@@ -1,5 +1,8 @@
 """The command line's ways in: log maps and flags, ``check``, ``gains``, gains from a file."""
 
+import contextlib
+import gzip
+import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.estimation.gains import GainRecordings, read_stored_gains
 from dynident.model import InertialParameters, Robot, load_robot
 from dynident.trajectories import Simulator, ViaPoints
 
@@ -67,16 +71,25 @@ def gains_command(logs: dict[str, str], kind: str, *more: str) -> tuple[str, ...
     return ("gains", "--robot", "ur10e", *pair, "--mass", "6", "--mass-sigma", "0.03", *more)
 
 
+@pytest.fixture(scope="module")
+def identified(logs: dict[str, str]) -> tuple[Path, str]:
+    """The gains of the pair: the JSON, and what was printed."""
+    path = Path(logs["folder"]) / "gains.json"
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        assert main(gains_command(logs, "si", "--json", str(path))) == 0
+    return path, out.getvalue()
+
+
 def constrained_width(document: dict[str, Any]) -> float:
     """Width of the mass's 95 % interval of the constrained estimate."""
     (low, high) = next(e for e in document["estimates"] if e["estimator"] == "constrained")["interval95"]["M"]
     return float(high - low)
 
 
-def test_gains_flow_into_the_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
-    path = tmp_path / "gains.json"
-    status, out, _ = run(*gains_command(logs, "si", "--json", str(path)))
-    assert status == 0
+def test_gains_flow_into_the_payload(
+    run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
+) -> None:
+    path, out = identified
     assert "inertia only" in out
     document = json.loads(path.read_text(encoding="utf-8"))
     values, sigma = (np.array(document["drive_gains"][key]) for key in ("values", "sigma"))
@@ -97,12 +110,49 @@ def test_gains_flow_into_the_payload(run: Run, logs: dict[str, str], tmp_path: P
     assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
 
 
-def test_log_map_gives_the_same_gains(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
-    found = []
-    for kind, more in (("si", ()), ("odd", ("--log-map", logs["map"]))):
-        path = tmp_path / f"{kind}.json"
-        assert run(*gains_command(logs, kind, *more, "--json", str(path)))[0] == 0
-        found.append(json.loads(path.read_text(encoding="utf-8"))["drive_gains"]["values"])
+def test_gains_from_the_same_pair_confirm_nothing(
+    run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
+) -> None:
+    """Told in text, JSON and report, whatever the file is called; a recording in common is told too."""
+    gains, answer, report = (tmp_path / name for name in ("gains.json", "payload.json", "report.html"))
+    gains.write_bytes(identified[0].read_bytes())
+    copy, other = tmp_path / "copy.csv.gz", tmp_path / "other.csv"
+    copy.write_bytes(gzip.compress(Path(logs["loaded_si"]).read_bytes()))
+    lines = Path(logs["loaded_si"]).read_text().splitlines()
+    other.write_text("\n".join([*lines[:-1], lines[-1] + "1"]) + "\n")
+
+    def notes(loaded: str, *more: str) -> list[str]:
+        pair = ("--unloaded", logs["empty_si"], "--loaded", loaded, "--drive-gains", str(gains))
+        status, out, err = run("payload", "--robot", "ur10e", *pair, "--method", "3", "--json", str(answer), *more)
+        assert status in (0, 1), err
+        constrained = json.loads(answer.read_text())["estimates"][-1]
+        told: list[str] = constrained["gain_sigma"].get("notes", [])
+        assert all(note in " ".join(out.split()) for note in told)
+        return told
+
+    (same,) = notes(str(copy), "--report", str(report))
+    assert same.startswith(f"These gains come from this same pair ({copy}, 6 kg as given then)")
+    assert "confirms nothing" in same
+    assert "confirms nothing" in report.read_text()
+    (shared,) = notes(str(other))
+    assert shared.startswith(f"{logs['empty_si']}: the gains were identified from it too")
+    status, out, _ = run("identify", "--robot", "ur10e", "--data", str(other), "--drive-gains", str(gains))
+    assert status == 0
+    assert "as they were identified" in " ".join(out.split())
+    assert "identified from it too" not in " ".join(out.split())
+    document = json.loads(gains.read_text())
+    assert [len(document["recordings"][kind]) for kind in ("unloaded", "loaded")] == [1, 1]
+    del document["recordings"]
+    gains.write_text(json.dumps(document))
+    assert read_stored_gains(gains).recordings == GainRecordings()
+
+
+def test_log_map_gives_the_same_gains(
+    run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
+) -> None:
+    path = tmp_path / "odd.json"
+    assert run(*gains_command(logs, "odd", "--log-map", logs["map"], "--json", str(path)))[0] == 0
+    found = [json.loads(p.read_text(encoding="utf-8"))["drive_gains"]["values"] for p in (identified[0], path)]
     assert found[0] == pytest.approx(found[1], rel=1e-4)
 
 

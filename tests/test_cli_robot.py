@@ -1,6 +1,8 @@
 """``dynident robot`` and how an arm is mounted, on the command line."""
 
+import csv
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +11,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from dynident.cli import main
-from dynident.model import Drives, InertialParameters, Pose, Recording, load_robot, mounted, robot_names, with_tool
+from dynident.estimation import origins
+from dynident.model import (
+    INERTIAL,
+    Drives,
+    InertialParameters,
+    Pose,
+    Recording,
+    base_parameters,
+    load_robot,
+    mounted,
+    robot_names,
+    with_tool,
+)
 from dynident.model.arrays import Array
+from dynident.model.names import parameter_kind
 from dynident.report.drawing import outline
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points
@@ -140,6 +155,10 @@ BAD = {
     "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
     "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
     "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
+    "gauge of nothing": (
+        ["robot", "urdf", "--robot", "rx90", "--gauge", "base", "--out", "x.urdf"],
+        "belongs to --robot-parameters",
+    ),
 }
 
 
@@ -205,25 +224,77 @@ def test_payload_on_a_wall_in_a_tool_frame(answer: Answer, tmp_path: Path) -> No
     np.testing.assert_allclose(estimate["com"], LOAD.com, atol=3e-3)
 
 
-def test_whole_robot_as_urdf(answer: Answer, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def bare_log(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """An RX90 without payload."""
+    robot = load_robot("rx90")
+    log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
+    return str(write_csv(tmp_path_factory.mktemp("bare") / "d.csv", log, np.ones(6)))
+
+
+def test_whole_robot_as_urdf(answer: Answer, tmp_path: Path, bare_log: str) -> None:
     """From its own description, and from an identification with the gauge in a comment."""
     robot = load_robot("rx90")
     out, parameters = tmp_path / "rx90.urdf", tmp_path / "r.json"
     assert answer("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
     own = load_robot(out)
     assert own.parameters["M3"] == pytest.approx(robot.parameters["M3"])
-    log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
-    path = write_csv(tmp_path / "d.csv", log, np.ones(6))
-    assert (
-        answer("identify", "--robot", "rx90", "--decimate", "1", "--data", str(path), "--json", str(parameters))[0]
-        == 0
-    )
-    status, text, error = answer(
-        "robot", "urdf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out)
-    )
+    identify = ("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
+    assert answer(*identify)[0] == 0
+    urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
+    status, text, error = answer(*urdf)
     assert status == 0, error
     assert "one choice of many" in text
     assert "one choice of many" in out.read_text()
+    assert " M1 " in out.read_text()
+    assert " convention 0.000 none" in out.read_text()
     again = load_robot(out)
     bodies = [np.array([again.parameters[f"{kind}{j}"] for kind in ("XX", "M")]) for j in range(1, 7)]
     assert min(body[1] for body in bodies) > 0.0
+    out.unlink()
+    status, _, error = answer(*urdf, "--gauge", "prior")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "run 'dynident identify --constrained prior'" in error
+    assert not out.exists()
+
+
+def test_who_decided_stands_in_every_output(answer: Answer, tmp_path: Path, bare_log: str) -> None:
+    """Table, CSV, LaTeX, HTML, JSON and URDF of a robot nearest to a prior: the same labels."""
+    files = {option: tmp_path / f"r.{option}" for option in ("json", "csv", "latex", "report")}
+    options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
+    status, printed, error = answer(
+        "identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--constrained", "prior", *options
+    )
+    assert status == 0, error
+    document = json.loads(files["json"].read_text())
+    stored = {entry["name"]: entry for entry in document["constrained"]["parameters"]}
+    robot = load_robot("rx90")
+    told = origins(robot, base_parameters(robot))
+    assert {name: entry["decided_by"] for name, entry in stored.items()} == {
+        name: origin.decided_by() for name, origin in told.items()
+    }
+    assert {"data", "prior", "prior within MX2R"} <= {origin.decided_by() for origin in told.values()}
+    with files["csv"].open(encoding="utf-8", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["table"].startswith("Standard parameters")]
+    assert {row["name"]: row["decided by"] for row in rows} == {n: o.decided_by() for n, o in told.items()}
+    latex, html, terminal = files["latex"].read_text(), files["report"].read_text(), printed.split("decided by")[1]
+    for name, origin in told.items():
+        label = origin.decided_by()
+        assert re.search(rf"^ *{name} & .* & {label} \\\\$", latex, flags=re.MULTILINE), name
+        assert re.search(rf"<th[^>]*>{name}</th>(?:<td[^>]*>[^<]*</td>)*<td[^>]*>{label}</td></tr>", html), name
+        assert re.search(rf"^ *{name} .* {label[:20]}", terminal, flags=re.MULTILINE), name
+    out = tmp_path / "rx90.urdf"
+    urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(files["json"]), "--out", str(out))
+    for gauge in ((), ("--gauge", "prior")):
+        status, text, error = answer(*urdf, *gauge)
+        assert status == 0, error
+        assert "gauge 'prior'" in text
+        again = load_robot(out)
+        for name in again.parameters:
+            if parameter_kind(name) in INERTIAL:
+                assert again.parameters[name] == pytest.approx(stored[name]["value"], abs=1e-9)
+    assert answer(*urdf, "--gauge", "base")[0] == 0
+    assert "gauge 'base'" in out.read_text()
+    del document["constrained"]["parameters"][0]
+    files["json"].write_text(json.dumps(document))
+    assert "other standard parameters" in answer(*urdf)[2]

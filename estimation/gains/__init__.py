@@ -4,11 +4,13 @@ from .answer import identify_gains
 from .known_load import KnownLoad, known_mass, read_known_load
 from .problem import GainProblem, gain_problem
 from .result import DriveGains
+from .same_recordings import GainRecordings
 from .stored import StoredGains, read_stored_gains
 
 __all__ = [
     "DriveGains",
     "GainProblem",
+    "GainRecordings",
     "KnownLoad",
     "StoredGains",
     "gain_problem",

@@ -62,6 +62,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
         fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
         degrees_of_freedom=free.degrees_of_freedom,
         without_robust=reason,
+        recordings=problem.recordings,
     )
 
 

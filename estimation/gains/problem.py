@@ -13,6 +13,7 @@ from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
+from .same_recordings import GainRecordings
 
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
@@ -29,6 +30,7 @@ class GainProblem:
         deletions: the equations without each block of time, for the jackknife; one tuple a group.
         block_length: of those blocks [s]; 0 where there are none.
         without_blocks: why there are none.
+        recordings: by which later recordings are known for the same.
     """
 
     robot: Robot
@@ -38,6 +40,7 @@ class GainProblem:
     deletions: tuple[tuple[ReducedProblem, ...], ...] = ()
     block_length: float = 0.0
     without_blocks: str = ""
+    recordings: GainRecordings = GainRecordings()
 
 
 def gain_problem(
@@ -83,7 +86,8 @@ def gain_problem(
     problem = payload_problem(robot, *_scaled(loaded, unloaded, K), None, processing, progress, robust=True)
     deletions, length, reason = _deletions(problem)
     deletions = tuple(tuple(_in_currents(part, K) for part in group) for group in deletions)
-    return GainProblem(robot, first.base, both, weights, deletions, length, reason)
+    recordings = GainRecordings.of(unloaded, loaded)
+    return GainProblem(robot, first.base, both, weights, deletions, length, reason, recordings)
 
 
 def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> CurrentFit:

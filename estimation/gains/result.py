@@ -10,6 +10,7 @@ from ...model.arrays import Array, frozen_array
 from ..estimate import Fit
 from ..robust import RobustCovariance
 from .known_load import KnownLoad
+from .same_recordings import GainRecordings
 
 KNOWN_WELL = 0.05
 """Relative standard deviation up to which a gain counts as identified."""
@@ -31,6 +32,7 @@ class DriveGains:
         fit: how well the currents [A] are explained.
         degrees_of_freedom: independent equations minus unknowns.
         without_robust: why there is no robust covariance.
+        recordings: from which they were identified.
     """
 
     robot: str
@@ -44,6 +46,7 @@ class DriveGains:
     fit: Fit
     degrees_of_freedom: float
     without_robust: str = ""
+    recordings: GainRecordings = GainRecordings()
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

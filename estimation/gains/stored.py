@@ -8,6 +8,7 @@ import numpy as np
 
 from ...model import InputError, Robot
 from ...model.arrays import Array, frozen_array
+from .same_recordings import GainRecordings
 
 
 @dataclass(frozen=True)
@@ -18,11 +19,15 @@ class StoredGains:
         robot: name of the robot they belong to.
         values: gains [N·m/A or N/A], shape (n,).
         relative_covariance: of ln K, n x n.
+        mass: of the payload they were identified with [kg].
+        recordings: from which they were identified; empty in files of older versions.
     """
 
     robot: str
     values: Array
     relative_covariance: Array
+    mass: float = float("nan")
+    recordings: GainRecordings = GainRecordings()
 
     def __post_init__(self) -> None:
         """Lock the arrays; refuse what is no gain or no covariance."""
@@ -64,7 +69,15 @@ def read_stored_gains(path: str | Path) -> StoredGains:
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
         gains = data["drive_gains"]
-        return StoredGains(str(data["robot"]), np.array(gains["values"]), np.array(gains["relative_covariance"]))
+        known, used = data.get("load", {}).get("known", {}), data.get("recordings", {})
+        recordings = GainRecordings(*(tuple(map(str, used.get(kind, ()))) for kind in ("unloaded", "loaded")))
+        return StoredGains(
+            str(data["robot"]),
+            np.array(gains["values"]),
+            np.array(gains["relative_covariance"]),
+            float(known.get("M_L", "nan")),
+            recordings,
+        )
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError, KeyError, TypeError) as error:

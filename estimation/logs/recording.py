@@ -1,5 +1,6 @@
 """From a log's raw tables to a recording in SI units, block by block."""
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -47,16 +48,20 @@ def read_recording(
     raw, columns = _opened(path, robot, drive_gains, log_map)
     kinds = ("t", "q", "torque", "qd") if columns.velocity else ("t", "q", "torque")
     columns_of = {"t": 1, "q": robot.n, "torque": robot.n, "qd": robot.n}
-    grown = {kind: _Growing(columns_of[kind]) for kind in kinds}
-    for samples in _samples(raw, columns, robot, drive_gains, log_map):
+    grown, read = {kind: _Growing(columns_of[kind]) for kind in kinds}, hashlib.blake2b(digest_size=16)
+    gains = np.ones(robot.n) if drive_gains is None else np.array(drive_gains, dtype=float)
+    for samples in _samples(raw, columns, robot, None, log_map):
+        # Row by row, so that the size of blocks does not matter.
+        read.update(np.column_stack([samples.t, samples.q, samples.torque]).tobytes())
         for kind, growing in grown.items():
-            growing.add(getattr(samples, kind))
+            growing.add(samples.torque * gains if kind == "torque" else getattr(samples, kind))
     values = {kind: growing.taken() for kind, growing in grown.items()}
     if len(values["t"]) < 2:
         raise InputError(f"{raw.path}: {len(values['t'])} rows of numbers: a recording needs many")
     t = values["t"].reshape(-1)
     check_time(raw, columns.time, t)
-    return Recording(t, values["q"], values["torque"], values.get("qd"), str(raw.path), columns.notes)
+    told = (str(raw.path), columns.notes, read.hexdigest())
+    return Recording(t, values["q"], values["torque"], values.get("qd"), *told)
 
 
 def stream_samples(

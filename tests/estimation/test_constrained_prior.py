@@ -188,11 +188,13 @@ def units_of(names: tuple[str, ...], size: float) -> dict[str, float]:
 def test_who_decides_on_the_rx90(rx90: Robot, rx90_base: BaseParameters) -> None:
     found = origins(rx90, rx90_base)
     assert {name for name, o in found.items() if o.kind == "prior"} == set(rx90_base.unidentifiable)
-    assert found["M1"] == ("prior", (), 0.0)
-    assert found["MZ2"].text == "prior"
+    assert found["MZ2"].decided_by() == "prior"
     assert (found["MX2"].kind, found["MX2"].base) == ("combination", ("MX2R",))
     assert found["M3"].base == ("ZZ1R", "XX2R", "ZZ2R", "MX2R")
-    assert found["M3"].text == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
+    assert found["M3"].decided_by() == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
+    assert found["M3"].decided_by("base") == "convention within ZZ1R, XX2R, ZZ2R, MX2R"
+    assert (found["M1"].decided_by("base"), found["XY3"].decided_by("base")) == ("convention", "data")
+    assert found["M1"] == ("prior", (), 0.0)
     for name in ("XY3", "IA3", "FV1", "FSM6", "MX6", "ZZ6"):
         assert (found[name].kind, found[name].share) == ("identified", 1.0)
 

@@ -139,6 +139,25 @@ def test_round_trip(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], 
     assert recording.notes == ()
 
 
+def test_a_fingerprint_is_the_recordings_not_the_files(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
+) -> None:
+    """The same in every format and whatever the gains; another with any other number."""
+    prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
+    assert len(prints) == 1
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7)]
+    found = []
+    for change in (0.0, 1e-9):
+        i = signals["tau"].copy()
+        i[200, 3] += change
+        path = tmp_path / f"{change}.csv"
+        table = np.column_stack([signals["t"], signals["q"], i])
+        np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.17g")
+        found += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
+    assert found[0] == found[1] != found[2] == found[3]
+    assert {found[0]} == prints
+
+
 @pytest.mark.parametrize(
     ("delimiter", "name", "decimal"), [("\t", "tab", "."), (";", "semicolon", ","), (" ", "space", ".")]
 )
@@ -296,12 +315,14 @@ def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
     """A log longer than two blocks, streamed and at once; a bad cell in the last block is found."""
     rows = 2 * BLOCK + 11
     table = np.random.default_rng(0).uniform(-1, 1, (rows, 13)).round(4)
-    table[:, 0] = 0.001 * np.arange(rows)
+    table[:, 0] = (0.001 * np.arange(rows)).round(4)
     header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
     path = tmp_path / "long.csv"
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.4f")
     recording = read_recording(path, arm)
     assert np.allclose(recording.q, table[:, 1:7])
+    at_once = {"t": table[:, 0], "q": table[:, 1:7], "tau": table[:, 7:]}
+    assert read_recording(as_npz(tmp_path / "a.npz", at_once), arm).fingerprint == recording.fingerprint
     parts = list(stream_samples(path, arm))
     assert len(parts) == 3
     assert np.array_equal(np.concatenate([part.torque for part in parts]), recording.torque)

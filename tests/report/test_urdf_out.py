@@ -3,17 +3,31 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from dynident.estimation import (
+    Estimate,
+    Fit,
+    Gauge,
+    cylinder_prior,
+    origins,
+    robot_origins,
+    solve_constrained_prior,
+)
+from dynident.estimation.link_origins import BODY_NUMBERS
 from dynident.model import (
+    INERTIAL,
     Drives,
     InertialParameters,
     InputError,
     Pose,
     Robot,
+    base_parameters,
+    base_regressor,
     inverse_dynamics,
     load_robot,
     standard_columns,
@@ -109,6 +123,69 @@ def test_friction_and_what_has_no_place(rx90: Robot) -> None:
     assert "a - - b &lt;c&gt;" in text
     assert model.effortLimit.max() == 1e6
     assert model.velocityLimit[0] == pytest.approx(np.radians(236))
+
+
+@pytest.mark.parametrize("gauge", ["base", "prior"])
+@pytest.mark.parametrize("name", ["rx90", "kr6_r900"])
+def test_a_labelled_robot_has_the_torques_that_were_identified(
+    name: str, gauge: Gauge, random_parameters: RandomParameters
+) -> None:
+    """The base parameters' torques, less drives that URDF has no place for; labels beside every link."""
+    robot = load_robot(name)
+    base = base_parameters(robot)
+    chi = base.value(random_parameters(robot, 6))
+    sigma = 0.2 * (np.abs(chi) + 0.1)
+    off = chi + sigma * np.random.default_rng(6).standard_normal(len(chi))
+    estimate = Estimate(base.columns, off, np.diag(sigma**2), np.inf, Fit(np.ones(1), np.ones(1), (1,)), np.ones(1))
+    found = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 50.0))
+    values, parameters = (
+        (found.values, found.parameters) if gauge == "prior" else (found.nearest.values, found.nearest.witness)
+    )
+    told = robot_origins(robot, base, parameters, gauge)
+    text = robot_urdf(robot, parameters, GAUGE, None, told)
+    states = random_states(robot, 20, seed=2)
+    function = base_regressor(robot, base)
+    expected = np.array([np.array(function(*state)) @ values for state in zip(*states, strict=True)])
+    ten = {f"{kind}{j}" for kind in INERTIAL for j in range(1, robot.n + 1)}
+    drives = torques(robot, {k: 0.0 if k in ten else v for k, v in parameters.items()}, states)
+    rigid_text = "".join(line for line in text.splitlines(keepends=True) if "<dynamics " not in line)
+    assert rigid_text.count("\n") == text.count("\n") - robot.n
+    for reader in READERS.values():
+        np.testing.assert_allclose(
+            reader(rigid_text, states) + drives, expected, atol=1e-7 * np.abs(expected).max()
+        )
+    read = labels_of(text)
+    assert [name for name, _ in read] == [f"link{j}" for j in range(1, 7)]
+    own = origins(robot, base)
+    alone = {"base": "convention", "prior": "prior"}[gauge]
+    words = {"identified": "data", "combination": "combination", "prior": alone}
+    model = pin.buildModelFromXML(text)
+    for j, (_, lines) in enumerate(read, start=1):
+        mass, *place = (float(lines[key][0]) for key in ("mass", "x", "y", "z"))
+        assert mass == pytest.approx(model.inertias[j].mass, rel=1e-12)
+        np.testing.assert_allclose(model.inertias[j].lever, place, atol=1e-12)
+        body = InertialParameters.from_com(mass, place, model.inertias[j].inertia)
+        assert body.min_pseudo_inertia_eigenvalue > (0.0 if gauge == "prior" else -1e-9)
+        for key in (key for key in lines if key in own):
+            value, who, share, part_of = lines[key]
+            assert (float(value), who) == (parameters[key], words[own[key].kind])
+            assert float(share) == pytest.approx(own[key].share, abs=1e-3)
+            assert part_of == (",".join(own[key].base) or "none")
+    assert {key for _, lines in read for key in lines} == set(base.standard) | set(BODY_NUMBERS)
+    assert f"Base parameters: {'; '.join(base.groupings())}." in text
+
+
+def labels_of(text: str) -> list[tuple[str, dict[str, list[str]]]]:
+    """Lines of the comments beside the links, as a program of the user would read them."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    found = []
+    for link in ElementTree.fromstring(text, parser).iter("link"):
+        lines = [
+            line.split() for part in link if not isinstance(part.tag, str) for line in str(part.text).splitlines()
+        ]
+        if lines:
+            found.append((link.get("name", ""), {words[0]: words[1:] for words in lines if len(words) == 5}))
+    return found
 
 
 def test_prismatic_joints(prismatic: dict[str, Robot], random_parameters: RandomParameters) -> None:

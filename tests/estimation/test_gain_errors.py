@@ -1,0 +1,149 @@
+"""Errors of the drive gains in the robot's parameters, and in payloads weighed with them: counted once."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation import (
+    Estimate,
+    GainErrors,
+    constrain_payload,
+    identify,
+    identify_payload,
+    payload_problem,
+    solve_constrained_base,
+)
+from dynident.estimation.error_model import error_model
+from dynident.estimation.payload.gains import gain_covariance
+from dynident.estimation.payload.methods import method_of
+from dynident.estimation.stored import read_stored_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
+from dynident.report.documents import identification_document, write_json
+from dynident.report.tables import robot_notes, robot_table
+from dynident.trajectories import Simulator
+from numpy.typing import NDArray
+
+GAINS = GainErrors((0.02,))
+SETTINGS = Processing(decimate=4)
+NOISE = np.array([3.0, 3.0, 2.0, 1.0, 1.0, 0.7])
+RUNS = 20
+Record = Callable[[int, float], Recording]
+
+
+@pytest.fixture(scope="module")
+def source(simulated: Callable[[str], Simulator]) -> Simulator:
+    return simulated("ur10e")
+
+
+@pytest.fixture(scope="module")
+def recorders(
+    source: Simulator, wander: Callable[..., Motion], payload: InertialParameters
+) -> tuple[Record, Record]:
+    """Without payload, and another motion with it: run -> recording whose gains are off by that run's errors."""
+
+    def recorder(body: InertialParameters | None, seed: int) -> Record:
+        motion = wander(6, seed, points=20)
+        exact = source.measure(motion, body).torque
+
+        def record(run: int, size: float = 0.02) -> Recording:
+            errors = size * np.random.default_rng([5, run]).standard_normal(6)
+            noisy = exact + NOISE * np.random.default_rng([seed, run]).standard_normal(exact.shape)
+            return Recording(motion.t, motion.q, noisy * (1.0 + errors), motion.qd, f"motion {seed}")
+
+        return record
+
+    return recorder(None, 3), recorder(payload, 4)
+
+
+def test_intervals_hold_what_wrong_gains_do(
+    source: Simulator, recorders: tuple[Record, Record], payload: InertialParameters
+) -> None:
+    """A stored robot and a payload have the same errors: counted once they cover, left out they do not."""
+    robot = load_robot("ur10e")
+    hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
+    for run in range(RUNS):
+        bare, loaded = (record(run, 0.02) for record in recorders)
+        found = identify(robot, [bare], SETTINGS, gains=GAINS)
+        estimate, truth = found.estimate, found.base.value(dict(source.robot.parameters))
+        assert estimate.interval95_with_gains is not None
+        for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
+            hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
+        problem = payload_problem(robot, [loaded], [], estimate, SETTINGS)
+        free = identify_payload(problem, 1)
+        shared = gain_covariance(problem, method_of(1), free.estimate, GAINS)
+        for name, extra in (("payload", shared), ("payload exact", None)):
+            model = error_model(free.estimate, extra)
+            hits[name].append(np.abs(model.values - payload.vector)[6:] <= 2.0 * model.sigma[6:])
+    share = {name: np.mean(inside, axis=0) for name, inside in hits.items()}
+    assert 0.92 < share["robot"].mean() < 0.99, share["robot"]
+    assert share["robot"].min() > 0.7
+    assert share["robot exact"].mean() < 0.85
+    assert share["payload"].mean() > 0.88, share["payload"]
+    assert share["payload exact"][3] < 0.5
+
+
+def test_a_stored_robots_error_is_not_an_error_of_its_own(recorders: tuple[Record, Record]) -> None:
+    """Robot and payload apart would be several times less sure of the mass: 2 % of the robot's torques."""
+    bare, loaded = (record(0, 0.0) for record in recorders)
+    known = identify(load_robot("ur10e"), [bare], SETTINGS, gains=GAINS).estimate
+    assert known.covariance_by_gains is not None
+
+    def mass_sigma(known: Estimate, gains: GainErrors | None) -> float:
+        problem = payload_problem(load_robot("ur10e"), [loaded], [], known, SETTINGS)
+        return float(constrain_payload(problem, identify_payload(problem, 1), gains=gains).sigma[9])
+
+    once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
+    bare_known = replace(known, gain_covariance=None)
+    assert mass_sigma(bare_known, GAINS) == once  # the robot's own share is not added again
+    assert mass_sigma(bare_known, None) == plain
+    twice = replace(bare_known, covariance=known.covariance + known.covariance_by_gains)
+    assert mass_sigma(twice, GAINS) > 2.5 * once
+    assert once > 3.0 * plain
+
+
+def test_parameters_say_what_they_owe_to_the_gains(recorders: tuple[Record, Record]) -> None:
+    bare = recorders[0](1, 0.02)
+    robot = load_robot("ur10e")
+    exact, found = (
+        identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, GainErrors(common=0.03))
+    )
+    estimate = found.estimate
+    assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
+    assert estimate.total_sigma == pytest.approx(np.hypot(estimate.larger_sigma, 0.03 * np.abs(estimate.values)))
+    assert np.array_equal(exact.estimate.total_sigma, exact.estimate.larger_sigma)
+    assert np.array_equal(estimate.covariance, exact.estimate.covariance)
+    assert exact.estimate.sigma_by_gains is exact.estimate.interval95_with_gains is None
+    assert estimate.robust is not None
+    assert estimate.interval95_with_gains is not None
+    half = (estimate.interval95_with_gains[:, 1] - estimate.interval95_with_gains[:, 0]) / 2.0
+    total = np.hypot(estimate.robust.sigma, 0.03 * np.abs(estimate.values))
+    assert half == pytest.approx(estimate.robust.quantile95 * total)
+    part = found.elimination.estimate
+    assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
+    headings = [[column.header for column in robot_table(one).columns] for one in (exact, found)]
+    assert "by gains" not in headings[0]
+    assert "by gains" in headings[1]
+    notes = [" ".join(robot_notes(one)) for one in (exact, found)]
+    assert "Drive gains are taken as exact: --gain-sigma" in notes[0]
+    assert "include errors of the drive gains: 0 % per joint and 3 % common to all joints" in notes[1]
+
+
+def test_stored_robot_keeps_the_gains_uncertainty(recorders: tuple[Record, Record], tmp_path: Path) -> None:
+    """Read back, the distance of the nearest robot that can exist is the same, gains included."""
+    gains = GainErrors((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
+    result = identify(load_robot("ur10e"), [recorders[0](2, 0.02)], SETTINGS, gains=gains)
+    path = tmp_path / "robot.json"
+    write_json(path, identification_document(result, SETTINGS, None))
+    stored = read_stored_robot(path)
+    assert stored.gains == gains
+    assert stored.estimate.covariance_by_gains == pytest.approx(result.estimate.covariance_by_gains)
+    model = error_model(result.estimate)
+    assert error_model(stored.estimate).covariance == pytest.approx(model.covariance)
+    assert result.estimate.covariance_by_gains is not None
+    assert model.covariance == pytest.approx(result.estimate.covariance + result.estimate.covariance_by_gains)
+    assert np.array_equal(error_model(model).covariance, model.covariance)
+    exact = replace(result.estimate, gain_covariance=None)
+    rises = [solve_constrained_base(result.robot, result.base, e).chi2_rise for e in (stored.estimate, exact)]
+    assert rises[0] <= rises[1]

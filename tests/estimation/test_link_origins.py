@@ -1,0 +1,77 @@
+"""Who decides the numbers of a link: told by what changes that no motion shows do to them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from dynident.estimation import RobotOrigins, origins, robot_origins
+from dynident.estimation.link_origins import BODY_NUMBERS
+from dynident.model import INERTIAL, Robot, base_parameters, bodies_in_link_frames, load_robot
+from dynident.model.arrays import Array
+from dynident.tests.model.urdf_files import dressed_urdf
+
+Parameters = Callable[[Robot, int], dict[str, float]]
+
+
+def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
+    """All links' body numbers, one after the other."""
+    found = []
+    for there in bodies_in_link_frames(robot, dict(zip(names, x.tolist(), strict=True))):
+        body = there.body
+        found += [body.mass, *body.com, *body.inertia_com[np.triu_indices(3)]]
+    return np.array(found)
+
+
+def check(robot: Robot, values: dict[str, float]) -> RobotOrigins:
+    """Labels against differences of the numbers themselves along every hidden direction and parameter."""
+    base = base_parameters(robot)
+    x = np.array([values[name] for name in base.standard])
+    result = robot_origins(robot, base, values, "prior")
+    labels = [label for link in result.links for label in link.body.values()]
+    np.testing.assert_allclose([label.value for label in labels], numbers(robot, base.standard, x), rtol=1e-12)
+
+    def differences(directions: Array) -> Array:
+        step = 1e-6
+        ends = [[numbers(robot, base.standard, x + s * v) for s in (step, -step)] for v in directions]
+        return np.array([(high - low) / (2.0 * step) for high, low in ends]).T
+
+    hidden = np.linalg.svd(base.grouping)[2][len(base.chosen) :]
+    by_hidden, by_one = np.abs(differences(hidden)).max(axis=1), differences(np.eye(len(x)))
+    largest = np.abs(by_one).max(axis=1)
+    for label, moved, gradient, size in zip(labels, by_hidden, by_one, largest, strict=True):
+        part = {
+            base.names[i] for i in np.flatnonzero(np.abs(base.grouping[:, np.abs(gradient) > 1e-7 * size]).any(1))
+        }
+        assert set(label.origin.base) == part
+        assert (label.origin.kind == "prior") == (not part)
+        assert (label.origin.kind == "identified") == (moved < 1e-7 * size)
+        assert (label.origin.share == 1.0) == (label.origin.kind == "identified")
+    own = origins(robot, base)
+    told = {name: label for link in result.links for name, label in link.parameters.items()}
+    assert {name: label.origin for name, label in told.items()} == own
+    assert {name: label.value for name, label in told.items()} == values
+    return result
+
+
+def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> None:
+    result = check(robot, random_parameters(robot, 2))
+    assert all(tuple(link.body) == BODY_NUMBERS for link in result.links)
+    kinds = {label.origin.kind for link in result.links for label in link.body.values()}
+    assert "combination" in kinds
+
+
+def test_in_the_frames_of_a_urdf(tmp_path: Path, random_parameters: Parameters) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(dressed_urdf(load_robot("irb120"), seed=1), encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.links is not None
+    result = check(robot, random_parameters(robot, 4))
+    assert [link.link for link in result.links] == list(robot.links.names)
+
+
+def test_a_link_without_mass_has_no_more(rx90: Robot, random_parameters: Parameters) -> None:
+    values = random_parameters(rx90, 1) | {f"{kind}1": 0.0 for kind in INERTIAL}
+    result = robot_origins(rx90, base_parameters(rx90), values, "base")
+    assert tuple(result.links[0].body) == ("mass",)
+    assert result.links[0].body["mass"].value == 0.0
+    assert result.groupings[0].startswith("ZZ1R = ZZ1 + IA1")
