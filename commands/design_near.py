@@ -6,7 +6,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from .arguments import ANSWERED, gains_list, positive_number
+from .arguments import ANSWERED
+from .values import gains_list, positive_number
 from .weigh import joint_list
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 
 _WITHOUT = (
     "via_points", "fourier", "rest", "max_duration", "start", "columns", "parameters", "payload_only", "data_from",
-    "data_length", "bound", "evaluate", "log_map", "cutoff", "heaviest_payload", "val3", "plots", "report",
-    "segments", "ramp", "segment_durations",
+    "data_length", "bound", "evaluate", "log_map", "cutoff", "heaviest_payload", "segments", "ramp",
+    "segment_durations", "solver",
 )  # fmt: skip
 """Options of other designs."""
 _ONLY = ("joints", "range", "mass", "mass_sigma", "second_pose", "expected_mass", "rehearsal")
@@ -69,6 +70,11 @@ def check_near(arguments: argparse.Namespace) -> None:
     for option in _WITHOUT:
         if getattr(arguments, option):
             raise InputError(f"--{option.replace('_', '-')} has no effect with --near")
+    if arguments.val3:
+        raise InputError(
+            "--val3 is for via points, and a motion near a pose is a Fourier series, which VAL3's moves cannot "
+            "follow: take --csv, --ros2 or --urscript, or design with --via-points"
+        )
     if arguments.criterion != "d":
         raise InputError("--criterion has no effect with --near: it takes the payload's own standard deviations")
     if arguments.joints is None:
@@ -102,6 +108,10 @@ def run_near(arguments: argparse.Namespace) -> int:
     for line in notes:
         terminal.print(line, markup=False, highlight=False)
     _write(arguments, found)
+    if arguments.plots or arguments.report:
+        from .near_outputs import write_near_outputs
+
+        write_near_outputs(arguments, found, (table, prediction), notes)
     return ANSWERED
 
 

@@ -21,7 +21,7 @@ _FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to write what."""
-    from .arguments import names_list, positive_number
+    from .values import names_list, positive_number
 
     group = parser.add_argument_group("files")
     group.add_argument("--csv", metavar="F", help="samples: t, q, qd, qdd")
@@ -31,14 +31,14 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--val3",
         metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
+        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
     )
     group.add_argument("--urscript", metavar="F", help="servoj program")
     group.add_argument(
         "--controller-rate", type=positive_number, metavar="HZ", help="of --urscript: 500 (default) or 125"
     )
     group.add_argument(
-        "--sample-rate", type=positive_number, metavar="HZ", help="of --csv and --ros2 (default: 250)"
+        "--sample-rate", type=positive_number, metavar="HZ", help="of --csv, --ros2 and --rehearsal (default: 250)"
     )
     group.add_argument(
         "--plots", metavar="DIR", help="figures as PNG and SVG, the moving arm as SVG; made if missing"
@@ -57,7 +57,7 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     for option, needs in (
         ("joint_names", ("ros2",)),
         ("controller_rate", ("urscript",)),
-        ("sample_rate", ("csv", "ros2")),
+        ("sample_rate", ("csv", "ros2", "rehearsal")),
     ):
         if getattr(arguments, option) and not any(getattr(arguments, other) for other in needs):
             wanted = " or ".join(f"--{other}" for other in needs)

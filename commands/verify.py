@@ -5,23 +5,18 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import (
-    ANSWERED,
-    DO_NOT_USE,
-    chosen_robot,
-    gains_or_file,
-    log_arguments,
-    log_map,
-    read_gains,
-    robot_argument,
-)
+from .arguments import ANSWERED, DO_NOT_USE, chosen_robot, log_arguments, log_map, read_gains, robot_argument
+from .values import gains_or_file
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("verify", help="how much the following error fell after a payload was entered")
     robot_argument(parser)
-    told = "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m)"
+    told = (
+        "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
+        "--log-map names"
+    )
     parser.add_argument("--before", required=True, metavar="LOG", help=f"{told}; old number in the controller")
     parser.add_argument("--after", required=True, metavar="LOG", help="the same with the new number")
     parser.add_argument("--drive-gains", type=gains_or_file, metavar="K1,K2,..|JSON", help="torque per current")

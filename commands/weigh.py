@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+from .report import provenance, report_arguments, settings_in_words, write_page
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ..estimation import WeighAnswer, WeighProblem
     from ..estimation.stored import StoredRobot
     from ..model import Processing, Recording, Robot
+    from ..report.html import Page
 
 
 def add_parser(commands: Any) -> None:
@@ -45,9 +47,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--max-mismatch", type=float, metavar="RAD", help="largest difference of position with and without payload"
     )
-    parser.add_argument("--plots", metavar="DIR", help="the mass by groups of joints as PNG, SVG and PDF")
     knowledge_arguments(parser)
     processing_arguments(parser)
+    report_arguments(parser)
     parser.set_defaults(run=run)
 
 
@@ -96,8 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     _show(arguments, answer, stand_in is not None and answer.stand_in is None)
     if arguments.json:
         write_json(arguments.json, weigh_document(answer, processing, arguments.drive_gains))
-    if arguments.plots:
-        _draw(arguments.plots, answer)
+    write_page(arguments, lambda: _page(arguments, answer, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
@@ -120,23 +121,28 @@ def _show(arguments: argparse.Namespace, answer: WeighAnswer, measured: bool) ->
             terminal.print(line, markup=False, highlight=False)
 
 
-def _draw(folder: str, answer: WeighAnswer) -> None:
-    """The figure of the mass as groups of joints see it.
+def _page(arguments: argparse.Namespace, answer: WeighAnswer, processing: Processing) -> Page:
+    """The report.
 
     Raises:
-        InputError: if no joints see it, or the folder is none.
+        InputError: if --plots asks for figures and there are none.
     """
-    from pathlib import Path
-
     from ..model import InputError
-    from ..report.figures import joints_figure, save_drawings
+    from ..report.html import weigh_page
+    from ..report.weigh_documents import weigh_document
 
-    if Path(folder).exists() and not Path(folder).is_dir():
-        raise InputError(f"--plots {folder!r}: is not a folder")
-    drawing = joints_figure(answer.by_joints, answer.mass, answer.mass_interval)
-    if drawing is None:
+    gains = arguments.drive_gains
+    files = {
+        "without payload": arguments.unloaded,
+        "with payload": arguments.loaded,
+        "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
+    }
+    settings_told = settings_in_words(answer.problem.robot, processing, gains)
+    document = weigh_document(answer, processing, gains)
+    page = weigh_page(answer, document, provenance(arguments, files, settings_told))
+    if arguments.plots and not page.all_drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
-    save_drawings(folder, [drawing])
+    return page
 
 
 def _problems(

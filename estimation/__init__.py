@@ -62,6 +62,7 @@ from .scaling import Active
 from .system import ObservationSystem, identification_system, payload_system
 from .verdict import Verdict
 from .weigh import (
+    OFFSET_SHARE,
     Agreement,
     Change,
     Following,
@@ -82,6 +83,7 @@ from .weigh import (
 )
 
 __all__ = [
+    "OFFSET_SHARE",
     "PAYLOAD",
     "Active",
     "Agreement",

@@ -3,7 +3,7 @@
 import numpy as np
 from rich.table import Table
 
-from ..estimation import WeighAnswer
+from ..estimation import OFFSET_SHARE, WeighAnswer, WeighProblem
 from ..estimation.verdict.joints import JointReading, worst_joint
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
@@ -29,7 +29,7 @@ def first_screen(answer: WeighAnswer) -> Table:
         use = answer.judged["centre of mass"].use if k == 0 or not np.isfinite(answer.com[k]) else ""
         _row(table, f"centre of mass {axis}", "mm", 1e3 * answer.com[k], (low, high), use, 1)
     for k, kind in enumerate(_MOMENTS):
-        value, interval = _moment(answer, k)
+        value, interval = moment(answer, k)
         use = answer.judged["inertia"].use if k == 0 else ""
         if answer.stand_in is not None:
             use = "assumed"
@@ -40,12 +40,12 @@ def first_screen(answer: WeighAnswer) -> Table:
 def first_notes(answer: WeighAnswer) -> list[str]:
     """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
     lines = [f"Verdict: {_LEVELS[answer.verdict.level]}.", *(f"  - {reason}" for reason in answer.verdict.reasons)]
-    lines.append(_scale_note(answer))
+    lines.append(scale_note(answer))
     if answer.stand_in is not None:
         lines.append(f"Inertia ASSUMED, not measured: {answer.stand_in.description}.")
-    lines += _agreement_notes(answer)
+    lines += agreement_notes(answer)
     lines += repeat_notes(answer)
-    lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
+    lines.append(worst_note(worst_joint(answer.by_joints, answer.mass)))
     lines += gain_error_notes(answer.gains)
     if answer.verdict.level != "do_not_use":
         lines.append(f"For the controller: {controller_line(answer)}")
@@ -119,16 +119,13 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
         f"Not explained: {joints} % of the joints' torque, {100 * found.estimate.fit.relative:.1f} % of the "
         "payload's own.",
     ]
-    held = any(run.stiffness.any() for run in problem.runs)
-    lines.append(
-        "Coulomb friction is free in each recording; constant torques "
-        + ("of the arm's joints may change by about 1 % of their torque." if held else "are free too.")
-    )
+    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(problem)}")
     if robust is not None:
         lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
         lines += [robust.warning] * bool(robust.warning)
     else:
         lines.append(f"Standard deviations by the formula alone: {found.without_robust}")
+    lines += _ripple_notes(problem)
     for sums in problem.visibility.combinations:
         lines.append(f"Visible only as a sum: {sums}.")
     if answer.constrained is not None:
@@ -143,7 +140,32 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     return lines
 
 
-def _moment(answer: WeighAnswer, k: int) -> tuple[float, tuple[float, float]]:
+def _offsets_note(problem: WeighProblem) -> str:
+    held = problem.held
+    if not held.joints:
+        return "constant torques are free too."
+    joints = ", ".join(str(j + 1) for j in held.joints)
+    sigmas = ", ".join(f"{held.sigma[j]:.2g}" for j in held.joints)
+    return (
+        f"constant torques of joint {joints} may change by {sigmas} N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % "
+        "of Coulomb friction), which the intervals allow for."
+    )
+
+
+def _ripple_notes(problem: WeighProblem) -> list[str]:
+    """Waves that came with the payload."""
+    waves = dict.fromkeys((wave.joint, round(wave.waves)) for run in problem.runs for wave in run.ripple)
+    if not waves:
+        return []
+    told = ", ".join(f"joint {joint} {count}" for joint, count in waves)
+    return [
+        f"Ripple that came with the payload, waves per turn (or per 2 pi m): {told}. It is estimated too, which "
+        "costs accuracy."
+    ]
+
+
+def moment(answer: WeighAnswer, k: int) -> tuple[float, tuple[float, float]]:
+    """Inertia about axis ``k`` at the centre of mass [kg m^2], with its 95 % interval; nan where there is none."""
     nothing = (float("nan"), float("nan"))
     if answer.stand_in is not None:
         return float(answer.stand_in.inertia(answer.mass)[k, k]), nothing
@@ -160,7 +182,8 @@ def _row(
     table.add_row(name, unit, *cells, use)
 
 
-def _scale_note(answer: WeighAnswer) -> str:
+def scale_note(answer: WeighAnswer) -> str:
+    """Agreement with the scale."""
     if answer.found.from_scale and answer.scale is not None:
         return (
             f"Mass: the scale's {answer.scale.mass:g} ± {answer.scale.sigma:g} kg; the torques of these joints do "
@@ -176,7 +199,8 @@ def _scale_note(answer: WeighAnswer) -> str:
     )
 
 
-def _agreement_notes(answer: WeighAnswer) -> list[str]:
+def agreement_notes(answer: WeighAnswer) -> list[str]:
+    """The same by other ways."""
     return [
         f"Another way, {way.name}: {way.mass:.4g} kg, centre of mass "
         f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
@@ -184,7 +208,8 @@ def _agreement_notes(answer: WeighAnswer) -> list[str]:
     ]
 
 
-def _worst_note(worst: JointReading | None) -> str:
+def worst_note(worst: JointReading | None) -> str:
+    """The joint that agrees least, in words."""
     if worst is None:
         return "No joint can be compared with the others."
     return f"Joint that agrees least: {worst.text}."

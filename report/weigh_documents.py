@@ -45,6 +45,12 @@ def weigh_document(answer: WeighAnswer, processing: Processing, drive_gains: Seq
             "condition_number_scaled": scaled,
         },
         "visibility": visibility_document(problem.visibility),
+        "constant_torques": {"joints": [j + 1 for j in problem.held.joints], "sigma": problem.held.sigma},
+        "ripple": [
+            {"source": run.source, "joint": one.joint, "waves_per_turn": one.waves, "amplitude": one.amplitude}
+            for run in problem.runs
+            for one in run.ripple
+        ],
         "quantities": quantities_document(answer),
         "estimates": _estimates(answer),
         "recommended": {"method": problem.method, "estimator": "constrained" if answer.constrained else "wls"},

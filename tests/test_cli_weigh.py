@@ -65,6 +65,35 @@ def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.C
     assert "REHEARSAL" in (tmp_path / "motion_rehearsal.csv").read_text(encoding="utf-8")
 
 
+def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
+    files = {name: tmp_path / f"near.{name}" for name in ("csv", "yaml", "script", "html")}
+    outputs = [
+        "--csv",
+        files["csv"],
+        "--ros2",
+        files["yaml"],
+        "--urscript",
+        files["script"],
+        "--report",
+        files["html"],
+    ]
+    plots, slow = tmp_path / "plots", tmp_path / "slow.csv"
+    more = [*map(str, outputs), "--plots", str(plots), "--rehearsal", str(slow), "--sample-rate", "50"]
+    assert main(["design", *NEAR, "--joints", "2,3,5,6", "--duration", "12", *more]) == 0
+    assert {path.name for path in plots.iterdir()} == {
+        "arm.svg", "motion.png", "motion.svg", "poses.png", "poses.svg"
+    }  # fmt: skip
+    texts = {name: path.read_text(encoding="utf-8") for name, path in files.items()}
+    assert "servoj" in texts["script"]
+    assert "positions" in texts["yaml"]
+    for words in ("10 of 10", "Predicted for 3 kg", "Torque limits are NOT checked", "REHEARSAL"):
+        assert (words in texts["html"]) == (words != "REHEARSAL")
+    assert texts["html"].count("<svg") == 3  # motion, poses, the moving arm
+    robot = load_robot("rx90")
+    fast, rehearsed = read_trajectory(files["csv"], robot), read_trajectory(slow, robot)
+    assert np.diff(rehearsed.t[:2]) == pytest.approx(np.diff(fast.t[:2]))
+
+
 def test_refused_before_any_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, document = designed(tmp_path, "4,5,6")
     told = capsys.readouterr()
@@ -107,7 +136,7 @@ def test_the_first_screen_leads_with_what_to_do(
     assert "chi2" not in flat
     assert weigh(logs, "arm", "--details", "--plots", str(tmp_path / "figures")) == 0
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
-        f"by_joints.{x}" for x in ("png", "svg", "pdf")
+        f"{name}.{x}" for name in ("by_joints", "flange") for x in ("png", "svg", "pdf")
     }
     flat = " ".join(capsys.readouterr().out.split())
     assert "condition number" in flat
@@ -122,6 +151,10 @@ def test_assumed_inertia_is_labelled_down_to_the_controller(
     assert "Inertia ASSUMED" in capsys.readouterr().out
     document = json.loads(target.read_text(encoding="utf-8"))
     assert document["quantities"]["inertia"]["use"] == "assumed"
+    held = document["constant_torques"]
+    assert set(held["joints"]) <= {2, 3}  # the arm's that move
+    assert [sigma > 0.0 for sigma in held["sigma"]] == [j in held["joints"] for j in range(1, 7)]
+    assert all(set(one) == {"source", "joint", "waves_per_turn", "amplitude"} for one in document["ripple"])
     assert "box" in document["assumed"]["inertia"]
     flange = ["--flange-frame", "0", "0", "0", "0", "0", "0"]
     for name in ("ur", "abb", "staubli", "urdf", "mjcf"):
@@ -177,6 +210,9 @@ def test_wrong_options_of_weigh(
         (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3"], "belong together"),
         (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--second-pose", "1,2"], "give one each"),
         (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "1,2"], "6 positive numbers"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--val3", "app"], "take --csv, --ros2 or --urscript"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--evaluate", "x.csv"], "--evaluate has no effect"),
+        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --csv"),
         (["--joints", "2,3"], "no effect without --near"),
         (["--rehearsal", "x.csv"], "no effect without --near"),
     ],

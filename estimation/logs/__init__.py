@@ -1,5 +1,6 @@
 """Logs of many formats as recordings: one reader a file, raw tables, then one mapping step."""
 
+from .columns import reference_columns
 from .flags import with_flags
 from .layout import Layout
 from .map_file import read_log_map
@@ -29,6 +30,7 @@ __all__ = [
     "read_recording",
     "read_tool_poses",
     "read_trajectory",
+    "reference_columns",
     "stream_samples",
     "with_flags",
 ]

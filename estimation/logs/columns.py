@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...model import InputError, Robot
-from .mapping import LogMap
+from .mapping import REFERENCES, LogMap
 from .pose_columns import standard_pose
 from .table import RawLog
 
@@ -80,6 +80,14 @@ def currents_only(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:
 def position_columns(raw: RawLog, log_map: LogMap, robot: Robot) -> tuple[str, ...]:
     """Names that the columns of joint positions must have."""
     return _names(raw, log_map, "position", robot.n, _joints(raw, log_map, robot))
+
+
+def reference_columns(raw: RawLog, log_map: LogMap, robot: Robot, kind: str) -> tuple[str, ...]:
+    """Names that the columns of what the controller wanted must have; ``kind``: of ``REFERENCES``."""
+    told = log_map.reference(kind).columns
+    if len(told) == 1 and "{" in told[0]:
+        return _expanded(told[0], robot.n, _joints(raw, log_map, robot), log_map.source)
+    return told or tuple(f"{_STANDARD[REFERENCES[kind]]}ref{j}" for j in range(1, robot.n + 1))
 
 
 def holds_load(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:

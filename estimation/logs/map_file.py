@@ -8,20 +8,22 @@ from typing import Any
 
 from ...model import InputError
 from .layout import Layout, spread
-from .mapping import QUANTITIES, FilePart, LogMap, Quantity
+from .mapping import QUANTITIES, REFERENCES, FilePart, LogMap, Quantity
 from .pose_columns import ToolColumns
+from .units import factor, is_share
 
 _LAYOUT = ("delimiter", "decimal", "names", "skip_lines", "numbers_per_row", "topic")
 _QUANTITY = ("columns", "unit", "side", "sign", "zero_deg", "zero_m", "rated")
 _KEYS = {
-    "": ("title", "joints", "file", "files", "time", "motor", "pose", *QUANTITIES),
+    "": ("title", "joints", "file", "files", "time", "motor", "pose", *QUANTITIES, *REFERENCES),
     "file": _LAYOUT,
     "files": ("name", *_LAYOUT),
     "time": ("column", "unit", "rate_hz"),
     "motor": ("gear_ratios", "coupling"),
     "coupling": ("motor", "joint", "ratio"),
     "pose": ("columns", "unit", "rotation", "form", "rotation_unit"),
-} | dict.fromkeys(QUANTITIES, _QUANTITY)
+}
+_KEYS |= dict.fromkeys(QUANTITIES, _QUANTITY) | dict.fromkeys(REFERENCES, ("columns", "unit"))
 
 
 def read_log_map(path: str | Path) -> LogMap:
@@ -62,6 +64,7 @@ def _log_map(source: str, data: Mapping[str, Any]) -> LogMap:
         joints=_texts(data, "joints"),
         gears=_gears(_table(data, "motor")),
         pose=_pose(_table(data, "pose")) if "pose" in data else None,
+        references=tuple(_reference(kind, _table(data, kind)) for kind in REFERENCES if kind in data),
     )
 
 
@@ -97,6 +100,17 @@ def _quantity(kind: str, table: Mapping[str, Any]) -> Quantity:
         zero=zero,
         rated=_numbers(table, "rated"),
     )
+
+
+def _reference(kind: str, table: Mapping[str, Any]) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    columns, units = spread(_texts(table, "columns")), _texts(table, "unit")
+    if not columns:
+        raise ValueError(f"key '{kind}.columns': name the columns")
+    for unit in units:
+        if is_share(unit):
+            raise ValueError(f"key '{kind}.unit': percent of what is not said: give N·m")
+        factor(REFERENCES[kind], unit)
+    return kind, columns, units
 
 
 def _gears(table: Mapping[str, Any]) -> tuple[tuple[float, ...], ...]:

@@ -14,6 +14,8 @@ from .units import DEFAULT, factor, is_share
 
 QUANTITIES = ("position", "velocity", "torque", "current")
 """What is measured of each joint."""
+REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
+"""What the controller wanted of each joint, and the quantity it belongs to; read by ``read_following``."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class LogMap:
         joints: names of the joints, base to tip.
         gears: qm = G q, motor positions from joint positions, as rows of n; empty where nothing is on motor side.
         pose: columns of the tool's pose.
+        references: (kind of ``REFERENCES``, columns, units) of what the controller wanted; else by standard names.
     """
 
     source: str = "log map"
@@ -116,6 +119,7 @@ class LogMap:
     joints: tuple[str, ...] = ()
     gears: tuple[tuple[float, ...], ...] = ()
     pose: ToolColumns | None = None
+    references: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse motor sides without gears, unknown time units and rates without meaning."""
@@ -140,6 +144,19 @@ class LogMap:
         """What is said of one quantity, or the standard."""
         return next((q for q in self.quantities if q.kind == kind), Quantity(kind))
 
+    def reference(self, kind: str) -> Quantity:
+        """What is said of a reference: side, sign and zero are those of the measured quantity, a torque's side is
+        the joint's; units are a position's own, N·m or N for a torque, unless they are given.
+
+        Args:
+            kind: of ``REFERENCES``.
+        """
+        own = self.quantity(REFERENCES[kind])
+        if kind == "torque_reference":
+            own = Quantity("torque", sign=own.sign)
+        _, columns, units = next((one for one in self.references if one[0] == kind), (kind, (), ()))
+        return replace(own, columns=columns, unit=units or own.unit, rated=() if units else own.rated)
+
     def told(self, kind: str) -> bool:
         """Whether columns of a quantity are named."""
         return bool(self.quantity(kind).columns)
@@ -150,7 +167,7 @@ class LogMap:
         Raises:
             InputError: names the list.
         """
-        for quantity in self.quantities:
+        for quantity in (*self.quantities, *(self.reference(kind) for kind, *_ in self.references)):
             quantity.check(n, self.source)
         for name, values in (("joints", self.joints), ("gear ratios", self.gears)):
             if values and len(values) != n:
@@ -163,10 +180,13 @@ class LogMap:
             kind: of ``QUANTITIES``.
             raw: the columns, rows x n.
         """
-        quantity, n = self.quantity(kind), raw.shape[1]
-        values = raw * quantity.factors(n)
+        return self.converted(self.quantity(kind), raw)
+
+    def converted(self, quantity: Quantity, raw: Array) -> Array:
+        """The same for any quantity."""
+        values = raw * quantity.factors(raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
-            values = values @ self.G if kind == "torque" else values @ np.linalg.inv(self.G).T
+            values = values @ self.G if quantity.kind == "torque" else values @ np.linalg.inv(self.G).T
         return values + quantity.zero if quantity.zero else values
 
     def with_quantity(self, quantity: Quantity) -> "LogMap":

@@ -3,6 +3,7 @@
 from .answer import Agreement, WeighAnswer, answer_weighing
 from .following import Change, Following, FollowingChange, following_change, read_following
 from .judge import USABLE, Judged
+from .offsets import OFFSET_SHARE
 from .problem import WeighProblem, difference_weighing, known_robot_weighing
 from .repeats import Repeats
 from .run import Run
@@ -10,6 +11,7 @@ from .solve import WeighEstimate, solve_weighing, weigh_by_joints
 from .stand_in import StandIn
 
 __all__ = [
+    "OFFSET_SHARE",
     "USABLE",
     "Agreement",
     "Change",

@@ -15,14 +15,17 @@ from numpy.typing import NDArray
 from ...model import InputError, Motion, Recording, Robot
 from ...model.arrays import Array
 from ..alignment import aligned
-from ..logs import LogMap, open_log, read_recording
-from ..observation import moving_parts
+from ..logs import LogMap, open_log, read_recording, reference_columns
 from ..robust import student95
+from ..rows import moving_parts
 
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
 where the log holds neither."""
-_REFERENCES: tuple[tuple[str, Missed], ...] = (("qref", "following error"), ("tauref", "unpredicted torque"))
+_REFERENCES: tuple[tuple[str, Missed], ...] = (
+    ("position_reference", "following error"),
+    ("torque_reference", "unpredicted torque"),
+)
 _BLOCK = 1.0  # s: errors of neighbouring samples are alike
 _FEWEST = 4  # blocks
 _MOVES = 1e-2  # rad or m: a joint that spans less is held
@@ -78,7 +81,10 @@ class FollowingChange:
 def read_following(
     path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
 ) -> Following:
-    """Read a log with what the controller wanted: ``qref1..n``, or ``tauref1..n`` in N·m, beside the usual columns.
+    """Read a log with what the controller wanted beside the usual columns.
+
+    By standard names: ``qref1..n`` in the unit of the positions, or ``tauref1..n`` in N·m or N; else those that the
+    log map names by ``position_reference`` or ``torque_reference``.
 
     Raises:
         InputError: if it cannot be read, or holds a reference of some joints only.
@@ -86,21 +92,21 @@ def read_following(
     log_map = log_map or LogMap()
     recording = read_recording(path, robot, drive_gains, log_map)
     raw = open_log(path, log_map)
-    for prefix, kind in _REFERENCES:
-        names = [f"{prefix}{joint}" for joint in range(1, robot.n + 1)]
+    for wanted, kind in _REFERENCES:
+        names = list(reference_columns(raw, log_map, robot, wanted))
         there = [name for name in names if name in raw.names]
-        if not there:
+        if not there and not any(one[0] == wanted for one in log_map.references):
             continue
         if len(there) < len(names):
             missing = ", ".join(name for name in names if name not in there)
-            raise InputError(f"{path}: column {missing} missing beside {there[0]}")
-        wanted = np.vstack([table.columns(names) for table in raw.blocks(names)])
-        if not np.isfinite(wanted).all():
-            raise InputError(f"{path}: {prefix} holds cells that are not finite numbers: mend or remove the rows")
-        if kind == "following error":
-            missed = log_map.si("position", wanted) - recording.q
-        else:
-            missed = recording.torque - wanted
+            raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
+        table = np.vstack([part.columns(names) for part in raw.blocks(names)])
+        if not np.isfinite(table).all():
+            raise InputError(
+                f"{path}: {names[0]} .. hold cells that are not finite numbers: mend or remove the rows"
+            )
+        values = log_map.converted(log_map.reference(wanted), table)
+        missed = values - recording.q if kind == "following error" else recording.torque - values
         return Following(kind, Recording(recording.t, recording.q, missed, None, recording.source))
     return Following("torque", recording)
 

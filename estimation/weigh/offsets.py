@@ -1,8 +1,9 @@
 """How far a joint's constant torque may change from one recording to the next.
 
 Left wholly free, it takes the weight of a payload for itself where gravity hardly varies, as in ten seconds of a
-slow arm. Within a session it changes little, which enters as one more equation for each joint of the arm; where the
-recordings say that it changed more, it is free.
+slow arm. It is what dry friction differs by from one direction to the other, so that its change is a share of that
+friction, which the recording without payload shows. It enters as one more equation for each joint of the arm, and
+what the change may be widens the intervals; where the recordings say that it changed more, it is free.
 """
 
 from collections.abc import Sequence
@@ -16,39 +17,46 @@ from ..names import PAYLOAD
 from ..observation import Observation
 from ..problem import ReducedProblem, merged
 from ..reduction import reduced
-from .run import friction_free, observed_friction_free
+from .run import HeldOffsets, free_offsets, friction_free, observed_friction_free
 
-SHARE = 0.01
-"""Of a joint's torque (rms): standard deviation of the change. The real UR10e's joints show at most 0.9 %, the
-large ones 0.3 %; Coulomb friction changes by up to 4 % and stays free."""
+OFFSET_SHARE = 0.033
+"""Of a joint's Coulomb friction: standard deviation of the change between two recordings.
+
+Measured without any payload (benchmarks/constant_torques.py): constant torques of the UR10e's joints 1 to 3
+scatter by 2.3 % of it from 10 s to 10 s beyond their noise (90 % interval 1.1 to 4.1 %); the difference of two by
+sqrt(2) more.
+"""
 _WRIST = 3
-"""Last joints, always free: their constant torque shifts the centre of mass, and their torques are small."""
+"""Last joints, always free: their constant torque shifts the centre of mass, and the TX40's scatter by 17 %."""
 _CONTRADICTED = 1e-3
 """Probability of what the recordings say, below which the constant torques are free."""
 
 
-def offset_stiffness(observations: Sequence[Observation], torque_rms: Array) -> Array:
-    """Weights of the equations that hold constant torques near zero, in units of the rows, shape (n,).
+def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldOffsets:
+    """The equations that hold constant torques near zero; none where the recordings contradict them.
 
-    An equation counts as much as the joint's noise and its memory allow. All zero where the recordings contradict.
+    An equation counts as much as the joint's noise and its memory allow.
 
     Args:
         observations: with the columns of ``run_observer``.
-        torque_rms: root mean square of each joint's torque [N·m or N], shape (n,); 0 for held joints.
+        coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
+            joint's constant torque is free then.
     """
     plain = [observed_friction_free(recording) for recording in observations]
     problem = merged(reduced(recording) for recording in plain).select(PAYLOAD)
-    weights = joint_weights(problem, _shortest(problem, np.ones(len(torque_rms)))[0])
+    weights = joint_weights(problem, _shortest(problem, np.ones(len(coulomb)))[0])
     values, _ = _shortest(problem, weights)
     noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
-    noise = noise * np.sqrt([_inflation(plain, values, j) for j in range(len(noise))])
-    stiffness = np.divide(noise, SHARE * torque_rms, out=np.zeros_like(noise), where=torque_rms > 0.0)
-    stiffness[max(len(noise) - _WRIST, 1) :] = 0.0
+    weighty = noise * np.sqrt([_inflation(plain, values, j) for j in range(len(noise))])
+    sigma = np.where(np.array(problem.rows) > 0, OFFSET_SHARE * coulomb, 0.0)
+    sigma[max(len(noise) - _WRIST, 1) :] = 0.0
+    stiffness = np.divide(weighty, sigma, out=np.zeros_like(noise), where=sigma > 0.0)
+    held = HeldOffsets(sigma, stiffness)
     whole = [reduced(recording) for recording in observations]
-    held = merged(friction_free(one, stiffness) for one in whole).select(PAYLOAD)
-    each = np.divide(1.0, noise, out=np.zeros_like(noise), where=noise > 0.0)
-    rise = _shortest(held, each)[1] - _shortest(problem, each)[1]
-    return np.zeros_like(stiffness) if _unlikely(rise, int((stiffness > 0.0).sum())) else stiffness
+    bound = merged(friction_free(one, held) for one in whole).select(PAYLOAD)
+    each = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
+    rise = _shortest(bound, each)[1] - _shortest(problem, each)[1]
+    return free_offsets(len(noise)) if _unlikely(rise, len(held.joints)) else held
 
 
 def _unlikely(rise: float, joints: int) -> bool:

@@ -24,14 +24,17 @@ from ..estimate import Estimate
 from ..filtering import measurement
 from ..identification import check_lengths
 from ..names import PAYLOAD
-from ..observation import Mask, Observation
+from ..observation import Observation, Observer
 from ..payload.equations import torque_change
 from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
+from ..rows import Mask
+from .friction import coulomb_friction
 from .moving import at_rest, moving_joints, used_rows
-from .offsets import offset_stiffness
-from .run import Run, observed_friction_free, run_observer
+from .offsets import held_offsets
+from .ripple import Wave, ripple_of
+from .run import HeldOffsets, Run, free_offsets, observed_friction_free, run_observer, with_columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +62,11 @@ class WeighProblem:
     pairs: tuple[AlignedPair, ...]
     rate: float
     torque_rms: Array
+
+    @property
+    def held(self) -> HeldOffsets:
+        """How constant torques are held, the same in all recordings."""
+        return self.runs[0].held
 
     @cached_property
     def problem(self) -> ReducedProblem:
@@ -113,16 +121,21 @@ def difference_weighing(
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = _moving([both[1] for both in measured], processing, joints, robot)
     observer = run_observer(robot, None)
-    observations, masks = [], []
-    for before, after in measured:
-        a, b = at_rest(before, moving), at_rest(after, moving)
+    observations, masks, ripples = [], [], []
+    still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
+    for a, b in still:
         keep = used_rows(b.motion, moving, processing) & used_rows(a.motion, moving, processing)
-        observations.append(observer.observe_rows(torque_change(robot, a, b), keep, processing.decimate))
+        change = torque_change(robot, a, b)
+        equations, waves = _observed(observer, change, keep, processing.decimate)
+        observations.append(equations)
+        ripples.append(waves)
         masks.append(keep)
     _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
-    stiffness = offset_stiffness(observations, rms)
-    runs, length = _runs([pair.loaded.source for pair in pairs], observations, stiffness)
+    progress("friction without payload")
+    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
+    held = held_offsets(observations, coulomb)
+    runs, length = _runs([pair.loaded.source for pair in pairs], observations, held, ripples)
     return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
 
 
@@ -161,22 +174,36 @@ def known_robot_weighing(
     still = [at_rest(data, moving) for data in measured]
     masks = [used_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
-    observations = [
-        observer.observe_rows(data, keep, processing.decimate) for data, keep in zip(still, masks, strict=True)
+    pairs = [
+        _observed(observer, data, keep, processing.decimate, known.values)
+        for data, keep in zip(still, masks, strict=True)
     ]
+    observations, ripples = [own for own, _ in pairs], [waves for _, waves in pairs]
     # The robot's parameters are of another day: constant torques are free.
-    runs, length = _runs([recording.source for recording in loaded], observations, np.zeros(robot.n))
+    runs, length = _runs([recording.source for recording in loaded], observations, free_offsets(robot.n), ripples)
     rms = _torque_rms(still, masks)
     return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
 
 
+def _observed(
+    observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
+) -> tuple[Observation, tuple[Wave, ...]]:
+    """The equations of one recording, and the ripple that is free in them."""
+    plain = observer.observe_rows(data, keep, decimate)
+    waves, columns = ripple_of(plain, data, keep, decimate, known)
+    return (with_columns(plain, columns) if waves else plain), waves
+
+
 def _runs(
-    sources: Sequence[str], observations: Sequence[Observation], stiffness: Array
+    sources: Sequence[str],
+    observations: Sequence[Observation],
+    held: HeldOffsets,
+    ripples: Sequence[tuple[Wave, ...]],
 ) -> tuple[tuple[Run, ...], float]:
     length = block_length([[observed_friction_free(recording)] for recording in observations])
     return tuple(
-        Run(source, tuple(cut(recording, block_edges(recording, length))), stiffness)
-        for source, recording in zip(sources, observations, strict=True)
+        Run(source, tuple(cut(recording, block_edges(recording, length))), held, waves)
+        for source, recording, waves in zip(sources, observations, ripples, strict=True)
     ), length
 
 

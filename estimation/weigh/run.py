@@ -12,9 +12,45 @@ from ...model.visibility import without
 from ..names import PAYLOAD
 from ..observation import Observation, Observer
 from ..problem import ReducedProblem, merged, triangular
+from .ripple import Wave
 
 _FREE = "free "
 """Before the names of what is estimated anew in each recording, beside the payload."""
+_HELD = "held "
+"""Before the names of what constant torques are held at."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOffsets:
+    """Equations that hold the joints' constant torques near zero.
+
+    Attributes:
+        sigma: standard deviation of what they may be [N·m or N], shape (n,); 0 where they are free.
+        stiffness: weights of the equations, in units of the rows, shape (n,); 0 where there is none.
+    """
+
+    sigma: Array
+    stiffness: Array
+
+    @cached_property
+    def joints(self) -> tuple[int, ...]:
+        """Positions of the joints held, from 0."""
+        return tuple(int(j) for j in np.flatnonzero(self.stiffness > 0.0))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the constant torques as the equations say them to be; 0 unless asked what if."""
+        return tuple(f"{_HELD}OFF{j + 1}" for j in self.joints)
+
+    @property
+    def covariance(self) -> Array:
+        """Of these."""
+        return np.diag(self.sigma[list(self.joints)] ** 2)
+
+
+def free_offsets(n: int) -> HeldOffsets:
+    """No equations: constant torques are wholly free."""
+    return HeldOffsets(np.zeros(n), np.zeros(n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,17 +61,19 @@ class Run:
         source: of the recording with payload.
         blocks: equations in the robot's base parameters (none where the unloaded torque was subtracted), what is
             free in this recording, and ``PAYLOAD``.
-        stiffness: weights of the equations that hold constant torques near zero, shape (n,); all zero: wholly free.
+        held: equations that hold constant torques near zero.
+        ripple: waves that are estimated beside the payload.
     """
 
     source: str
     blocks: tuple[ReducedProblem, ...]
-    stiffness: Array
+    held: HeldOffsets
+    ripple: tuple[Wave, ...] = ()
 
     @cached_property
     def problem(self) -> ReducedProblem:
         """The equations of the whole recording without what is free in it."""
-        return friction_free(merged(self.blocks), self.stiffness)
+        return friction_free(merged(self.blocks), self.held)
 
     @cached_property
     def frictional(self) -> ReducedProblem:
@@ -46,7 +84,7 @@ class Run:
     def without_block(self, k: int) -> ReducedProblem:
         """As ``problem``, of all blocks but one."""
         others = [block for i, block in enumerate(self.blocks) if i != k]
-        return friction_free(merged(others), self.stiffness)
+        return friction_free(merged(others), self.held)
 
 
 def run_observer(robot: Robot, base: BaseParameters | None) -> Observer:
@@ -58,7 +96,14 @@ def run_observer(robot: Robot, base: BaseParameters | None) -> Observer:
     return Observer(free, columns, (*own, *(f"{_FREE}{name}" for name in friction), *PAYLOAD))
 
 
-def friction_free(problem: ReducedProblem, stiffness: Array) -> ReducedProblem:
+def with_columns(recording: Observation, more: Sequence[Array]) -> Observation:
+    """The equations with columns of each joint, r_j x k, that are free in this recording."""
+    names = tuple(f"{_FREE}{k}" for k in range(more[0].shape[1]))
+    W = tuple(np.column_stack([own, wide]) for own, wide in zip(recording.W, more, strict=True))
+    return Observation((*recording.columns, *names), W, recording.Y, recording.t, recording.bandwidth)
+
+
+def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
     """The equations less all that constant torques and Coulomb friction can explain, joint by joint.
 
     Each joint has friction parameters of its own, so that this is exact: what is left are the equations of the
@@ -66,21 +111,24 @@ def friction_free(problem: ReducedProblem, stiffness: Array) -> ReducedProblem:
 
     Args:
         problem: with free columns.
-        stiffness: weight of one more equation for each joint, "its constant torque is zero", shape (n,).
+        held: one more equation for some joints, "its constant torque is h"; the columns of h stand behind the
+            others and are left out where h = 0 is meant.
     """
     free = [k for k, name in enumerate(problem.columns) if name.startswith(_FREE)]
     rest = [k for k in range(len(problem.columns)) if k not in free]
     factors, taken = [], []
     for j, factor in enumerate(problem.factors):
-        offset = problem.columns.index(f"{_FREE}OFF{j + 1}")
-        held = np.zeros((1, factor.shape[1]))
-        held[0, offset] = stiffness[j]
-        rows = np.vstack([factor, held]) if stiffness[j] > 0.0 else factor
-        factors.append(triangular(without(rows[:, [*rest, -1]], rows[:, free])))
+        kept, off = np.insert(factor[:, [*rest, -1]], [len(rest)] * len(held.joints), 0.0, axis=1), factor[:, free]
+        if j in held.joints:
+            own, one = np.zeros((1, kept.shape[1])), np.zeros((1, len(free)))
+            own[0, len(rest) + held.joints.index(j)] = -held.stiffness[j]
+            one[0, free.index(problem.columns.index(f"{_FREE}OFF{j + 1}"))] = held.stiffness[j]
+            kept, off = np.vstack([kept, own]), np.vstack([off, one])
+        factors.append(triangular(without(kept, off)))
         taken.append(_rank(factor[:, free]))
     pairs = list(zip(problem.rows, problem.effective_rows, taken, strict=True))
     return ReducedProblem(
-        tuple(problem.columns[k] for k in rest),
+        (*(problem.columns[k] for k in rest), *held.columns),
         tuple(factors),
         tuple(max(rows - r, 0) for rows, _, r in pairs),
         tuple(max(rows - r, 0.0) for _, rows, r in pairs),

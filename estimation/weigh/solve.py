@@ -17,6 +17,7 @@ from ..payload.by_joints import ByJoints, JointEquations, joints_view
 from ..problem import ReducedProblem, merged
 from ..robust import jackknife
 from .problem import WeighProblem
+from .run import HeldOffsets
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +108,14 @@ class _Solver:
         )
         return estimate, shared
 
+    def of_offsets(self, whole: ReducedProblem, weights: Array, held: HeldOffsets) -> Array:
+        """Covariance from constant torques that are not zero; alike in all recordings, to be safe."""
+        if not held.joints:
+            return np.zeros((len(self.resolved.places),) * 2)
+        factor, k = whole.select((*self.names, *held.columns)).stacked(weights), len(self.names)
+        P = self.resolved.A @ np.linalg.lstsq(factor[:, :k], factor[:, k:-1], rcond=None)[0]
+        return np.asarray(P @ held.covariance @ P.T)
+
 
 def solve_weighing(problem: WeighProblem, scale: KnownMass | None = None) -> WeighEstimate:
     """The parameters that the recordings determine, with standard deviations.
@@ -134,7 +143,9 @@ def solve_weighing(problem: WeighProblem, scale: KnownMass | None = None) -> Wei
             estimate.values,
             problem.block_length,
         )
-        estimate = replace(estimate, robust=replace(robust, covariance=robust.covariance + shared))
+        # No block of time shows these.
+        lasting = shared + solver.of_offsets(problem.problem, estimate.weights, problem.held)
+        estimate = replace(estimate, robust=replace(robust, covariance=robust.covariance + lasting))
     except InputError as error:
         reason = str(error)
     return WeighEstimate(estimate, solver.resolved.places, reason, used is not None)
@@ -194,7 +205,7 @@ def weigh_gain_covariance(
             solver.known = replace(known, values=known.values + known.gain_sensitivity[:, j])
         J[:, j] = solver.values(scaled_torque(problem.problem, j, 2.0), weights) - found.estimate.values
         solver.known = known
-    return np.asarray(J @ gains.covariance(n) @ J.T)
+    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
 
 
 def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:
@@ -204,8 +215,11 @@ def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:
         known = problem.known
         rows = whole.effective_rows
         if known is None:
-            payload = tuple(w * f for w, f in zip(weights, whole.factors, strict=True))
-            return JointEquations(payload, tuple(f[:, :0] for f in payload), np.zeros((0, 0)), rows)
+            held = problem.held
+            ten, offsets = whole.select(PAYLOAD).factors, whole.select(held.columns).factors
+            payload = tuple(w * f for w, f in zip(weights, ten, strict=True))
+            taken = tuple(w * f[:, :-1] for w, f in zip(weights, offsets, strict=True))
+            return JointEquations(payload, taken, held.covariance, rows, True)
         k = len(known.names)
         scaled = [w * f for w, f in zip(weights, whole.factors, strict=True)]
         rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in scaled)

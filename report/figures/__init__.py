@@ -9,6 +9,7 @@ from .essential import essential_drawing
 from .excitation import excitation_figure
 from .flange import flange_figure
 from .methods import methods_figure
+from .repeats import repeats_figure
 from .torques import prediction_figure, worst_joint_figure
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "joints_figure",
     "methods_figure",
     "prediction_figure",
+    "repeats_figure",
     "save_drawings",
     "worst_joint_figure",
 ]

@@ -10,6 +10,7 @@ from .payload import payload_page
 from .plain import plain_page, plain_section
 from .provenance import Provenance, SourceFile
 from .svg import without_namespaces
+from .weighing import weigh_page
 
 __all__ = [
     "Html",
@@ -28,6 +29,7 @@ __all__ = [
     "robot_section",
     "table",
     "tag",
+    "weigh_page",
     "without_namespaces",
     "write_plots",
     "write_report",

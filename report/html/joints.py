@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...estimation import JointsMass, PayloadAnswer
-from ..figures import joints_figure
+from ...estimation import ByJoints, JointsMass, PayloadAnswer
+from ..figures import Drawing, joints_figure
 from ..numbers import with_interval
 from .markup import joined, paragraph, table
 from .page import Section
@@ -11,9 +11,14 @@ from .page import Section
 
 def joints_section(answer: PayloadAnswer) -> Section:
     """Mass by groups of joints, and each joint's share."""
-    best, found = answer.recommended, answer.by_joints
+    best = answer.recommended
     low, high = best.intervals.parameters[9]
-    drawn = joints_figure(found, best.mass, (float(low), float(high)))
+    drawn = joints_figure(answer.by_joints, best.mass, (float(low), float(high)))
+    return by_joints_section(answer.by_joints, (drawn,) if drawn else ())
+
+
+def by_joints_section(found: ByJoints, drawings: tuple[Drawing, ...] = ()) -> Section:
+    """The same for any payload; ``drawings``: its figure, unless it stands elsewhere."""
     shares = {share.joint: share for share in found.shares}
     rows = []
     for one in found.masses:
@@ -28,7 +33,7 @@ def joints_section(answer: PayloadAnswer) -> Section:
         "the robot's description is wrong."
     )
     content = joined(paragraph(words), table("Mass by groups of joints", names, rows))
-    return Section("joints", "The payload as each joint sees it", content, (drawn,) if drawn else ())
+    return Section("joints", "The payload as each joint sees it", content, drawings)
 
 
 def _mass(one: JointsMass) -> tuple[str, str]:

@@ -22,7 +22,7 @@ from .page import Page, Section
 from .provenance import Provenance, files_table, foot
 from .svg import figure_html
 from .torques import shown, torques_section
-from .verdict import agreement, improvements, quantities_table, reasons, verdict_of
+from .verdict import agreement, improvements, pair, quantities_table, reasons, verdict_of
 
 
 def payload_page(
@@ -97,11 +97,6 @@ class _First(NamedTuple):
         what = joined(tag("h3", "What to type into the controller"), block)
         return joined(
             verdict_of(answer.verdict),
-            _pair(joined(quantities_table(answer), agreement(answer), why), figure_html(self.flange)),
-            _pair(what, joined(worst, how)),
+            pair(joined(quantities_table(answer), agreement(answer), why), figure_html(self.flange)),
+            pair(what, joined(worst, how)),
         )
-
-
-def _pair(left: Html, right: Html) -> Html:
-    """Side by side where there is room."""
-    return tag("div", tag("div", left), tag("div", right), class_="first")

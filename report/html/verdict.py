@@ -18,7 +18,8 @@ _SENTENCES = {
 }
 _USE, _VAGUE, _NOT = "use", "not measured well enough", "do not use"
 _TOLD = {"use": (_USE, _USE, _USE), "mass_and_com_only": (_USE, _USE, _VAGUE), "do_not_use": (_NOT, _NOT, _NOT)}
-_Row = tuple[str, str, str]
+Row = tuple[str, str, str]
+"""Name, value with unit, 95 % interval."""
 
 
 def verdict_box(level: str, sentence: str) -> Html:
@@ -36,14 +37,25 @@ def quantities_table(answer: PayloadAnswer) -> Html:
     best = answer.recommended
     told = _TOLD[answer.verdict.level]
     groups = (_mass(best), _com(best), _inertia(best))
+    caption = f"In {best.frame}; inertia at the centre of mass; method {best.method}"
+    return grouped_table(caption, groups, told)
+
+
+def grouped_table(caption: str, groups: Sequence[Sequence[Row]], told: Sequence[str]) -> Html:
+    """Quantities in groups; ``told``: what to do with each."""
     bodies = [
         tag("tbody", *(_row(row, words if k == 0 else "", len(rows)) for k, row in enumerate(rows)))
         for rows, words in zip(groups, told, strict=True)
     ]
     cells = (tag("th", "", scope="col"), tag("th", "value", scope="col", class_="number"),
              tag("th", "95 % interval", scope="col", class_="number"), tag("th", "", scope="col"))  # fmt: skip
-    caption = tag("caption", f"In {best.frame}; inertia at the centre of mass; method {best.method}")
-    return tag("div", tag("table", caption, tag("thead", tag("tr", *cells)), *bodies), class_="scroll quantities")
+    table = tag("table", tag("caption", caption), tag("thead", tag("tr", *cells)), *bodies)
+    return tag("div", table, class_="scroll quantities")
+
+
+def pair(left: Html, right: Html) -> Html:
+    """Side by side where there is room."""
+    return tag("div", tag("div", left), tag("div", right), class_="first")
 
 
 def agreement(answer: PayloadAnswer) -> Html:
@@ -92,29 +104,29 @@ def improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction])
     return bullets(lines) or paragraph("Nothing stands out.")
 
 
-def _row(row: _Row, words: str, span: int) -> Html:
+def _row(row: Row, words: str, span: int) -> Html:
     cells = [tag("th", row[0], scope="row"), tag("td", row[1], class_="number"), tag("td", row[2], class_="number")]
     if words:
         cells.append(tag("td", words, class_="words", rowspan=str(span)))
     return tag("tr", *cells)
 
 
-def _mass(best: ConstrainedPayload) -> list[_Row]:
+def _mass(best: ConstrainedPayload) -> list[Row]:
     value, interval = with_interval(best.mass, *best.intervals.parameters[9])
     return [("mass", f"{value} kg", interval)]
 
 
-def _com(best: ConstrainedPayload) -> list[_Row]:
+def _com(best: ConstrainedPayload) -> list[Row]:
     values, bounds = 1e3 * best.body.com, 1e3 * best.intervals.com
     return _rows(["centre of mass x", "y", "z"], values, bounds, "mm")
 
 
-def _inertia(best: ConstrainedPayload) -> list[_Row]:
+def _inertia(best: ConstrainedPayload) -> list[Row]:
     values = np.diag(best.body.inertia_com)
     bounds = best.intervals.inertia_com[range(3), range(3)]
     return _rows(["inertia XX", "YY", "ZZ"], values, bounds, "kg m²")
 
 
-def _rows(names: Sequence[str], values: Array, bounds: Array, unit: str) -> list[_Row]:
+def _rows(names: Sequence[str], values: Array, bounds: Array, unit: str) -> list[Row]:
     texts = [with_interval(float(value), *pair) for value, pair in zip(values, bounds, strict=True)]
     return [(name, f"{value} {unit}", interval) for name, (value, interval) in zip(names, texts, strict=True)]

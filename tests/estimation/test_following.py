@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.estimation import FollowingChange, following_change, read_following
+from dynident.estimation.logs import LogMap, read_log_map, with_flags
 from dynident.model import InputError, Robot
 from dynident.model.arrays import Array
 
@@ -71,6 +72,61 @@ def test_different_references_are_not_compared(tmp_path: Path, rx90: Robot) -> N
     b = read_following(write(tmp_path / "b.csv", 1.0, "tauref"), rx90)
     with pytest.raises(InputError, match="same columns in both"):
         following_change(a, b)
+
+
+@pytest.mark.parametrize(
+    ("table", "reference", "kind", "size"),
+    [
+        ('[position_reference]\ncolumns = "target_q_{0}"\n', "qref", "following error", 1.0),
+        (
+            '[position_reference]\ncolumns = "target_q_{0}"\nunit = "deg"\n',
+            "qref",
+            "following error",
+            180.0 / np.pi,
+        ),
+        ('[torque_reference]\ncolumns = "target_q_{0}"\nunit = "mN·m"\n', "tauref", "unpredicted torque", 1e3),
+    ],
+)
+def test_references_that_a_log_map_names(
+    tmp_path: Path, rx90: Robot, table: str, reference: str, kind: str, size: float
+) -> None:
+    """The same log with other names and units says the same."""
+    standard = write(tmp_path / "a.csv", 1.0, reference)
+    rows = np.loadtxt(standard, delimiter=",", skiprows=1)
+    rows[:, 13:] *= size
+    names = standard.read_text(encoding="utf-8").splitlines()[0]
+    for j in range(1, 7):
+        names = names.replace(f"{reference}{j}", f"target_q_{j - 1}")
+    np.savetxt(tmp_path / "b.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")
+    (tmp_path / "map.toml").write_text(table, encoding="utf-8")
+    log_map = read_log_map(tmp_path / "map.toml")
+    plain, named = read_following(standard, rx90), read_following(tmp_path / "b.csv", rx90, log_map=log_map)
+    assert plain.kind == named.kind == kind
+    assert named.recording.torque == pytest.approx(plain.recording.torque, abs=1e-9)
+    with pytest.raises(InputError, match=r"target_q_0.* missing"):
+        read_following(standard, rx90, log_map=log_map)
+
+
+def test_turned_joints_turn_what_was_predicted(tmp_path: Path, rx90: Robot) -> None:
+    path = write(tmp_path / "a.csv", 1.0, "tauref")
+    plain = read_following(path, rx90)
+    turned = read_following(path, rx90, log_map=with_flags(LogMap(), signs=[-1.0] * 6))
+    assert turned.recording.torque == pytest.approx(-plain.recording.torque)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("[position_reference]\nunit = 'deg'\n", "name the columns"),
+        ("[torque_reference]\ncolumns = 'x{}'\nunit = 'percent'\n", "percent of what"),
+        ("[torque_reference]\ncolumns = 'x{}'\nside = 'motor'\n", "unknown"),
+        ("[position_reference]\ncolumns = ['a', 'b']\n", "6 joints"),
+    ],
+)
+def test_references_that_cannot_be(tmp_path: Path, rx90: Robot, table: str, words: str) -> None:
+    (tmp_path / "map.toml").write_text(table, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_following(write(tmp_path / "a.csv", 1.0), rx90, log_map=read_log_map(tmp_path / "map.toml"))
 
 
 def test_a_reference_of_some_joints_only(tmp_path: Path, rx90: Robot) -> None:

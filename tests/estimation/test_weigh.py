@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident.estimation import (
+    OFFSET_SHARE,
     GainErrors,
     KnownMass,
     PossibleBody,
@@ -19,6 +20,7 @@ from dynident.estimation import (
     known_robot_weighing,
     solve_weighing,
 )
+from dynident.estimation.weigh.run import free_offsets
 from dynident.model import InertialParameters, InputError, Recording, Robot, load_robot
 from dynident.model.arrays import Array
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator, random_via_points
@@ -100,12 +102,57 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
     changed = pair.loaded.torque + np.array([0, 9, 5, 0, 3, 1]) + np.array([0, 6, 3, 0, 2, 1]) * np.sign(qd)
     other = Pair(pair.bare, replace(pair.loaded, torque=changed))
     first, second = (weighed(simulator.robot, one) for one in (pair, other))
-    assert any(run.stiffness.any() for run in first.problem.runs)
-    assert not any(run.stiffness.any() for run in second.problem.runs)  # told by the recordings themselves
+    assert first.problem.held.joints == (1, 2)  # counted from 0
+    assert second.problem.held.joints == ()  # told by the recordings themselves
     assert second.mass == pytest.approx(first.mass, abs=2.0 * first.spread.mass)
     assert np.abs(second.com - first.com).max() < 2.0 * first.spread.com.max()
     assert second.mass == pytest.approx(LOAD.mass, abs=4.0 * second.spread.mass)
     assert abs(second.agreement[0].mass - LOAD.mass) > 0.1  # what plain differences make of it
+
+
+def test_a_constant_torque_within_the_allowance_is_in_the_interval(
+    record: Record, simulator: Simulator, arm: WeighProblem
+) -> None:
+    """What the allowance adds is what the mass changes by when constant torques differ by as much."""
+    held, found = arm.held, solve_weighing(arm)
+    assert held.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
+    pair = record((2, 3, 5, 6))
+    moved = np.zeros(10)
+    for j in held.joints:
+        torque = pair.loaded.torque + np.eye(6)[j] * held.sigma[j]
+        other = solve_weighing(
+            difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
+        )
+        moved += (other.ten - found.ten) ** 2
+    free = replace(arm, runs=tuple(replace(run, held=free_offsets(6)) for run in arm.runs))
+    assert solve_weighing(free).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
+    assert found.estimate.robust is not None
+    assert moved[9] > 0.0
+    assert found.estimate.robust.covariance[9, 9] > 0.9 * moved[9]
+
+
+def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: Simulator) -> None:
+    """Its waves; the mass, and the interval's width, as if it were not there or wide enough."""
+    pair = record((2, 3, 5, 6))
+    q, places = pair.loaded.q, [1, 2, 4, 5]
+    size = 0.05 * np.sqrt(np.mean(pair.loaded.torque**2, axis=0))
+    wave = np.zeros_like(q)
+    wave[:, places] = (size * np.sin(36.0 * q + 0.7))[:, places]
+    plain = weighed(simulator.robot, pair)
+    rippled = weighed(simulator.robot, Pair(pair.bare, replace(pair.loaded, torque=pair.loaded.torque + wave)))
+    found = rippled.problem.runs[0].ripple
+    assert {one.joint for one in found} >= {2, 3}
+    clear = [one for one in found if one.joint in (2, 3)]
+    assert all(one.waves == pytest.approx(36.0, abs=1.5) for one in clear)
+    assert all(one.amplitude == pytest.approx(size[one.joint - 1], rel=0.3) for one in clear)
+    assert rippled.mass == pytest.approx(plain.mass, abs=plain.spread.mass)
+    low, high = rippled.mass_interval
+    assert low < LOAD.mass < high
+
+
+def test_white_noise_has_no_ripple(record: Record, simulator: Simulator) -> None:
+    waves = [len(weighed(simulator.robot, record((2, 3, 5, 6), seed)).problem.runs[0].ripple) for seed in range(4)]
+    assert sum(waves) <= 2  # of 16 joints, each with one chance in twenty
 
 
 def test_every_quantity_is_judged_by_its_own(record: Record, simulator: Simulator) -> None:

@@ -1,0 +1,152 @@
+"""How much constant torques and Coulomb friction scatter from window to window without any payload.
+
+Run: DYNIDENT_DATA=.. python benchmarks/constant_torques.py. Windows of unloaded recordings share all other
+parameters of the robot; constant torque and Coulomb friction are each window's own. Printed is the scatter beyond
+the noise of the windows' estimates (Paule and Mandel, with a 90 % interval), as a share of the Coulomb friction and
+of the torque. Recordings with payload, by which weighing is judged, take no part; ``estimation.weigh.offsets`` uses
+the result.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from dynident.estimation import read_recording
+from dynident.estimation.correlation import autocorrelation_time
+from dynident.estimation.filtering import measurement
+from dynident.estimation.observation import Observation, Observer
+from dynident.estimation.weigh.moving import used_rows
+from dynident.model import Robot, base_parameters, load_robot
+from dynident.model.arrays import Array
+from scipy.stats import chi2
+
+GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
+UR10E = ("ur10e/unloaded.csv.gz", "ur10e/validation_unloaded.csv.gz", "ur10e/validation_point_to_point.csv.gz")
+TX40 = ("tx40/tx40.csv.gz",)
+ARM, WRIST = (1, 2, 3), (4, 5, 6)
+
+
+class Scatter(NamedTuple):
+    """One parameter of one joint by windows: estimates, their variances, and what they are compared with."""
+
+    kind: str
+    joint: int
+    values: Array
+    variances: Array
+    friction: float
+    torque: float
+
+
+def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | None) -> list[Observation]:
+    """Equal windows of at least ``length`` [s] of each recording, or each whole."""
+    observer = Observer(robot.with_offsets(True), base_parameters(robot.with_offsets(True)).columns)
+    found = []
+    for file in files:
+        recording = read_recording(folder / file, robot, GAINS if file.startswith("ur10e") else None)
+        data = measurement(recording, robot.processing)
+        keep = used_rows(data.motion, range(1, robot.n + 1), robot.processing)
+        whole = observer.observe_rows(data, keep, robot.processing.decimate)
+        times = np.concatenate(whole.t)
+        count = max(1, int(np.ptp(times) / length)) if length else 1
+        edges = np.linspace(times.min(), times.max() + 1e-9, count + 1)
+        found += [whole.between(*pair) for pair in pairwise(edges)]
+    return found
+
+
+def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
+    """Constant torque and Coulomb friction of each joint and window."""
+    columns = parts[0].columns
+    own = [k for k, name in enumerate(columns) if name.startswith(("OFF", "FS")) and name[-1].isdigit()]
+    rest = [k for k in range(len(columns)) if k not in own]
+    blocks, torques, joints, places = [], [], [], []
+    for k, part in enumerate(parts):
+        for j, (W, Y) in enumerate(zip(part.W, part.Y, strict=True)):
+            wide = np.zeros((len(W), len(rest) + len(parts) * len(own)))
+            wide[:, : len(rest)] = W[:, rest]
+            start = len(rest) + k * len(own)
+            wide[:, start : start + len(own)] = W[:, own]
+            blocks.append(wide)
+            torques.append(Y)
+            joints += [j] * len(Y)
+            places += [k] * len(Y)
+    A, y, joint, place = np.vstack(blocks), np.concatenate(torques), np.array(joints), np.array(places)
+    scale = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    weight = np.ones(robot.n)
+    for _ in range(3):
+        rows = weight[joint][:, None] * A / scale
+        x = np.linalg.lstsq(rows, weight[joint] * y, rcond=1e-10)[0] / scale
+        error = y - A @ x
+        weight = np.array([1.0 / np.sqrt(np.mean(error[joint == j] ** 2)) for j in range(robot.n)])
+    variance = np.diag(np.linalg.pinv(rows.T @ rows, rcond=1e-12)) / scale**2
+    found = []
+    for j in range(robot.n):
+        series = [
+            (part.t[j], error[(joint == j) & (place == k)]) for k, part in enumerate(parts) if len(part.t[j]) > 3
+        ]
+        step = min(float(np.diff(t).min()) for t, _ in series)
+        memory = max(1.0, 2.0 * autocorrelation_time(series, step) / step)
+        torque = float(np.sqrt(np.mean(y[joint == j] ** 2)))
+        at = {
+            kind: [len(rest) + k * len(own) + own.index(columns.index(f"{kind}{j + 1}")) for k in range(len(parts))]
+            for kind in ("OFF", "FS")
+        }
+        friction = float(np.mean(x[at["FS"]]))
+        for kind, where in at.items():
+            found.append(Scatter(kind, j + 1, x[where], memory * variance[where], friction, torque))
+    return found
+
+
+def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> tuple[float, float, float]:
+    """Common standard deviation in that unit: estimate, and ends of its 90 % interval."""
+    freedom = sum(len(one.values) - 1 for one in some)
+
+    def spread(share: float) -> float:
+        total = 0.0
+        for one in some:
+            weights = 1.0 / (one.variances + (share * unit(one)) ** 2)
+            mean = weights @ one.values / weights.sum()
+            total += float(weights @ (one.values - mean) ** 2)
+        return total
+
+    def solved(level: float) -> float:
+        low, high = 0.0, 1.0
+        if spread(0.0) <= level:
+            return 0.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if spread(middle) > level else (low, middle)
+        return high
+
+    return solved(freedom), solved(float(chi2.ppf(0.95, freedom))), solved(float(chi2.ppf(0.05, freedom)))
+
+
+def main() -> None:
+    """Print all figures."""
+    data = os.environ.get("DYNIDENT_DATA")
+    if not data:
+        print("left out, DYNIDENT_DATA is not set")
+        return
+    cases = (
+        ("UR10e, two recordings, 10 s", "ur10e", UR10E[:2], 10.0),
+        ("UR10e, validation_unloaded alone, 10 s", "ur10e", UR10E[1:2], 10.0),
+        ("UR10e, three recordings, each whole", "ur10e", UR10E, None),
+        ("TX40, 2 s", "tx40", TX40, 2.0),
+    )
+    for title, name, files, length in cases:
+        robot = load_robot(name)
+        parts = windows(Path(data), robot, files, length)
+        every = scatters(robot, parts)
+        print(f"{title}: {len(parts)} windows; scatter beyond noise [90 % interval]")
+        for kind, words in (("OFF", "constant torque"), ("FS", "Coulomb friction")):
+            for joints in (ARM, WRIST):
+                some = [one for one in every if one.kind == kind and one.joint in joints]
+                shares = [beyond_noise(some, unit) for unit in (lambda one: one.friction, lambda one: one.torque)]
+                told = [f"{100 * s:.1f} % [{100 * low:.1f}, {100 * high:.1f}]" for s, low, high in shares]
+                print(f"  {words}, joints {joints[0]}-{joints[-1]}: {told[0]} of friction, {told[1]} of torque")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Coulomb friction of each joint, from the recording without payload alone."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...model import Measurement, Robot, base_parameters
+from ...model.arrays import Array
+from ..least_squares import joint_weights
+from ..observation import Observer
+from ..problem import RANK_TOLERANCE, ReducedProblem, merged
+from ..reduction import reduced
+from ..rows import Mask
+
+_HIDDEN = 1e-6
+"""Share of a friction in undetermined directions above which it is not known."""
+
+
+def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], decimate: int) -> Array:
+    """Of each joint [N·m or N], shape (n,); 0 where the motion, or the robot's model, does not show it.
+
+    A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
+
+    Args:
+        robot: the robot.
+        measured: recordings without payload.
+        masks: their rows to be used, N x n.
+        decimate: parallel decimation.
+    """
+    free = robot.with_offsets(True)
+    observer = Observer(free, base_parameters(free).columns)
+    problem = merged(
+        reduced(observer.observe_rows(data, keep, decimate)) for data, keep in zip(measured, masks, strict=True)
+    )
+    values, hidden = _shown(problem, np.ones(robot.n))
+    values, _ = _shown(problem, joint_weights(problem, values))
+    levels = np.zeros(robot.n)
+    for j in range(robot.n):
+        name = f"FS{j + 1}"
+        if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:
+            levels[j] = max(values[problem.columns.index(name)], 0.0)
+    return levels
+
+
+def _shown(problem: ReducedProblem, weights: Array) -> tuple[Array, Array]:
+    """Shortest least-squares solution, and the share of each value in undetermined directions."""
+    factor = problem.stacked(weights)
+    scale = np.linalg.norm(factor[:, :-1], axis=0)
+    scale[scale == 0.0] = 1.0
+    U, singular, Vt = np.linalg.svd(factor[:, :-1] / scale, full_matrices=False)
+    kept = singular > RANK_TOLERANCE * singular[0]
+    values = Vt[kept].T @ (U[:, kept].T @ factor[:, -1] / singular[kept]) / scale
+    return np.asarray(values), np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
