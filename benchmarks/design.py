@@ -16,10 +16,12 @@ from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS
 from dynident.model.arrays import Array
 from dynident.report.motions import WrittenMotion, val3_replay
 from dynident.trajectories import (
+    BlendShape,
     Design,
     DesignProblem,
     FourierShape,
     Goal,
+    Solver,
     Trapezoid,
     ViaPointShape,
     build_design,
@@ -29,6 +31,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.criterion import Kind
 from dynident.trajectories.lagrangian import Multipliers
+from dynident.trajectories.shapes import Shape
 
 
 def figures() -> None:
@@ -38,10 +41,12 @@ def figures() -> None:
     )
     via, fourier = ViaPointShape(14), FourierShape(5, 10.0)
     trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
-    tasks: list[tuple[str, ViaPointShape | FourierShape, Kind, bool, float, float]] = [
+    tasks: list[tuple[str, Shape, Kind, bool, float, float]] = [
         ("14 via points, cond", via, "cond", False, 18.0, 5.0),
         ("14 via points, cond-scaled", via, "cond-scaled", False, 2.6, 5.0),
         ("14 via points by trapezoids, cond", trapezoids, "cond", False, 18.0, 5.0),
+        ("14 via points passed by blends, cond", BlendShape(14), "cond", False, 18.0, 5.0),
+        ("14 via points passed by blends, cond-scaled", BlendShape(14), "cond-scaled", False, 2.6, 5.0),
         ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, 27.0, 2.0),
         ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, 4.0, 2.0),
         ("payload, via points in 10 s, cond", via, "cond", True, 1.6, 2.0),
@@ -60,11 +65,12 @@ def replays() -> None:
     table = titled(
         "cond as designed, and as --val3 replays it", "designed: median", "worst", "replayed: median", "worst"
     )
-    shapes = {
+    shapes: dict[str, Shape] = {
         "quintic, passing": ViaPointShape(14),
         "quintic, at rest": ViaPointShape(14, passing=False),
         "trapezoid, ramp 0.25": ViaPointShape(14, passing=False, segment=Trapezoid()),
         "trapezoid, ramp 0.15": ViaPointShape(14, passing=False, segment=Trapezoid(0.15)),
+        "blends, passing": BlendShape(14),
     }
     for name, shape in shapes.items():
         problem = build_design(ROBOT, shape, Goal("cond"))
@@ -75,6 +81,33 @@ def replays() -> None:
         row = (np.median(found), max(found), np.median(again), max(again))
         table.add_row(name, *(f"{number:.2f}" for number in row))
     console.print(table)
+
+
+def solvers() -> None:
+    """The augmented Lagrangian and the interior point method on the same problems; row by row, as they come."""
+    console.print("Condition numbers by solver, median (worst) of five seeds, CPU s: median")
+    via, blends, fourier = ViaPointShape(14), BlendShape(14), FourierShape(5, 10.0)
+    both: list[tuple[Solver, int]] = [("augmented", 3), ("ipopt", 3)]
+    tasks: list[tuple[str, Shape, Kind, bool, bool]] = [
+        ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, False),
+        ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, False),
+        ("14 via points, cond", via, "cond", False, False),
+        ("14 via points passed by blends, cond", blends, "cond", False, False),
+        ("payload, via points in 10 s, cond", via, "cond", True, False),
+        ("14 via points, cond-scaled", via, "cond-scaled", False, False),
+        ("14 via points, torques and obstacles, cond", via, "cond", False, True),
+    ]
+    for name, shape, kind, payload, guarded in tasks:
+        goal, longest = Goal(kind, payload_only=payload), 10.0 if payload else None
+        bounds, scene = (GUARDED, SCENE) if guarded else (None, None)
+        problem = build_design(ROBOT, shape, goal, bounds=bounds, scene=scene, duration=longest)
+        # Where IPOPT finds more, the other solver with as much time.
+        for solver, starts in [*both, ("augmented", 30)] if shape is fourier else both:
+            designs = [solve_design(problem, seed=seed, starts=starts, solver=solver) for seed in SEEDS]
+            found = [np.exp(design.score.value) if design.feasible else np.inf for design in designs]
+            cpu = np.median([design.cpu_s for design in designs])
+            text = f"{np.median(found):.3f} ({max(found):.3f}), {cpu:.2f} s"
+            console.print(f"  {name}: {solver}, {starts} starts: {text}")
 
 
 def obstacles() -> None:
@@ -148,6 +181,8 @@ def gradient() -> None:
         "with limits",
         "trapezoids",
         "with limits",
+        "blends",
+        "with limits",
         "Fourier",
         "with limits",
     )
@@ -160,7 +195,7 @@ def gradient() -> None:
     for goal in goals:
         errors = []
         trapezoids = ViaPointShape(14, passing=False, segment=Trapezoid())
-        for shape in (ViaPointShape(14), trapezoids, FourierShape(5, 10.0)):
+        for shape in (ViaPointShape(14), trapezoids, BlendShape(14), FourierShape(5, 10.0)):
             problem, draw = build_design(ROBOT, shape, goal, bounds=GUARDED, scene=SCENE), np.random.default_rng(0)
             x = problem.family.random(draw) + 0.02 * draw.standard_normal(problem.family.size)
             limits = Multipliers(problem.limits, problem.state(x, 0.5), 3.0, 0.4)
@@ -201,7 +236,7 @@ def _row(designs: list[Design], kind: Kind, asked: float, seconds: float) -> lis
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    part.__name__: part for part in (gradient, figures, replays, information, obstacles, floors, peers)
+    part.__name__: part for part in (gradient, figures, replays, solvers, information, obstacles, floors, peers)
 }
 
 

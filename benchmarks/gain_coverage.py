@@ -1,6 +1,8 @@
-"""Coverage of the drive gains' 95 % intervals on simulated UR10e pairs, white and lasting noise on the currents.
+"""Coverage of the drive gains' 95 % intervals on simulated pairs, white and lasting noise on the currents.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/gain_coverage.py [--runs 40]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/gain_coverage.py [--runs 40] [--arm ur10e|rx90|rx90-spring|tx40]
+
+A UR10e, two arms with coupled drives, and one with a known spring as well.
 
 Gains of bodies that can exist, payload of known mass; the formula's and the jackknife's intervals. White noise,
 then AR(1) noise of 20 samples at 100 Hz. Also what a fit of torques would give.
@@ -8,17 +10,31 @@ then AR(1) noise of 20 samples at 100 Hz. Also what a fit of torques would give.
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+from dynident.commands.paper_setup import ASSUMED_SPRING
 from dynident.estimation import gain_problem, identify_gains
 from dynident.estimation.gains import known_mass
 from dynident.estimation.gains.current_side import torque_side
-from dynident.model import InertialParameters, Processing, Recording, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
+from dynident.model.arrays import Array
+from dynident.model.drives import SPRING
+from dynident.model.names import parameter_kind
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray
 
-TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])
+TRUTH = {
+    "ur10e": np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1]),
+    "rx90": np.array([40.0, 45.0, 38.0, 20.0, 18.0, 12.0]),
+    "rx90-spring": np.array([40.0, 45.0, 38.0, 20.0, 18.0, 12.0]),
+    "tx40": np.array([11.5, 12.4, 9.9, 6.4, 5.3, 4.1]),
+}
+"""N·m/A, of the motors on the joint side."""
 NOISE = np.array([0.5, 0.5, 0.3, 0.15, 0.15, 0.1])
+"""A, of the UR10e."""
+RELATIVE_NOISE = 0.06
+"""Of the others, of each motor's current."""
 BODY = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))
 SETTINGS = Processing(decimate=4)
 Noise = Callable[[np.random.Generator, tuple[int, ...]], NDArray[np.float64]]
@@ -35,49 +51,73 @@ def lasting(draw: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.flo
     return np.asarray(lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], draw.standard_normal(shape), axis=0))
 
 
-def simulator() -> Simulator:
-    from dataclasses import replace
+def arm(name: str) -> Robot:
+    """A robot; the RX90 perhaps with the spring that is assumed elsewhere."""
+    robot = load_robot(name.split("-")[0])
+    return replace(robot, drives=replace(robot.drives, spring=ASSUMED_SPRING)) if "spring" in name else robot
 
+
+def simulator(name: str = "ur10e") -> Simulator:
+    """Of an arm with the RX90's parameters."""
     known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
-    return Simulator(replace(load_robot("ur10e"), parameters=known))
+    return Simulator(replace(arm(name), parameters=known))
 
 
-def run(runs: int, noise: Noise, name: str) -> None:
-    draw = np.random.default_rng(3)
-    motion = ViaPoints(draw.uniform(-1.2, 1.2, (40, 6)), draw.uniform(0.6, 1.2, 39)).motion(100.0)
-    exact = [simulator().measure(motion, load).torque / TRUTH for load in (None, BODY)]
+def exact_currents(name: str) -> tuple[Motion, list[Array]]:
+    """Motor currents without and with the payload."""
+    robot, draw, source = arm(name), np.random.default_rng(3), simulator(name)
+    middle = np.mean([joint.limits.position for joint in robot.joints], axis=1) if name == "tx40" else np.zeros(6)
+    path = middle + draw.uniform(-1.2, 1.2, (40, 6))
+    motion = ViaPoints(path, draw.uniform(0.6, 1.2, 39)).motion(100.0)
+    torques = [source.measure(motion, load).torque for load in (None, BODY)]
+    coupling = robot.coupling
+    return motion, [(coupling.motor_torques(t) if coupling else t) / TRUTH[name] for t in torques]
+
+
+def run(arm_name: str, runs: int, noise: Noise, name: str) -> None:
+    motion, exact = exact_currents(arm_name)
+    truth, level = TRUTH[arm_name], NOISE
+    if arm_name != "ur10e":
+        level = RELATIVE_NOISE * np.sqrt(np.mean(exact[0] ** 2, axis=0))
     inside: dict[str, list[NDArray[np.bool_]]] = {"formula": [], "jackknife": []}
     fitted = []
     for seed in range(runs):
         draw = np.random.default_rng([7, seed])
         pair = [
-            Recording(motion.t, motion.q, i + NOISE * noise(draw, i.shape), motion.qd, f"log {k}")
+            Recording(motion.t, motion.q, i + level * noise(draw, i.shape), motion.qd, f"log {k}")
             for k, i in enumerate(exact)
         ]
-        problem = gain_problem(load_robot("ur10e"), pair[:1], pair[1:], SETTINGS)
-        found = identify_gains(problem, known_mass(6.0))
-        error = np.abs(np.log(found.values / TRUTH))
+        load = known_mass(6.0)
+        problem = gain_problem(arm(arm_name), pair[:1], pair[1:], SETTINGS, load=load)
+        found = identify_gains(problem, load)
+        error = np.abs(np.log(found.values / truth))
         inside["formula"].append(error < 1.96 * found.relative_sigma)
-        if found.robust is not None:
+        if found.robust is None:
+            print(f"{arm_name}, {name}, run {seed}: {found.without_robust}")
+        else:
             inside["jackknife"].append(error < found.robust.quantile95 * found.robust.sigma)
-        free = [k for k, column in enumerate(problem.equations.columns) if column != "M_L"]
-        known = np.zeros(len(problem.equations.columns))
+        known = np.array([1.0 if parameter_kind(c) == SPRING else 0.0 for c in problem.equations.columns])
         known[-1] = 6.0
-        fitted.append(1.0 / torque_side(problem.equations.factors, free, known, None)[0] / TRUTH)
+        free = [k for k, value in enumerate(known) if value == 0.0]
+        fitted.append(1.0 / torque_side(problem.equations.factors, free, known, None)[0] / truth)
     for kind, hits in inside.items():
         shares = " ".join(f"{100 * share:.0f}" for share in np.mean(hits, axis=0))
-        print(f"{name}, {kind}: {len(hits)} runs, covered {100 * np.mean(hits):.1f} % (joints {shares} %)")
+        print(
+            f"{arm_name}, {name}, {kind}: {len(hits)} runs, covered {100 * np.mean(hits):.1f} % (joints {shares} %)"
+        )
     bias = " ".join(f"{100 * (value - 1):+.1f}" for value in np.mean(fitted, axis=0))
-    print(f"{name}: a fit of torques is off by {bias} %")
+    print(f"{arm_name}, {name}: a fit of torques is off by {bias} %")
 
 
 def main() -> None:
     """Print coverage."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--runs", type=int, default=40)
-    runs = parser.parse_args().runs
-    run(runs, white, "white noise")
-    run(runs, lasting, "AR(1) noise of 20 samples")
+    parser.add_argument("--arm", choices=tuple(TRUTH), action="append")
+    arguments = parser.parse_args()
+    for name in arguments.arm or TRUTH:
+        run(name, arguments.runs, white, "white noise")
+        run(name, arguments.runs, lasting, "AR(1) noise of 20 samples")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def currents(source: Simulator) -> Callable[[InertialParameters | None, tuple[in
     def record(body: InertialParameters | None, seed: tuple[int, ...]) -> Recording:
         key = body.mass if body is not None else 0.0
         if key not in exact:
-            exact[key] = source.measure(motion, body).torque / TRUTH
+            exact[key] = source.measure(motion, body).torque / TRUTH["ur10e"]
         i = exact[key] + NOISE * np.random.default_rng(seed).standard_normal(exact[key].shape)
         return Recording(motion.t, motion.q, i, motion.qd, f"{key:g} kg, {seed}")
 

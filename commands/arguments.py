@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .values import fraction, gains_list, gains_or_file, mount, positive, texts, three, tool_frame
+
 if TYPE_CHECKING:
     from ..estimation import StopRule
     from ..estimation.logs import LogMap
@@ -122,112 +124,6 @@ def essential_rule(arguments: argparse.Namespace) -> StopRule | None:
     if arguments.essential_sigma is not None:
         return SigmaBound(arguments.essential_sigma)
     return SigmaRatio(arguments.essential_ratio) if arguments.essential_ratio is not None else None
-
-
-def fraction(text: str) -> float:
-    """A percentage, "10%" or "10", as a fraction."""
-    try:
-        return float(text.strip().removesuffix("%")) / 100.0
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage such as 10%") from None
-
-
-def whole(text: str) -> int:
-    """A whole number of at least 0."""
-    if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
-
-
-def positive(text: str) -> int:
-    """A whole number of at least 1."""
-    if whole(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)
-
-
-def number(text: str) -> float:
-    """Any number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-
-
-def share(text: str) -> float:
-    """A number from 0 to below 1."""
-    value = number(text)
-    if not 0.0 <= value < 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a share from 0 to below 1")
-    return value
-
-
-def gains_or_file(text: str) -> tuple[float, ...] | str:
-    """Numbers separated by commas, or the path of a JSON file."""
-    return text if text.lower().endswith(".json") else gains_list(text)
-
-
-def texts(text: str) -> tuple[str, ...]:
-    """Texts separated by commas."""
-    return tuple(part.strip() for part in text.split(","))
-
-
-def three(text: str) -> tuple[float, float, float]:
-    """Three finite numbers separated by commas."""
-    x, y, z = numbers(text, 3)
-    return x, y, z
-
-
-def mount(text: str) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] of the base, from a word or three angles in degrees."""
-    from ..model import MOUNTS
-
-    degrees = MOUNTS[text] if text in MOUNTS else three(text)
-    roll, pitch, yaw = (math.radians(angle) for angle in degrees)
-    return roll, pitch, yaw
-
-
-def tool_frame(text: str) -> Pose:
-    """A frame by three lengths in m and three angles in degrees."""
-    from ..model import Pose
-
-    values = numbers(text, 6)
-    return Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
-
-
-def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Finite numbers separated by commas."""
-    try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        values = ()
-    if not values or (count and len(values) != count) or not all(abs(value) < 1e6 for value in values):
-        raise argparse.ArgumentTypeError(f"{text!r} is not {count or 'a list of'} finite numbers with commas")
-    return values
-
-
-def gains_list(text: str) -> tuple[float, ...]:
-    """Numbers separated by commas."""
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
-
-
-def names_list(text: str) -> tuple[str, ...]:
-    """Names separated by commas."""
-    names = tuple(part.strip() for part in text.split(","))
-    if not all(names) or len(set(names)) != len(names):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different names separated by commas")
-    return names
-
-
-def positive_number(text: str) -> float:
-    """A number above 0."""
-    value = number(text)
-    if not 0.0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return value
 
 
 def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .arguments import positive, share, whole
 from .report import report_arguments
+from .values import positive, share, whole
 
 
 def add_parser(commands: Any) -> None:

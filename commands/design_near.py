@@ -6,7 +6,8 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from .arguments import ANSWERED, gains_list, positive_number
+from .arguments import ANSWERED
+from .values import gains_list, positive_number
 from .weigh import joint_list
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 _WITHOUT = (
     "via_points", "fourier", "rest", "max_duration", "start", "columns", "parameters", "payload_only", "data_from",
     "data_length", "bound", "evaluate", "log_map", "cutoff", "heaviest_payload", "segments", "ramp",
-    "segment_durations",
+    "segment_durations", "solver",
 )  # fmt: skip
 """Options of other designs."""
 _ONLY = ("joints", "range", "mass", "mass_sigma", "second_pose", "expected_mass", "rehearsal")

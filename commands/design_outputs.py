@@ -21,7 +21,7 @@ _FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to write what."""
-    from .arguments import names_list, positive_number
+    from .values import names_list, positive_number
 
     group = parser.add_argument_group("files")
     group.add_argument("--csv", metavar="F", help="samples: t, q, qd, qdd")
@@ -31,7 +31,7 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--val3",
         metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid; made if missing",
+        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
     )
     group.add_argument("--urscript", metavar="F", help="servoj program")
     group.add_argument(

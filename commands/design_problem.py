@@ -7,12 +7,12 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from ..model import InertialParameters, Robot
     from ..model.arrays import Array
-    from ..trajectories import DesignProblem, Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape
+    from ..trajectories import DesignProblem, Earlier, Goal, JointBounds, Loads
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
@@ -41,6 +41,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
     from ..model import base_parameters
     from ..trajectories import build_design, read_scene
     from .arguments import chosen_robot
+    from .design_shape import asked_shape
 
     robot = chosen_robot(arguments)
     known: Mapping[str, float] = {}
@@ -53,7 +54,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
     reference = _reference(robot, known, payload if arguments.payload_only else None, arguments.payload_only)
     problem = build_design(
         robot,
-        _shape(arguments),
+        asked_shape(arguments),
         _goal(arguments, robot, bounds, reference),
         bounds=bounds,
         loads=_loads(robot, known, payload, bounds, arguments.payload_only),
@@ -93,43 +94,6 @@ def _start(values: Sequence[float], robot: Robot) -> Array:
     return pose
 
 
-def _shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape:
-    from ..model import InputError
-    from ..trajectories import FourierShape
-
-    if arguments.fourier is None:
-        if arguments.duration is not None:
-            raise InputError("--duration is the period of --fourier: via points take --max-duration")
-        return _via_points(arguments)
-    for option in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
-        value = getattr(arguments, option)
-        if value is not None and value is not False:
-            raise InputError(f"--{option.replace('_', '-')} belongs to --via-points: --fourier takes --duration")
-    return FourierShape(
-        arguments.fourier, FourierShape().duration if arguments.duration is None else arguments.duration
-    )
-
-
-def _via_points(arguments: argparse.Namespace) -> ViaPointShape:
-    from ..model import InputError
-    from ..trajectories import Quintic, Segment, Trapezoid, ViaPointShape
-
-    count = arguments.via_points or ViaPointShape().count
-    if count < 3:
-        raise InputError(f"--via-points {count}: give at least 3")
-    segment: Segment = Quintic()
-    if arguments.segments == "trapezoid":
-        segment = Trapezoid() if arguments.ramp is None else Trapezoid(arguments.ramp)
-    elif arguments.ramp is not None:
-        raise InputError("--ramp has no effect without --segments trapezoid")
-    fixed = arguments.segment_durations
-    if fixed is not None:
-        if arguments.max_duration is not None:
-            raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
-        fixed = fixed[0] if len(fixed) == 1 else fixed
-    return ViaPointShape(count, passing=segment.passes and not arguments.rest, fixed=fixed, segment=segment)
-
-
 def asked_bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
     """Limits of the joints."""
     from ..trajectories import JointBounds
@@ -144,14 +108,13 @@ def asked_bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
 
 
 def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, reference: Mapping[str, float]) -> Goal:
-    from ..trajectories import FourierShape, Goal
+    from ..trajectories import Goal
+    from .design_shape import known_length
 
     noise, earlier = asked_noise(arguments, bounds), None
     length = arguments.data_length
     if arguments.data_from:
-        earlier = _earlier(arguments, robot, noise)
-        period = (arguments.duration or FourierShape().duration) if arguments.fourier else arguments.max_duration
-        length = length or period
+        earlier, length = _earlier(arguments, robot, noise), length or known_length(arguments)
     return Goal(
         arguments.criterion,
         columns=arguments.columns,
@@ -263,32 +226,3 @@ def _payload(text: str, robot: Robot) -> InertialParameters:
             file=sys.stderr,
         )
     return InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))
-
-
-def acceleration_limit(text: str) -> Any:
-    """ "3x": times the speed limit per second (a float); or a number per joint (a tuple)."""
-    from .arguments import gains_list
-
-    if text.lower().endswith("x"):
-        try:
-            factor = float(text[:-1])
-        except ValueError:
-            factor = -1.0
-        if not 0.0 < factor < 1e6:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a factor such as 3x")
-        return factor
-    return gains_list(text)
-
-
-def torque_list(text: str) -> tuple[float, ...] | str:
-    """ "none"; or a number per joint."""
-    from .arguments import gains_list
-
-    return text if text == "none" else gains_list(text)
-
-
-def noise_level(text: str) -> Any:
-    """ "10%": of the torque limits (a float); or a number per joint (a tuple)."""
-    from .arguments import fraction, gains_list
-
-    return fraction(text) if text.strip().endswith("%") else gains_list(text)

@@ -26,6 +26,8 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
+    from dataclasses import replace
+
     from rich.console import Console
 
     from ..estimation.gains import gain_problem, identify_gains, known_mass, read_known_load
@@ -41,11 +43,12 @@ def run(arguments: argparse.Namespace) -> int:
     robot, processing = settings(arguments)
     told = set[str]()
     amperes = (1.0,) * robot.n
+    plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
     unloaded, loaded = (
-        read_recordings(paths, robot, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)
+        read_recordings(paths, plain, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)
     )
     with Console(stderr=True).status("reading") as status:
-        problem = gain_problem(robot, unloaded, loaded, processing, status.update)
+        problem = gain_problem(robot, unloaded, loaded, processing, status.update, load)
         status.update("estimating")
         gains = identify_gains(problem, load)
     table = gains_table(gains)

@@ -31,8 +31,16 @@ def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("identify", help="identify the robot's own parameters, without payload")
     robot_argument(parser)
-    parser.add_argument("--data", action="append", required=True, metavar="LOG", help="recording without payload")
-    parser.add_argument("--validate", action="append", default=[], metavar="LOG", help="another one, held out")
+    parser.add_argument(
+        "--data",
+        action="append",
+        required=True,
+        metavar="LOG",
+        help="recording without payload; repeatable: several are recordings of one identification",
+    )
+    parser.add_argument(
+        "--validate", action="append", default=[], metavar="LOG", help="another one, held out; repeatable"
+    )
     essential_arguments(parser)
     group = parser.add_argument_group("a robot that can exist", "beside the free estimate")
     group.add_argument(

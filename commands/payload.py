@@ -34,14 +34,18 @@ def add_parser(commands: Any) -> None:
     robot_argument(parser)
     payload_frame_argument(parser)
     parser.add_argument(
-        "--unloaded", action="append", default=[], metavar="LOG", help="recording without payload; repeatable"
+        "--unloaded",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="recording without payload; repeatable: several are recordings of one robot",
     )
     parser.add_argument(
         "--loaded",
         action="append",
         required=True,
         metavar="LOG",
-        help="recording with payload; repeatable; method 3 pairs them in order",
+        help="recording with payload; repeatable: several are of one payload; method 3 pairs them in order",
     )
     parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
     parser.add_argument("--method", choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
@@ -50,7 +54,11 @@ def add_parser(commands: Any) -> None:
         "--max-mismatch", type=float, metavar="RAD", help="method 3: largest difference of position"
     )
     parser.add_argument(
-        "--validate", action="append", default=[], metavar="LOG", help="another one without payload"
+        "--validate",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="another one without payload, held out; repeatable",
     )
     knowledge_arguments(parser)
     essential_arguments(parser)

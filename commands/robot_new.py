@@ -8,7 +8,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, numbers
+from .arguments import ANSWERED
+from .values import numbers
 
 if TYPE_CHECKING:
     from ..model import JointAxis, Pose, Robot

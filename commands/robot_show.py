@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import ANSWERED, chosen_robot, numbers, payload_frame_argument, robot_argument
+from .arguments import ANSWERED, chosen_robot, payload_frame_argument, robot_argument
+from .values import numbers
 
 
 def add_parser(commands: Any) -> None:

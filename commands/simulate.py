@@ -11,7 +11,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, chosen_robot, number, robot_argument, share, whole
+from .arguments import ANSWERED, chosen_robot, robot_argument
+from .values import number, share, whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

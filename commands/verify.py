@@ -5,16 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .arguments import (
-    ANSWERED,
-    DO_NOT_USE,
-    chosen_robot,
-    gains_or_file,
-    log_arguments,
-    log_map,
-    read_gains,
-    robot_argument,
-)
+from .arguments import ANSWERED, DO_NOT_USE, chosen_robot, log_arguments, log_map, read_gains, robot_argument
+from .values import gains_or_file
 
 
 def add_parser(commands: Any) -> None:

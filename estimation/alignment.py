@@ -1,14 +1,17 @@
 """Brings two recordings of the same trajectory onto one time."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from ..model import InputError, Recording
 from ..model.arrays import Array
+from ..model.paged import empty, parts, release
 from .filtering import on_grid, resampled
 
 _FINE = 50  # steps per sample in the search for the best lag
+_MOST = 200_000  # samples that are compared in it
 
 
 class AlignedPair(NamedTuple):
@@ -40,29 +43,41 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
     other = resampled(unloaded, 1.0 / step)
-    coarse = step * _coarse_lag(other.q, loaded.q) + (loaded.t[0] - other.t[0])
-    lag = _fine_lag(unloaded, loaded, coarse, step)
+    thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
+    coarse = thin * step * _coarse_lag(other.q[::thin], loaded.q[::thin]) + (loaded.t[0] - other.t[0])
+    release(other.q, loaded.q)
+    lag = _fine_lag(unloaded, loaded, coarse, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
-    inside = (loaded.t >= low) & (loaded.t <= high)
-    if inside.sum() < 0.5 * min(len(loaded.t), len(other.t)):
+    inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
+    if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(other.t)):
         raise _different(unloaded, loaded, "they overlap by less than half")
     common = loaded.t[inside]
-    a = on_grid(unloaded, common - lag)
+    a = on_grid(unloaded, _earlier(common, lag))
     a = Recording(common, a.q, a.torque, a.qd, a.source, a.notes)
     qd = loaded.qd[inside] if loaded.qd is not None else None
     b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
-    difference = np.abs(a.q - b.q)
-    worst = float(difference.max())
+    largest, squares = np.zeros((2, a.q.shape[1]))
+    for part in parts(len(common), a.q, b.q):
+        difference = np.abs(a.q[part] - b.q[part])
+        largest, squares = np.maximum(largest, difference.max(axis=0)), squares + np.sum(difference**2, axis=0)
+    worst = float(largest.max())
     if worst > max_mismatch:
-        joint = int(np.argmax(difference.max(axis=0))) + 1
+        joint = int(np.argmax(largest)) + 1
         raise _different(
             unloaded,
             loaded,
             f"q{joint} differs by up to {worst:.3g} (limit {max_mismatch:g}; rad or m) at the best lag",
         )
-    rms = float(np.sqrt(np.mean(difference**2)))
+    rms = float(np.sqrt(squares.sum() / a.q.size))
     return AlignedPair(a, b, lag, worst, rms)
+
+
+def _earlier(t: Array, lag: float) -> Array:
+    moved = empty(t.shape)
+    for part in parts(len(t), t, moved):
+        moved[part] = t[part] - lag
+    return moved
 
 
 def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
@@ -85,17 +100,18 @@ def _coarse_lag(a: Array, b: Array) -> int:
     return int(correlation_lags(len(b), len(a), mode="full")[np.argmax(total)])
 
 
-def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float) -> float:
-    """Lag with the smallest squared difference of position, by a parabola around the best fine step."""
-    from scipy.interpolate import PchipInterpolator
+def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
+    """Lag with the smallest squared difference of position, by a parabola around the best fine step.
 
-    positions = PchipInterpolator(unloaded.t, unloaded.q, axis=0, extrapolate=False)
+    Of long recordings every ``thin``-th sample is compared.
+    """
+    t, q, positions = loaded.t[::thin], loaded.q[::thin], _positions(unloaded, thin > 1)
 
     def mismatch(lag: float) -> float:
-        difference = positions(loaded.t - lag) - loaded.q
+        difference = positions(t - lag) - q
         return float(np.nanmean(difference**2)) if np.isfinite(difference).any() else np.inf
 
-    width = 2.0 * step
+    width = 2.0 * step * thin
     lag = coarse
     while width > step / _FINE:
         candidates = lag + width * np.linspace(-1.0, 1.0, 9)
@@ -104,3 +120,23 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
     low, mid, high = (mismatch(lag + d) for d in (-width, 0.0, width))
     curve = low - 2.0 * mid + high
     return lag + (0.5 * width * (low - high) / curve if curve > 0.0 else 0.0)
+
+
+def _positions(recording: Recording, long: bool) -> Callable[[Array], Array]:
+    """Positions at any time, nan beyond the recording; of long ones linear between samples."""
+    t, q = recording.t, recording.q
+    if not long:
+        from scipy.interpolate import PchipInterpolator
+
+        smooth: Callable[[Array], Array] = PchipInterpolator(t, q, axis=0, extrapolate=False)
+        return smooth
+
+    def between(times: Array) -> Array:
+        after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+        share = ((times - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
+        values = (1.0 - share) * q[after - 1] + share * q[after]
+        values[(times < t[0]) | (times > t[-1])] = np.nan
+        release(t, q)
+        return values
+
+    return between

@@ -1,6 +1,6 @@
 """Cuts observations into blocks of time that are long against the memory of the residuals."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,7 +16,12 @@ from .reduction import reduced
 
 _TIMES = 5.0  # autocorrelation times a block holds
 _SHORTEST = 1.0  # s
+_MERGED = 8  # problems kept apart until they are merged
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
+
+
+Pieces = Callable[[], Iterable[Observation]]
+"""Opens the equations of one recording, in consecutive pieces of time."""
 
 
 class Residuals(NamedTuple):
@@ -64,6 +69,27 @@ def cut(recording: Observation, edges: Array) -> list[ReducedProblem]:
     return [reduced(recording.between(*pair)) for pair in pairwise(edges)]
 
 
+def residuals_of(pieces: Iterable[Observation], values: Array) -> Residuals:
+    """What parameters leave of one recording that comes in consecutive pieces of time."""
+    parts = [(piece.t, piece.errors(values)) for piece in pieces]
+    t, errors = (tuple(map(np.concatenate, zip(*arrays, strict=True))) for arrays in zip(*parts, strict=True))
+    return Residuals(t, errors)
+
+
+def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[ReducedProblem]:
+    """As ``cut``, a piece at a time: most blocks lie in one of them."""
+    found: list[list[ReducedProblem]] = [[] for _ in edges[1:]]
+    nothing: list[ReducedProblem] = []  # of a block in which the robot pauses
+    for piece in pieces:
+        nothing = nothing or [reduced(piece.between(np.inf, np.inf))]
+        first, last = np.searchsorted(edges, span(piece), side="right") - 1
+        for k in range(int(first), int(last) + 1):
+            found[k].append(reduced(piece.between(edges[k], edges[k + 1])))
+            if len(found[k]) > _MERGED:
+                found[k] = [merged(found[k])]
+    return [merged(parts or nothing) for parts in found]
+
+
 def leave_one_out(blocks: Sequence[ReducedProblem]) -> Iterator[ReducedProblem]:
     """For each block all others merged: those before it and those after it are merged once for all.
 
@@ -85,10 +111,14 @@ def leave_one_out(blocks: Sequence[ReducedProblem]) -> Iterator[ReducedProblem]:
 
 def _residuals(group: Sequence[Observation]) -> list[Residuals]:
     """Of the weighted fit to all recordings of one load."""
-    problem = merged(reduced(recording) for recording in group)
-    weights = joint_weights(problem, _solution(problem.stacked()))
-    values = _solution(problem.stacked(weights))
+    values = weighted_solution(merged(reduced(recording) for recording in group))
     return [Residuals(recording.t, recording.errors(values)) for recording in group]
+
+
+def weighted_solution(problem: ReducedProblem) -> Array:
+    """Values of the weighted fit; of dependent columns the shortest ones."""
+    weights = joint_weights(problem, _solution(problem.stacked()))
+    return _solution(problem.stacked(weights))
 
 
 def _memory(group: Sequence[Residuals]) -> float:

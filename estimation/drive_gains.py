@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import InputError
+from ..model import InputError, Robot
 from ..model.arrays import Array
 from .problem import ReducedProblem, triangular
 
@@ -37,6 +37,20 @@ class GainErrors:
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
             told = ", ".join(f"{sigma:g}" for sigma in sigmas)
             raise InputError(f"relative errors of drive gains {told}: give standard deviations from 0 to below 1")
+
+    def covariance_of(self, robot: Robot) -> Array:
+        """Of a robot's e_1 .. e_n, n x n.
+
+        Raises:
+            InputError: for identified gains of coupled drives, each of which acts on two joints.
+        """
+        if self.identified and robot.coupling is not None:
+            j, k = robot.coupling.joints
+            raise InputError(
+                f"{robot.name}: how sure identified gains are is not carried through the coupled drives {j} and "
+                f"{k}: give the gains as numbers, --drive-gains K1,K2,.."
+            )
+        return self.covariance(robot.n)
 
     def covariance(self, n: int) -> Array:
         """Of e_1 .. e_n, n x n.

@@ -9,12 +9,14 @@ import numpy as np
 
 from ..model import InputError, Measurement, Motion, Processing, Recording
 from ..model.arrays import Array
+from ..model.paged import ROWS, empty, parts, release
 
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
+_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -31,11 +33,8 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
     _check_cutoff(even.q, q, processing.cutoff, recording.source)
-    if even.qd is None:
-        qd = np.gradient(q, step, axis=0)
-    else:
-        qd = lowpass(even.qd, step, processing.cutoff, recording.source)
-    return Measurement(Motion(even.t, q, qd, np.gradient(qd, step, axis=0)), even.torque)
+    qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
+    return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
@@ -49,11 +48,10 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     Raises:
         InputError: if the rate is far above the recorded one, or leaves too few samples.
     """
-    steps = np.diff(recording.t)
-    mean = float(steps.mean())
-    even = float(np.abs(steps - mean).max()) < _EVEN * mean
-    if even and (rate is None or abs(rate * mean - 1.0) < 1e-6):
-        t = recording.t[0] + mean * np.arange(len(recording.t))
+    times = recording.t
+    mean = float(times[-1] - times[0]) / (len(times) - 1)
+    if (rate is None or abs(rate * mean - 1.0) < 1e-6) and _is_even(times, mean):
+        t = _grid(times[0], mean, len(times))
         return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
     rate = rate or 1.0 / mean
     if rate * mean > _MOST_OVERSAMPLING:
@@ -66,25 +64,58 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
         raise InputError(
             f"{recording.source}: {count} samples at {rate:g} Hz are too few: raise --rate, record longer"
         )
-    return on_grid(recording, recording.t[0] + np.arange(count) / rate)
+    return on_grid(recording, _grid(times[0], 1.0 / rate, count))
+
+
+def _is_even(t: Array, step: float) -> bool:
+    return all(
+        bool((np.abs(np.diff(t[part.start : part.stop + 1]) - step) < _EVEN * step).all())
+        for part in parts(len(t), t)
+    )
+
+
+def _grid(start: float, step: float, count: int) -> Array:
+    t = empty((count,))
+    for part in parts(count, t):
+        t[part] = start + step * np.arange(part.start, part.stop)
+    return _locked(t)
+
+
+def _locked(array: Array) -> Array:
+    """What no one changes any more, so that a motion need not copy it."""
+    if array.flags.writeable:
+        array.setflags(write=False)
+    return array
 
 
 def on_grid(recording: Recording, t: Array) -> Recording:
     """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
     from scipy.interpolate import PchipInterpolator
 
-    blocks = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
-    times = np.clip(t, recording.t[0], recording.t[-1])
-    values = PchipInterpolator(recording.t, np.hstack(blocks), axis=0)(times)
-    parts = np.split(values, len(blocks), axis=1)
-    qd = parts[2] if recording.qd is not None else None
-    return Recording(t, parts[0], parts[1], qd, recording.source, recording.notes)
+    own = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
+    made = [empty((len(t), one.shape[1])) for one in own]
+    at_once = max(1, min(ROWS, ROWS * len(t) // len(recording.t)))  # so that the samples in between are few as well
+    for start in range(0, len(t), at_once):
+        part = slice(start, start + at_once)
+        times = np.clip(t[part], recording.t[0], recording.t[-1])
+        low, high = np.searchsorted(recording.t, times[[0, -1]])
+        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        for one, values in zip(own, made, strict=True):
+            values[part] = PchipInterpolator(recording.t[near], one[near], axis=0)(times)
+        release(recording.t, t, *own, *made)
+    q, torque, *speeds = map(_locked, made)
+    return Recording(t, q, torque, speeds[0] if speeds else None, recording.source, recording.notes)
 
 
 def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str) -> None:
     """A filter that changes the positions themselves is too low for the motion."""
-    spread = np.linalg.norm(raw - raw.mean(axis=0), axis=0)
-    lost = np.linalg.norm(raw - filtered, axis=0)
+    mean, spread, lost = (np.zeros(raw.shape[1]) for _ in range(3))
+    for part in parts(len(raw), raw):
+        mean += raw[part].sum(axis=0) / len(raw)
+    for part in parts(len(raw), raw, filtered):
+        spread += np.sum((raw[part] - mean) ** 2, axis=0)
+        lost += np.sum((raw[part] - filtered[part]) ** 2, axis=0)
+    spread, lost = np.sqrt(spread), np.sqrt(lost)
     share = np.where(spread > _MOVES * np.sqrt(len(raw)), lost / np.where(spread > 0.0, spread, 1.0), 0.0)
     j = int(np.argmax(share))
     if cutoff is not None and share[j] > _MOST_LOST:
@@ -111,9 +142,39 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import butter
 
-    sos = butter(_ORDER, 2.0 * cutoff * step, output="sos")
     if len(signals) < _FEWEST:
         raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
-    return np.asarray(sosfiltfilt(sos, signals, axis=0))
+    return _forward_and_backward(butter(_ORDER, 2.0 * cutoff * step, output="sos"), signals)
+
+
+def _forward_and_backward(sos: Array, signals: Array) -> Array:
+    """What ``scipy.signal.sosfiltfilt`` gives, stretch by stretch: the filter's state goes from one to the next."""
+    from scipy.signal import sosfilt, sosfilt_zi
+
+    edge = 3 * (2 * len(sos) + 1)  # samples by which the ends are mirrored, scipy's number
+    before = 2.0 * signals[0] - signals[edge:0:-1]
+    after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
+    rest = sosfilt_zi(sos)[:, :, None]
+    result = empty(signals.shape)
+    _, state = sosfilt(sos, before, axis=0, zi=rest * before[0])
+    for part in parts(len(signals), signals, result):
+        result[part], state = sosfilt(sos, signals[part], axis=0, zi=state)
+    beyond, _ = sosfilt(sos, after, axis=0, zi=state)
+    _, state = sosfilt(sos, beyond[::-1], axis=0, zi=rest * beyond[-1])
+    for part in reversed(list(parts(len(signals)))):
+        backward, state = sosfilt(sos, result[part][::-1], axis=0, zi=state)
+        result[part] = backward[::-1]
+        release(result)
+    return result
+
+
+def slopes(values: Array, step: float) -> Array:
+    """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
+    result = empty(values.shape)
+    for part in parts(len(values), values, result):
+        start, stop = max(part.start - 1, 0), min(part.stop + 1, len(values))
+        wide = np.gradient(values[start:stop], step, axis=0)
+        result[part] = wide[part.start - start : part.stop - start]
+    return result

@@ -1,13 +1,13 @@
 """Identification of a robot from recordings without payload: the base parameters."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from ..model import BaseParameters, InputError, Processing, Recording, Robot, base_parameters
 from ..model.base.rank import leftmost_independent, random_states, stacked_regressor
+from .blocks import Pieces
 from .drive_gains import GainErrors, gain_sensitivity
 from .essential import Elimination, StopRule, eliminate
 from .estimate import Estimate, Fit, fit
@@ -18,7 +18,7 @@ from .plausibility import check_recordings, still_joints
 from .problem import ReducedProblem, merged
 from .progress import Progress, silent
 from .reduction import reduced_measurement
-from .robot_blocks import Pieces, robot_blocks
+from .robot_blocks import robot_blocks
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,9 @@ def identify(
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
-    estimate = _with_gains(problem, estimate, gains)
+    estimate = _with_gains(robot, problem, estimate, gains)
     elimination, reason = eliminate(problem, estimate, essential), ""
-    part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
+    part = _with_gains(robot, problem.select(elimination.essential), elimination.estimate, gains)
     elimination = replace(elimination, estimate=part)
     if robust:
         progress("leaving out blocks")
@@ -102,13 +102,12 @@ def identify(
     return Identification(robot, base, problem, estimate, elimination, check, reason, gains)
 
 
-def _with_gains(problem: ReducedProblem, estimate: Estimate, gains: GainErrors | None) -> Estimate:
+def _with_gains(robot: Robot, problem: ReducedProblem, estimate: Estimate, gains: GainErrors | None) -> Estimate:
     """An estimate with what it owes to each joint's torque, and how sure that is."""
-    n = len(problem.factors)
     return replace(
         estimate,
         gain_sensitivity=gain_sensitivity(problem, estimate.weights),
-        gain_covariance=gains.covariance(n) if gains is not None else None,
+        gain_covariance=gains.covariance_of(robot) if gains is not None else None,
     )
 
 
@@ -172,11 +171,7 @@ def _pieces(
 ) -> list[Pieces]:
     """The same, to be opened piece by piece."""
     observer = Observer(robot, base.columns)
-
-    def pieces(recording: Recording) -> Iterator[Observation]:
-        return observer.pieces(measurement(recording, processing), processing)
-
-    return [partial(pieces, recording) for recording in recordings]
+    return [observer.opener(measurement(recording, processing), processing) for recording in recordings]
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:

@@ -12,11 +12,11 @@ import numpy as np
 from ..model import InputError, Kernel, Measurement, Processing, Recording, Robot, base_parameters, base_regressor
 from ..model.arrays import Array
 from .filtering import lowpass, measurement
-from .observation import kept_rows
 from .pose_check import quick_residual
 from .problem import triangular
 from .progress import Progress, silent
 from .readings import Reading, neighbours
+from .rows import kept_rows
 
 _SAMPLES = 400
 """Samples that a reading is tried on: enough to rank, few enough to try hundreds."""

@@ -14,9 +14,10 @@ from ..model import InputError, Measurement, Motion, Processing, Recording
 from ..model.arrays import Array
 from .filtering import measurement, on_grid
 from .logs import Samples
-from .observation import Mask, Observer, fast_rows, stretches
+from .observation import Observer
 from .problem import ReducedProblem
 from .reduction import reduced_pieces
+from .rows import Mask, UsedRows, cut_ends, fastest, used_samples
 
 _PIECE = 60.0  # s
 _FORGETS = 10.0  # periods of the cut-off: the filter's transient falls below 1e-9 of what was cut
@@ -44,32 +45,32 @@ def reduced_log(
     Raises:
         InputError: if the log's time is uneven and no rate is given, or it is too short.
     """
-    moving, fastest = _overview(blocks, processing, source)
+    rows = _overview(blocks, processing, source)
 
     def pieces() -> Iterator[tuple[Measurement, Mask]]:
         for piece in _pieces(blocks(), processing, source):
             here = slice(piece.start, piece.start + len(piece.data.motion.t))
-            yield piece.data, fast_rows(piece.data.motion.qd, fastest, moving[here], processing.slow_fraction)
+            yield piece.data, rows.of(piece.data.motion.qd, here)
 
     return reduced_pieces(observer, pieces(), processing.decimate)
 
 
-def _overview(blocks: Callable[[], Iterable[Samples]], processing: Processing, source: str) -> tuple[Mask, Array]:
-    """Which samples belong to a motion, shape (N,), and each joint's largest speed in it, shape (n,)."""
-    times, on_its_way = [], []
+def _overview(blocks: Callable[[], Iterable[Samples]], processing: Processing, source: str) -> UsedRows:
+    times, on_its_way, ends, largest = [], [], [], []
     for piece in _pieces(blocks(), processing, source):
         times.append(piece.data.motion.t)
         on_its_way.append((np.abs(piece.data.motion.qd) > processing.still_speed).any(axis=1))
+        ends.append(piece.data.motion.qd[[0, -1]])
+        largest.append(np.abs(piece.data.motion.qd).max(axis=0))
     if not times:
         raise InputError(f"{source}: no rows of numbers")
-    moving = stretches(np.concatenate(times), np.concatenate(on_its_way))
-    fastest: Array | None = None
-    for piece in _pieces(blocks(), processing, source):
-        inside = moving[piece.start : piece.start + len(piece.data.motion.t)]
-        speed = np.abs(piece.data.motion.qd[inside]).max(axis=0, initial=0.0)
-        fastest = speed if fastest is None else np.maximum(fastest, speed)
-    assert fastest is not None
-    return moving, fastest
+    cut = cut_ends(np.array([ends[0][0], ends[-1][1]]), np.max(largest, axis=0), processing)
+    moving = used_samples(np.concatenate(times), np.concatenate(on_its_way), cut, processing)
+    speeds = [
+        fastest(piece.data.motion.qd, moving[piece.start : piece.start + len(piece.data.motion.t)])
+        for piece in _pieces(blocks(), processing, source)
+    ]
+    return UsedRows(moving, np.max(speeds, axis=0), processing.slow_fraction)
 
 
 def _pieces(blocks: Iterable[Samples], processing: Processing, source: str) -> Iterator[_Piece]:

@@ -1,22 +1,19 @@
 """The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from ..model import Kernel, Measurement, Motion, Processing, Robot, regressor
 from ..model.arrays import Array
+from ..model.paged import parts
 from .decimation import Decimator, noise_bandwidth
+from .rows import Mask, used_rows
 
-_BRIDGE = 0.3  # s: a pause shorter than this does not end a moving stretch
-_STRETCH = 1.0  # s: a moving stretch shorter than this is left out
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -110,10 +107,7 @@ class Observer:
             processing: settings.
             partner: another motion on the same time whose slow rows are left out as well.
         """
-        keep = kept_rows(data.motion, processing)
-        if partner is not None:
-            keep &= kept_rows(partner, processing)
-        return self.stream([(data, keep)], processing.decimate)
+        return self.stream(_used(data, processing, partner), processing.decimate)
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
@@ -125,6 +119,7 @@ class Observer:
         waiting = _Waiting(self.robot.n, factor)
         for data, keep in pieces:
             self._check_spring(data.motion.q)
+            keep = _of_motors(self.robot, keep)
             for part in _parts(len(data.motion.t), factor):
                 motion = data.motion
                 waiting.push(motion.t[part], keep[part])
@@ -141,16 +136,27 @@ class Observer:
         """The same with the rows to use, N x n, given."""
         return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
-    def pieces(self, data: Measurement, processing: Processing) -> Iterator[Observation]:
-        """The same in consecutive pieces that need little memory."""
+    def pieces(
+        self, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> Iterator[Observation]:
+        """The equations of ``observe`` in consecutive pieces that need little memory."""
         waiting: list[Block] = []
-        for block in self.blocks(data, processing):
+        for block in self.blocks(data, processing, partner):
             waiting.append(block)
             if sum(len(one.t) for one in waiting) >= _PIECE:
                 yield self._held(waiting, processing.decimate)
                 waiting = []
         if waiting:
             yield self._held(waiting, processing.decimate)
+
+    def opener(
+        self, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> Callable[[], Iterable[Observation]]:
+        """Opens ``pieces`` as often as wanted; what is a single piece is made once."""
+        if len(data.motion.t) <= _PIECE * processing.decimate:
+            pieces = list(self.pieces(data, processing, partner))
+            return lambda: pieces
+        return lambda: self.pieces(data, processing, partner)
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""
@@ -173,15 +179,44 @@ class Observer:
 def _equations(robot: Robot, columns: Sequence[str]) -> tuple[ca.Function, tuple[Array, ...]]:
     """Function of q, qd, qdd, torque to each joint's entries and torque, and the columns of the entries."""
     q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
-    phi = regressor(robot, columns)(q, qd, qdd)
-    known = {robot.spring.joint - 1: robot.spring.torque_symbol(q[robot.spring.joint - 1])} if robot.spring else {}
+    phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
+    if robot.spring is not None and not robot.spring.column:
+        left[robot.spring.joint - 1] += robot.spring.torque_symbol(q[robot.spring.joint - 1])
+    if robot.coupling is not None and robot.coupling.rows == "motor":
+        j, k = (joint - 1 for joint in robot.coupling.joints)
+        phi[j, :] -= phi[k, :]
+        left[j] -= left[k]
+        phi = ca.sparsify(phi)
     rows, touched = [], []
     for j in range(robot.n):
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [torque[j] + known.get(j, 0.0)]
+        rows += [phi[j, k] for k in own] + [left[j]]
     function = ca.Function("equations", [q, qd, qdd, torque], [ca.cse(ca.vertcat(*rows))])
     return function, tuple(touched)
+
+
+def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:
+    """A measurement in pieces, each with its rows to use."""
+    motion, rows = data.motion, used_rows(data.motion, processing)
+    other = used_rows(partner, processing) if partner is not None else None
+    arrays = [motion.t, motion.q, motion.qd, motion.qdd, data.torque]
+    for part in parts(len(motion.t), *arrays, *([partner.qd] if partner is not None else [])):
+        keep = rows.of(motion.qd[part], part)
+        if partner is not None and other is not None:
+            keep &= other.of(partner.qd[part], part)
+        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
+        yield Measurement(own, data.torque[part]), keep
+
+
+def _of_motors(robot: Robot, keep: Mask) -> Mask:
+    """Rows to use, N x n: where equations are the motors', that of motor j holds joint k's torque too."""
+    if robot.coupling is None or robot.coupling.rows == "joint":
+        return keep
+    j, k = (joint - 1 for joint in robot.coupling.joints)
+    keep = keep.copy()
+    keep[:, j] &= keep[:, k]
+    return keep
 
 
 def _parts(samples: int, factor: int) -> Iterator[slice]:
@@ -214,57 +249,3 @@ class _Waiting:
         t, keep = self._t[:count], self._keep[:, :count]
         self._t, self._keep = self._t[count:], self._keep[:, count:]
         return t, keep
-
-
-def kept_rows(motion: Motion, processing: Processing) -> Mask:
-    """Which rows are used, N x n: the robot moves, and the sign of the joint's speed is known.
-
-    Decimated rows go by the sample in their middle; the filter mixes in its neighbours.
-    """
-    moving = moving_parts(motion, processing.still_speed)
-    fastest = np.abs(motion.qd)[moving].max(axis=0, initial=0.0)
-    return fast_rows(motion.qd, fastest, moving, processing.slow_fraction)
-
-
-def fast_rows(qd: Array, fastest: Array, moving: Mask, slow_fraction: float) -> Mask:
-    """Rows, N x n, of moving samples at which a joint has at least a fraction of its largest speed.
-
-    Args:
-        qd: speeds, N x n.
-        fastest: each joint's largest speed while the robot moves, shape (n,).
-        moving: samples at which the robot is on its way, shape (N,).
-        slow_fraction: of ``fastest``.
-    """
-    speed = np.abs(qd)
-    fast: Mask = (speed >= slow_fraction * fastest) & (speed > 0.0)
-    fast[~moving] = False
-    return fast
-
-
-def moving_parts(motion: Motion, still_speed: float) -> Mask:
-    """Samples at which the robot is on its way, shape (N,).
-
-    Pauses under 0.3 s belong to the motion; a stretch under 1 s (controllers often jog to the start) is left out,
-    unless there is no longer one.
-
-    Args:
-        motion: the motion.
-        still_speed: a joint below it stands still [rad/s or m/s].
-    """
-    on_its_way: Mask = np.any(np.abs(motion.qd) > still_speed, axis=1)
-    return stretches(motion.t, on_its_way)
-
-
-def stretches(t: Array, on_its_way: Mask) -> Mask:
-    """The same from the times (N,) and whether some joint moves at each of them, (N,)."""
-    mask = np.zeros(len(t), dtype=bool)
-    moving = np.flatnonzero(on_its_way)
-    if moving.size == 0:
-        return mask
-    breaks = np.flatnonzero(np.diff(t[moving]) > _BRIDGE)
-    starts = moving[np.concatenate([[0], breaks + 1])]
-    stops = moving[np.concatenate([breaks, [moving.size - 1]])] + 1
-    lasts = t[stops - 1] - t[starts]
-    for start, stop, last in zip(starts, stops, lasts, strict=True):
-        mask[start:stop] = last >= min(_STRETCH, lasts.max())
-    return mask

@@ -1,6 +1,6 @@
 """Measured torques of one recording beside those that identified parameters predict."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,8 +95,8 @@ def robot_prediction(
         processing: settings.
         held_out: whether it was left out of identification.
     """
-    observed = Observer(robot, base.columns).observe(measurement(recording, processing), processing)
-    return _prediction(recording.source, observed, [("predicted", values)], False, held_out)
+    pieces = Observer(robot, base.columns).pieces(measurement(recording, processing), processing)
+    return _prediction(recording.source, pieces, [("predicted", values)], False, held_out)
 
 
 def payload_prediction(
@@ -112,13 +112,14 @@ def payload_prediction(
     """
     problem = answer.problem
     bare = robot_values(answer)
-    observed = loaded_observer(problem.robot, problem.base).observe(measurement(recording, processing), processing)
+    observer = loaded_observer(problem.robot, problem.base)
+    pieces = observer.pieces(measurement(recording, processing), processing)
     body = answer.recommended.body.vector
     curves = [
         ("predicted with payload", np.concatenate([bare, body])),
         ("predicted without payload", np.concatenate([bare, np.zeros(len(body))])),
     ]
-    return _prediction(recording.source, observed, curves, True, held_out)
+    return _prediction(recording.source, pieces, curves, True, held_out)
 
 
 def robot_values(answer: PayloadAnswer) -> Array:
@@ -153,7 +154,16 @@ def payload_predictions(
 
 
 def _prediction(
-    source: str, observed: Observation, curves: Sequence[tuple[str, Array]], loaded: bool, held_out: bool
+    source: str,
+    pieces: Iterable[Observation],
+    curves: Sequence[tuple[str, Array]],
+    loaded: bool,
+    held_out: bool,
 ) -> TorquePrediction:
-    predicted = tuple(Curve(label, tuple(W @ chi for W in observed.W)) for label, chi in curves)
-    return TorquePrediction(source, loaded, held_out, observed.t, observed.Y, predicted)
+    """Of equations in consecutive pieces: their torques are kept, W is not."""
+    kept = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
+    t, measured, *made = (
+        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*kept, strict=True)
+    )
+    predicted = tuple(Curve(label, torques) for (label, _), torques in zip(curves, made, strict=True))
+    return TorquePrediction(source, loaded, held_out, t, measured, predicted)

@@ -8,8 +8,9 @@ from scipy.linalg import lapack
 from ..model import Measurement, Motion, Processing
 from ..model.arrays import Array
 from .decimation import noise_bandwidth
-from .observation import Block, Mask, Observation, Observer
+from .observation import Block, Observation, Observer
 from .problem import ReducedProblem, triangular
+from .rows import Mask
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
 _PANEL = 8  # columns that the QR takes at once

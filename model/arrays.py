@@ -1,10 +1,13 @@
 """Read-only float arrays, for values that are checked once and never change."""
 
+import mmap
 from collections.abc import Sequence
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .paged import parts
 
 Array = NDArray[np.float64]
 
@@ -27,7 +30,7 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     ):
         wanted = " x ".join("any" if size is None else str(size) for size in expected)
         raise ValueError(f"{name} has shape {array.shape}, expected {wanted}")
-    if not np.isfinite(array).all():
+    if not _finite(array):
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
     return array
@@ -35,8 +38,24 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
 
 def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
     """Whether it is a float array that can no longer change."""
-    while isinstance(values, np.ndarray) and values.dtype == np.float64 and not values.flags.writeable:
-        if values.base is None:
+    held: Any = values
+    while isinstance(held, np.ndarray) and held.dtype == np.float64 and not held.flags.writeable:
+        base: Any = held.base
+        if base is None or isinstance(base, mmap.mmap):
             return True
-        values = values.base
+        held = base
     return False
+
+
+def _finite(array: Array) -> bool:
+    return all(bool(np.isfinite(array[part]).all()) for part in parts(len(array), array))
+
+
+def rising(t: Array) -> bool:
+    """Whether every number is larger than the one before."""
+    return all(bool((np.diff(t[part.start : part.stop + 1]) > 0.0).all()) for part in parts(len(t), t))
+
+
+def equal(a: Array, b: Array) -> bool:
+    """Whether two arrays hold the same numbers."""
+    return a.shape == b.shape and all(bool((a[part] == b[part]).all()) for part in parts(len(a), a, b))

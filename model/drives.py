@@ -1,7 +1,7 @@
 """What the drives add to a joint's torque: friction (2), rotor inertia (3), coupling (8)-(11), spring, offset."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -11,6 +11,9 @@ import numpy as np
 from .arrays import Array
 from .errors import InputError
 from .names import parameter_kind
+
+SPRING = "SPRING"
+"""Kind of the parameter that is 1 where a spring's torque is a column."""
 
 
 @dataclass(frozen=True)
@@ -22,10 +25,13 @@ class Coupling:
         coulomb: sign of rotor k's Coulomb friction. "sum": sign(q'j + q'k) on both joints, which is what
             the duality of (8) and (9) gives; "paper": sign(q'k) on j and sign(q'j) on k, as (10) and (11)
             are printed.
+        rows: whose torques the equations are: the joints', or the motors' on the joint side, that of motor j
+            being the torque of joint j less that of joint k (9).
     """
 
     joints: tuple[int, int]
     coulomb: Literal["sum", "paper"] = "sum"
+    rows: Literal["joint", "motor"] = field(default="joint", repr=False)
 
     def __post_init__(self) -> None:
         """Refuse an unknown Coulomb form and a joint coupled with itself."""
@@ -33,6 +39,20 @@ class Coupling:
             raise ValueError(f"coulomb must be 'sum' or 'paper', got {self.coulomb!r}")
         if self.joints[0] == self.joints[1]:
             raise ValueError("coupled joints must differ")
+
+    def joint_torques(self, motors: Array) -> Array:
+        """Torques of the joints from those of the motors on the joint side, both N x n [N·m] (9)."""
+        j, k = (joint - 1 for joint in self.joints)
+        joints = np.array(motors, dtype=np.float64)
+        joints[:, j] += joints[:, k]
+        return joints
+
+    def motor_torques(self, joints: Array) -> Array:
+        """The reverse of ``joint_torques``."""
+        j, k = (joint - 1 for joint in self.joints)
+        motors = np.array(joints, dtype=np.float64)
+        motors[:, j] -= motors[:, k]
+        return motors
 
 
 @dataclass(frozen=True)
@@ -45,6 +65,8 @@ class Spring:
         joint: number of the joint.
         stiffness: k [N/m]; length: L0 [m]; arms: a, b [m]; zero: q0 [rad].
         table: (q [rad], torque [N·m]) pairs with rising q, linear in between; excludes the geometric law.
+        column: whether its torque is a column of the model, a parameter SPRINGj that is 1, and not on the left-hand
+            side: where only currents are known, the left-hand side has no scale of its own.
     """
 
     joint: int
@@ -53,6 +75,7 @@ class Spring:
     arms: tuple[float, float] = (0.0, 0.0)
     zero: float = 0.0
     table: tuple[tuple[float, float], ...] = ()
+    column: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse a spring with two laws or none."""
@@ -130,6 +153,11 @@ class Drives:
         """Names of one joint's drive parameters, in the order of (6), the offset last."""
         kinds = ("IA",) * self.rotor_inertia + ("FS", "FV") * self.friction + ("OFF",) * self.offsets
         return tuple(f"{kind}{joint}" for kind in kinds)
+
+    def spring_names(self, joint: int) -> tuple[str, ...]:
+        """Name of the parameter by which a spring is a column, on its own joint."""
+        there = self.spring is not None and self.spring.column and self.spring.joint == joint
+        return (f"{SPRING}{joint}",) if there else ()
 
     def coupling_names(self) -> tuple[str, ...]:
         """Names of the friction parameters of coupled drives: FVMk and FSMk."""

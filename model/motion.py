@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array, frozen_array
+from .arrays import Array, frozen_array, rising
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Motion:
         """Lock the arrays and check their shapes."""
         size, n = len(self.t), np.shape(self.q)[-1]
         object.__setattr__(self, "t", frozen_array(self.t, (None,), "t"))
-        if (np.diff(self.t) <= 0.0).any():
+        if not rising(self.t):
             raise ValueError("t must rise from sample to sample")
         for name in ("q", "qd", "qdd"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), (size, n), name))

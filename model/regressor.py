@@ -16,7 +16,7 @@ def standard_columns(robot: Robot) -> tuple[str, ...]:
     names: list[str] = []
     for joint in range(1, robot.n + 1):
         names += [f"{kind}{joint}" for kind in INERTIAL]
-        names += robot.drives.names(joint)
+        names += [*robot.drives.names(joint), *robot.drives.spring_names(joint)]
     return (*names, *robot.drives.coupling_names())
 
 
@@ -99,7 +99,11 @@ def _matrix(robot: Robot, columns: Sequence[str], terms: dict[str, dict[int, ca.
 def _terms(robot: Robot) -> tuple[tuple[ca.SX, ca.SX, ca.SX], dict[str, dict[int, ca.SX]]]:
     """Symbols q, qd, qdd, and what multiplies each standard parameter; built once for a robot."""
     q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
-    return (q, qd, qdd), _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
+    terms = _rigid_body_terms(robot, q, qd, qdd) | drive_terms(robot.drives, qd, qdd)
+    if robot.spring is not None:
+        row = robot.spring.joint - 1
+        terms |= {name: {row: -robot.spring.torque_symbol(q[row])} for name in robot.drives.spring_names(row + 1)}
+    return (q, qd, qdd), terms
 
 
 def _rigid_body_terms(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> dict[str, dict[int, ca.SX]]:

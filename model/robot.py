@@ -177,6 +177,15 @@ class Robot:
         """The same robot with or without a constant friction offset per joint."""
         return replace(self, drives=replace(self.drives, offsets=offsets))
 
+    def for_currents(self) -> "Robot":
+        """The same robot with equations that each hold one motor's torque, a spring's torque as a column."""
+        drives = self.drives
+        if drives.coupling is not None:
+            drives = replace(drives, coupling=replace(drives.coupling, rows="motor"))
+        if drives.spring is not None:
+            drives = replace(drives, spring=replace(drives.spring, column=True))
+        return replace(self, drives=drives)
+
     def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
         """The same robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
         if self.coupling is None:

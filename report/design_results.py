@@ -10,7 +10,7 @@ from rich import box
 from rich.table import Table
 
 from .. import __version__
-from ..trajectories import Design, DesignProblem, Floor, Fourier, Score, Trapezoid, ViaPoints
+from ..trajectories import BlendedPoints, Design, DesignProblem, Floor, Fourier, Score, Trapezoid, ViaPoints
 from ..trajectories.samples import Plan
 
 _MOST_SHOWN = 12
@@ -145,6 +145,7 @@ def design_document(
         document |= {
             "seed": design.seed,
             "starts": design.starts,
+            "solver": design.solver,
             "evaluations": design.evaluations,
             "cpu_s": design.cpu_s,
             "interrupted": design.interrupted,
@@ -163,6 +164,18 @@ def _motion(plan: Plan) -> dict[str, Any]:
             "accelerations": plan.accelerations,
             "segments": plan.segment.name,
             "ramp": plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None,
+            "blends": None,
+        }
+    if isinstance(plan, BlendedPoints):
+        return {
+            "kind": "via points",
+            "points": plan.points,
+            "durations": plan.durations,
+            "speeds": None,
+            "accelerations": None,
+            "segments": "blend",
+            "ramp": None,
+            "blends": plan.blends,
         }
     assert isinstance(plan, Fourier)
     return {"kind": "fourier", "offset": plan.offset, "a": plan.a, "b": plan.b, "period": plan.period}

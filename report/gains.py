@@ -15,7 +15,7 @@ from ..model import INERTIAL, Processing
 def gains_table(gains: DriveGains) -> Table:
     """One row a joint."""
     table = Table(title=f"Drive gains of {gains.robot}", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("joint", no_wrap=True)
+    table.add_column("motor", no_wrap=True)
     for heading in ("N·m/A", "sigma", "%", "residual %"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("rests on", overflow="fold")

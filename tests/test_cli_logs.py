@@ -110,6 +110,40 @@ def test_gains_flow_into_the_payload(
     assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
 
 
+def test_gains_of_coupled_drives(run: Run, tmp_path: Path) -> None:
+    """One gain per motor, told as such; the numbers make torques of which the robot is identified."""
+    robot = load_robot("rx90")
+    coupling, draw, paths = robot.coupling, np.random.default_rng(0), []
+    assert coupling is not None
+    motion = ViaPoints(draw.uniform(-1.0, 1.0, (30, 6)), np.full(29, 1.0)).motion(250.0)
+    for name, load in (("empty", None), ("loaded", BODY)):
+        recording = Simulator(robot).record(motion, load)
+        currents = coupling.motor_torques(recording.torque) / GAINS + 0.05 * draw.standard_normal(recording.q.shape)
+        paths.append(str(tmp_path / f"{name}.csv"))
+        header = ",".join(["t", *(f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7))])
+        table = np.column_stack([recording.t, recording.q, currents])
+        np.savetxt(paths[-1], table, delimiter=",", header=header, comments="", fmt="%.9g")
+    pair, target = ("--unloaded", paths[0], "--loaded", paths[1]), tmp_path / "gains.json"
+    status, out, _ = run("gains", "--robot", "rx90", *pair, "--mass", "6", "--json", str(target))
+    assert status == 0
+    assert "motor" in out
+    assert "(motor 6 turns with joints 5 and 6)" in " ".join(out.split())
+    gains = json.loads(target.read_text(encoding="utf-8"))["drive_gains"]
+    assert (np.abs(np.array(gains["values"]) - GAINS) < 4.0 * np.array(gains["sigma"])).all()
+    assert np.array(gains["values"]) == pytest.approx(GAINS, rel=0.02)
+    status, _, told = run("payload", "--robot", "rx90", *pair, "--drive-gains", str(target), "--method", "4")
+    assert status == 2
+    assert "give the gains as numbers" in told
+    numbers, answer = ",".join(map(str, gains["values"])), tmp_path / "payload.json"
+    status, *_ = run(
+        "payload", "--robot", "rx90", *pair, "--drive-gains", numbers, "--method", "4", "--json", str(answer)
+    )
+    assert status == 0
+    found = json.loads(answer.read_text(encoding="utf-8"))
+    assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.02)
+    assert max(found["relative_residual"]["per_joint"]) < 0.1
+
+
 def test_gains_from_the_same_pair_confirm_nothing(
     run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
 ) -> None:

@@ -1,12 +1,13 @@
 """Motions that excite the parameters, and recordings simulated on them. Imports only the model room."""
 
+from .blends import BlendedPoints
 from .bound import Floor, floor_of, floor_under
 from .bounds import JointBounds
-from .build import FourierShape, Loads, ViaPointShape, build_design
+from .build import Loads, build_design
 from .closed_loop import ClosedLoop, Reference, Run
 from .collision import Capsule, HalfSpace, Scene
 from .controller import Controller
-from .design import Design, Step, solve_design
+from .design import Design, Solver, solve_design
 from .disturbances import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
@@ -30,7 +31,9 @@ from .problem import DesignProblem
 from .sampled import SampledTrajectory
 from .scene_file import read_scene
 from .score import Learnt, Score, score_motion
+from .search import Step
 from .segments import Quintic, Segment, Trapezoid
+from .shapes import BlendShape, FourierShape, ViaPointShape
 from .simulation import RX90_NOISE, Simulator, parameter_vector
 from .via_points import ViaPoints, random_via_points, shortest_durations
 
@@ -39,6 +42,8 @@ __all__ = [
     "RX90_DISTURBANCES",
     "RX90_NOISE",
     "RX90_SLOW_NOISE",
+    "BlendShape",
+    "BlendedPoints",
     "Capsule",
     "ClosedLoop",
     "Controller",
@@ -71,6 +76,7 @@ __all__ = [
     "Segment",
     "SimulatedRun",
     "Simulator",
+    "Solver",
     "Step",
     "Task",
     "Trapezoid",

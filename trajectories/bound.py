@@ -19,7 +19,7 @@ from .lagrangian import Multipliers
 from .limits import State, StateLimit
 from .minimise import minimised
 from .problem import DesignProblem
-from .samples import Clear, Plan, Samples, everywhere
+from .samples import Clear, Jacobian, Plan, Samples, everywhere
 from .score import exact_value
 from .settle import FINE_WIDTH, WIDTH
 
@@ -67,14 +67,14 @@ class FreeStates:
         by_weight = w * (slope.weight - (w @ slope.weight) / self.duration)
         return np.concatenate([states.ravel(), by_weight])
 
-    def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of q, qd and qdd, each (N, n, size)."""
-        shape = (3, self.count, self.robot.n)
-        wide = np.zeros((3, self.count, self.robot.n, self.size))
-        scale = np.stack([self.bounds.half, self.bounds.speed, self.bounds.acceleration])
-        for k, (order, state, joint) in enumerate(np.ndindex(shape)):
-            wide[order, state, joint, k] = scale[order, joint]
-        return wide[0], wide[1], wide[2]
+    def jacobian(self, x: Array) -> Jacobian:
+        """Each state has its own column."""
+        shape = (self.count, self.robot.n, 3)
+        b = self.bounds
+        q, qd, qdd = np.zeros((3, *shape))
+        q[..., 0], qd[..., 1], qdd[..., 2] = b.half, b.speed, b.acceleration
+        columns = np.moveaxis(np.arange(self._linear).reshape(3, self.count, self.robot.n), 0, 2)
+        return Jacobian(columns, q, qd, qdd, self.size)
 
     def plan(self, x: Array) -> Plan:
         """There is none.

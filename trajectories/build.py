@@ -11,50 +11,11 @@ from ..model.arrays import Array
 from ..model.base.parameters import BaseParameters
 from .bounds import JointBounds
 from .collision import Clearance, Scene
-from .fourier import FreeFourier
-from .free_via_points import FreeViaPoints
 from .goal import Goal
 from .limits import DurationLimit, Limit, StateLimit, TorqueLimit
 from .observation import SPRING, regressor_kernel
 from .problem import DesignProblem
-from .samples import Family
-from .segments import QUINTIC, Segment
-
-
-@dataclass(frozen=True)
-class ViaPointShape:
-    """A motion through via points.
-
-    Attributes:
-        count: number of points.
-        passing: whether it passes the inner points, or rests in each.
-        samples: parts of a segment between samples while optimising.
-        durations: shortest and longest time from point to point [s].
-        fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.
-        segment: ``Quintic()``, or ``Trapezoid(ramp)``, which rests in each point.
-    """
-
-    count: int = 14
-    passing: bool = True
-    samples: int = 12
-    durations: tuple[float, float] = (0.1, 3.0)
-    fixed: float | tuple[float, ...] | None = None
-    segment: Segment = QUINTIC
-
-
-@dataclass(frozen=True)
-class FourierShape:
-    """A Fourier series of a fixed duration.
-
-    Attributes:
-        harmonics: number of harmonics.
-        duration: period [s].
-        samples: while optimising; 0 for 24 per period of the highest harmonic.
-    """
-
-    harmonics: int = 5
-    duration: float = 10.0
-    samples: int = 0
+from .shapes import Shape, ViaPointShape, family_of
 
 
 @dataclass(frozen=True)
@@ -73,7 +34,7 @@ class Loads:
 
 def build_design(
     robot: Robot,
-    shape: ViaPointShape | FourierShape | None = None,
+    shape: Shape | None = None,
     goal: Goal | None = None,
     *,
     bounds: JointBounds | None = None,
@@ -107,7 +68,7 @@ def build_design(
     shape, goal = shape or ViaPointShape(), goal or Goal()
     bounds = bounds or JointBounds.of(robot)
     pose = _start(robot, bounds, start)
-    family = _family(robot, bounds, shape, duration, pose)
+    family = family_of(robot, bounds, shape, duration, pose)
     names, noise = goal.names(robot), goal.joint_noise(robot)
     criterion = goal.measure(names)
     limits: list[Limit] = [
@@ -136,32 +97,6 @@ def build_design(
             raise InputError(f"choose another start pose: {nearest} m")
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
-
-
-def _family(
-    robot: Robot,
-    bounds: JointBounds,
-    shape: ViaPointShape | FourierShape,
-    duration: float | None,
-    start: Array | None,
-) -> Family:
-    if isinstance(shape, FourierShape):
-        if duration not in (None, shape.duration):
-            raise InputError("a Fourier motion's duration stands in its shape: leave duration out")
-        return FreeFourier(robot, bounds, shape.harmonics, shape.duration, samples=shape.samples, start=start)
-    if shape.fixed is not None and duration is not None:
-        raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
-    return FreeViaPoints(
-        robot,
-        bounds,
-        shape.count,
-        passing=shape.passing,
-        samples=shape.samples,
-        durations=shape.durations,
-        fixed=shape.fixed,
-        segment=shape.segment,
-        start=start,
-    )
 
 
 def regressor_columns(robot: Robot, names: Sequence[str], base: BaseParameters | None) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from ..model import InputError, Motion, Robot
 from ..model.arrays import Array, frozen_array
 from .bounds import JointBounds
-from .samples import Clear, Samples, everywhere
+from .samples import Clear, Jacobian, Samples, everywhere
 
 _TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
 _SPAN = 0.5  # of position range and speed that a random motion may use at first
@@ -148,17 +148,19 @@ class FreeFourier:
             own = np.column_stack([own, total * self.bounds.half])
         return np.asarray(own.ravel())
 
-    def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of q, qd and qdd, each (N, n, size); they do not depend on x."""
-        zero = np.zeros(self.size)
-        base = self.sample(zero)
-        derivative = [np.zeros((*base.q.shape, self.size)) for _ in range(3)]
-        for k in range(self.size):
-            zero[k] = 1.0
-            for into, a, b in zip(derivative, self.sample(zero)[1:], base[1:], strict=True):
-                into[:, :, k] = a - b
-            zero[k] = 0.0
-        return derivative[0], derivative[1], derivative[2]
+    def jacobian(self, x: Array) -> Jacobian:
+        """A joint's states depend on its own coefficients, always in the same way."""
+        n, own = self.robot.n, self._own
+        B = [basis @ self._null for basis in self._basis(1)]
+        if self._start is not None:
+            B[0] = B[0] - self._first @ self._null
+        q, qd, qdd = np.zeros((3, len(B[0]), n, own))
+        for into, basis in zip((q, qd, qdd), B, strict=True):
+            into[..., : self._coefficients] = basis[:, None] * self.bounds.speed[:, None]
+        if self._start is None:
+            q[..., -1] = self.bounds.half
+        columns = np.broadcast_to(np.arange(self.size).reshape(n, own), q.shape)
+        return Jacobian(columns, q, qd, qdd, self.size)
 
     def plan(self, x: Array) -> Fourier:
         """The motion."""

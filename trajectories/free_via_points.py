@@ -1,17 +1,18 @@
 """Via-point motions as a family: points, speeds and accelerations there, and durations are free or fixed."""
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..model import InputError, Robot
 from ..model.arrays import Array
 from .bounds import JointBounds
 from .drawn_points import as_drawn, reachable_points
-from .samples import Clear, Samples, everywhere
+from .samples import Clear, Jacobian, Samples, everywhere
 from .segments import QUINTIC, Grid, Segment
 from .via_points import ViaPoints, shortest_durations
 
 _SLOWER = 1.3  # start: so many times the shortest durations
+_POWERS = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])  # of T, that a segment's ends are multiplied with
 
 
 class FreeViaPoints:
@@ -50,7 +51,7 @@ class FreeViaPoints:
         if count < 2:
             raise InputError(f"{count} via points are no motion: give at least 2")
         if passing and not segment.passes:
-            raise InputError(f"a {segment.name} rests in every via point: set passing to False")
+            raise InputError(f"a {segment.name} rests in every via point: set passing to False, or use BlendShape")
         self.robot, self.bounds, self.count, self.samples, self.passing = robot, bounds, count, samples, passing
         self.segment = segment
         self._times = None if fixed is None else checked_durations(fixed, count)
@@ -103,35 +104,36 @@ class FreeViaPoints:
         by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
         by_T = slope.weight.reshape(len(T), -1) @ share
         by_T -= np.einsum("kij,kij->k", Bd.T @ qd + 2.0 * (Bdd.T @ qdd), ends) / T
-        # ends holds T v and T^2 a
-        powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])
-        by_T += np.einsum("kij,kij,i->k", by_ends, ends, powers) / T
+        by_T += np.einsum("kij,kij,i->k", by_ends, ends, _POWERS) / T
         return self._gathered(by_ends, by_T, T)
 
-    def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of q, qd and qdd, each (N, n, size)."""
+    def jacobian(self, x: Array) -> Jacobian:
+        """A joint's states depend on its own at both ends of the segment, and on the duration."""
         ends, T = self._segments(x)
         share, basis = self._grid(1)
-        m = len(share)
-        shape = (len(T) * m, self.robot.n, self.size)
-        derivative = [np.zeros(shape) for _ in range(3)]
-        linear = int(self._ends[2])
-        zero = np.zeros(self.size)
-        zero[linear:] = x[linear:]
-        base = self.sample(zero)
-        for k in range(linear):
-            unit = zero.copy()
-            unit[k] = 1.0
-            here = self.sample(unit)
-            for into, a, b in zip(derivative, here[1:], base[1:], strict=True):
-                into[:, :, k] = a - b
-        powers = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])[:, None]
-        for order, (into, B) in enumerate(zip(derivative, basis, strict=True)):
-            for k, t in enumerate(T if self._times is None else ()):
-                part = slice(k * m, (k + 1) * m)
-                # d/d log T
-                into[part, :, linear + k] = (B @ (powers * ends[k]) - order * (B @ ends[k])) / t**order
-        return derivative[0], derivative[1], derivative[2]
+        t, size = T[:, None, None], (len(T), len(share), self.robot.n, 7)
+        b, one = self.bounds, np.ones_like(t)
+        scale = np.stack([b.half * one, t * b.speed, t**2 * b.acceleration], axis=3)[:, :, :, [0, 1, 2, 2, 1, 0]]
+        derivatives = []
+        for order, B in enumerate(basis):
+            by_x = np.empty(size)
+            by_x[..., :6] = B[:, None, :] * (scale / t[..., None] ** order)
+            by_x[..., 6] = (B @ (_POWERS[:, None] * ends) - order * (B @ ends)) / t**order  # d/d log T
+            derivatives.append(by_x.reshape(-1, *size[2:]))
+        columns = np.broadcast_to(self._columns()[:, None], size).reshape(derivatives[0].shape)
+        q, qd, qdd = (np.where(columns < self.size, by_x, 0.0) for by_x in derivatives)
+        return Jacobian(columns, q, qd, qdd, self.size)
+
+    def _columns(self) -> NDArray[np.intp]:
+        """Where p0, v0, a0, a1, v1, p1 and T of each segment stand in x, (count - 1, n, 7)."""
+        n, (first, second, third) = self.robot.n, self._ends[:3]
+        p, v, a = (np.full((self.count, n), self.size) for _ in range(3))
+        p[self._fixed :] = np.arange(first).reshape(-1, n)
+        if self.passing:
+            v[1:-1], a[1:-1] = (np.arange(*part).reshape(-1, n) for part in ((first, second), (second, third)))
+        T = np.arange(third, third + self.count - 1) if self._times is None else np.full(self.count - 1, self.size)
+        ends = [p[:-1], v[:-1], a[:-1], a[1:], v[1:], p[1:], np.broadcast_to(T[:, None], (self.count - 1, n))]
+        return np.stack(ends, axis=2)
 
     def plan(self, x: Array) -> ViaPoints:
         """The motion."""

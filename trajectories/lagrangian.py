@@ -6,25 +6,24 @@ import numpy as np
 
 from ..model.arrays import Array
 from .limits import Limit, Slopes, State
+from .margins import Margins
 
 _SMALL = 0.01  # in the limits' units: smaller violations are left to the multipliers
 _SHRINK = 0.3  # what an update should leave of a violation
 _STIFFER, _STIFFEST = 4.0, 1e4
 
 
-class Multipliers:
+class Multipliers(Margins):
     """One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
 
     Attributes:
-        limits: the limits.
         stiffness: weight of squared violations.
-        drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
     """
 
     def __init__(self, limits: Sequence[Limit], state: State, stiffness: float, margin: float) -> None:
         """All multipliers zero."""
-        self.limits, self.stiffness = tuple(limits), stiffness
-        self.drawn = [np.full(limit.values(state).shape, margin) for limit in self.limits]
+        super().__init__(limits, state, margin)
+        self.stiffness = stiffness
         self._values = [np.zeros(limit.values(state).shape) for limit in self.limits]
         self._last = 0.0
 
@@ -45,18 +44,9 @@ class Multipliers:
             self.stiffness = min(_STIFFER * self.stiffness, _STIFFEST)
         self._last = violation
 
-    def violation(self, state: State) -> float:
-        """Largest violation of the drawn-in intervals, in the limits' units."""
-        worst = 0.0
-        for limit, drawn in zip(self.limits, self.drawn, strict=True):
-            y = limit.values(state)
-            worst = max(worst, float(np.maximum(y - limit.high + drawn, limit.low + drawn - y).max()))
-        return worst
-
     def _next(self, state: State) -> list[Array]:
         shifted = []
-        for limit, drawn, old in zip(self.limits, self.drawn, self._values, strict=True):
+        for limit, (low, high), old in zip(self.limits, self.intervals(), self._values, strict=True):
             z = old + self.stiffness * limit.values(state)
-            low, high = limit.low + drawn, limit.high - drawn
             shifted.append(z - np.clip(z, self.stiffness * low, self.stiffness * high))
         return shifted

@@ -24,13 +24,14 @@ from ..model.visibility import checked_joints
 from .bounds import JointBounds
 from .build import Loads, load_coefficients, regressor_columns
 from .collision import Clearance, Scene
-from .design import Design, Step, solve_design
+from .design import Design, solve_design
 from .goal import Goal
 from .limits import Limit, StateLimit, TorqueLimit
 from .near_motion import FreeNearMotion, NearMotion, RangeLimit
 from .near_prediction import predicted_spread
 from .observation import regressor_kernel
 from .problem import DesignProblem
+from .search import Step
 from .via_points import shortest_durations
 
 _PERIOD = 7.5

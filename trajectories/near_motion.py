@@ -11,7 +11,7 @@ from ..model.arrays import Array, frozen_array
 from .bounds import JointBounds
 from .fourier import fourier_basis
 from .limits import Slopes, State
-from .samples import Clear, Samples, everywhere
+from .samples import Clear, Jacobian, Samples, everywhere
 from .segments import Quintic
 
 _SPAN = 0.7  # of range, speed and acceleration that a random start uses
@@ -165,15 +165,17 @@ class FreeNearMotion:
             parts.append((q.T @ B + qd.T @ Bd + qdd.T @ Bdd) @ self._null * self._scale[:, None])
         return np.asarray(np.stack(parts).ravel())
 
-    def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of q, qd and qdd, each (N, n, size); they do not depend on x."""
-        zero = np.zeros(self.size)
-        base = self.sample(zero)
-        derivative = [np.zeros((*base.q.shape, self.size)) for _ in range(3)]
-        for k, unit in enumerate(np.eye(self.size)):
-            for into, one, none in zip(derivative, self.sample(unit)[1:], base[1:], strict=True):
-                into[:, :, k] = one - none
-        return derivative[0], derivative[1], derivative[2]
+    def jacobian(self, x: Array) -> Jacobian:
+        """A moving joint's states depend on its own coefficients at its pose, always in the same way."""
+        count, own = len(self._basis(1)[0]), self._shape[2]
+        shape = (len(self.poses) * count, self.poses.shape[1], own)
+        columns, (q, qd, qdd) = np.full(shape, self.size), np.zeros((3, *shape))
+        place = np.arange(self.size).reshape(self._shape)
+        for p, part in enumerate(self._parts(shape[0])):
+            columns[part, self.moving] = place[p]
+            for into, basis in zip((q, qd, qdd), self._basis(1), strict=True):
+                into[part, self.moving] = (basis @ self._null)[:, None] * self._scale[:, None]
+        return Jacobian(columns, q, qd, qdd, self.size)
 
     def plan(self, x: Array) -> NearMotion:
         """The motion."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import Motion
 from ..model.arrays import Array
@@ -32,6 +33,36 @@ class Samples(NamedTuple):
     def zeros(like: "Samples") -> "Samples":
         """Samples of the same shapes, all zero."""
         return Samples(*(np.zeros_like(x) for x in like))
+
+
+class Jacobian(NamedTuple):
+    """Derivatives of a motion's states in x, as far as they are not zero.
+
+    Attributes:
+        columns: of x on which a joint's states depend, at each sample, shape (N, n, w); ``size`` stands for none.
+        q, qd, qdd: the derivatives in them, each (N, n, w); zero where the column is none.
+        size: length of x.
+    """
+
+    columns: NDArray[np.intp]
+    q: Array
+    qd: Array
+    qdd: Array
+    size: int
+
+    def dense(self) -> tuple[Array, Array, Array]:
+        """Derivatives of q, qd and qdd, each (N, n, size)."""
+        count, n, _ = self.columns.shape
+        samples, joints = np.ogrid[:count, :n]
+        wide = np.zeros((3, count, n, self.size + 1))
+        for into, values in zip(wide, self[1:4], strict=True):
+            np.add.at(into, (samples[..., None], joints[..., None], self.columns), values)
+        return wide[0, ..., :-1], wide[1, ..., :-1], wide[2, ..., :-1]
+
+    def transposed(self, slope: Samples) -> Array:
+        """The transposed Jacobian times slopes in the states, shape (size,); weights not counted."""
+        by_x = sum(values * part[..., None] for values, part in zip(self[1:4], slope[1:], strict=True))
+        return np.asarray(np.bincount(self.columns.ravel(), np.ravel(by_x), self.size + 1)[:-1], dtype=float)
 
 
 class Plan(Protocol):
@@ -71,8 +102,8 @@ class Family(Protocol):
     def pullback(self, x: Array, slope: Samples) -> Array:
         """Gradient in x of a number whose gradient in the samples is ``slope``: the Jacobian transposed."""
 
-    def jacobian(self, x: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of q, qd and qdd, each (N, n, size)."""
+    def jacobian(self, x: Array) -> Jacobian:
+        """Derivatives of the states; which columns they depend on is the same for every x."""
 
     def plan(self, x: Array) -> Plan:
         """The motion."""

@@ -91,7 +91,7 @@ class Quintic:
 
     def grid(self, parts: int) -> Grid:
         """Even parts."""
-        return Grid(_even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1)))
+        return Grid(even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1)))
 
 
 QUINTIC = Quintic()
@@ -143,7 +143,7 @@ class Trapezoid:
                 count = max(round(parts * (end - begin)), 2)
                 s.append(np.linspace(begin, end, count + 1))
                 phase.append(np.full(count + 1, k))
-                share.append(_even(count) * (end - begin))
+                share.append(even(count) * (end - begin))
         return Grid(np.concatenate(share), self._in_phase(np.concatenate(s), np.concatenate(phase)))
 
     @property
@@ -162,8 +162,8 @@ class Trapezoid:
         return Basis(still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between)
 
 
-def _even(parts: int) -> Array:
-    """Weights of the trapezoidal rule over unit time, shape (parts + 1,)."""
+def even(parts: int) -> Array:
+    """Weights of the trapezoidal rule over unit time in even parts, shape (parts + 1,)."""
     share = np.full(parts + 1, 1.0 / parts)
     share[[0, -1]] *= 0.5
     return share

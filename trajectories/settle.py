@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from ..model.arrays import Array
-from .lagrangian import Multipliers
 from .limits import excess
+from .margins import Margins
 from .problem import DesignProblem
 from .samples import Samples
 from .score import FINER, TOLERANCE, Score, score_samples
@@ -18,7 +18,7 @@ _ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fi
 _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
 
 
-def settled(problem: DesignProblem, x: Array, limits: Multipliers) -> bool:
+def settled(problem: DesignProblem, x: Array, limits: Margins) -> bool:
     """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
     fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, FINE_WIDTH)
     nearest = _nearest(coarse.samples, fine.samples)

@@ -7,7 +7,7 @@ import numpy as np
 from ...model import Processing, Recording
 from ...model.arrays import Array
 from ..filtering import lowpass, measurement
-from ..observation import Mask, kept_rows
+from ..rows import Mask, kept_rows
 
 _SAMPLES = 200
 _STUCK = 0.5  # s

@@ -4,12 +4,14 @@ The equations are homogeneous: torques and gains may be scaled together. The gai
 held while the linearised problem, a cone program, is solved; the load's known mass sets the scale at the end.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...model import INERTIAL, InertialParameters, InputError
 from ...model.arrays import Array
+from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ..cone import ConeProgram, SolverError, solve_cone
 from ..names import PAYLOAD
@@ -96,20 +98,23 @@ def possible_gains(
 
 def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
     """Standard parameters of the robot, what is unknown of the payload, and the share of what is known."""
-    base = problem.base
-    standard, free = len(base.standard), load.free
+    base, free = problem.base, load.free
+    known = [parameter_kind(name) == SPRING for name in base.standard]
+    names = [name for name, fixed in zip(base.standard, known, strict=True) if not fixed]
+    standard = len(names)
     m = standard + len(free) + 1
     scale = np.ones(m)
-    scale[:standard] = _robot_scale(problem, x)
+    scale[:standard] = _robot_scale(problem, names, x)
     scale[standard:-1] = [load.mass * _LENGTH ** POWERS[name.removesuffix("_L")] for name in free]
     to_x = np.zeros((len(base.columns) + len(PAYLOAD), m))
-    to_x[: len(base.columns), :standard] = base.grouping
+    to_x[: len(base.columns), :standard] = base.grouping[:, np.logical_not(known)]
+    to_x[: len(base.columns), -1] = base.grouping[:, known].sum(axis=1)  # a spring's torque: its parameter is 1
     body = np.zeros((10, m))
     body[[PAYLOAD.index(name) for name in free], range(standard, m - 1)] = 1.0
     body[:, -1] = load.ten
     to_x[len(base.columns) :] = body
-    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, base.standard)]
-    rules = RobotRules.of(problem.robot, base.standard, scale[:standard], None).A
+    links = [np.eye(standard, m)[places] for places in link_places(problem.robot, names)]
+    rules = RobotRules.of(problem.robot, names, scale[:standard], None).A
     A = np.zeros((len(rules) + 1, m))
     A[:-1, :standard] = rules
     A[-1, -1] = 1.0
@@ -118,14 +123,14 @@ def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
     return _Variables(to_x * scale, bodies, A, m - 1)
 
 
-def _robot_scale(problem: GainProblem, x: Array) -> Array:
+def _robot_scale(problem: GainProblem, names: Sequence[str], x: Array) -> Array:
     """Sizes of the robot's standard parameters: one mass and one length for all links, one size for friction."""
     length = typical_length(problem.robot)
     own = dict(zip(problem.base.columns, np.abs(x), strict=False))
     masses = [v / length ** POWERS[parameter_kind(k)] for k, v in own.items() if parameter_kind(k) in INERTIAL]
-    others = [v for k, v in own.items() if parameter_kind(k) not in POWERS]
+    others = [v for k, v in own.items() if k in names and parameter_kind(k) not in POWERS]
     mass, friction = float(np.median(masses)) or 1.0, max(float(np.median(others or [1.0])), 1e-6)
-    kinds = [parameter_kind(name) for name in problem.base.standard]
+    kinds = [parameter_kind(name) for name in names]
     return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
 
 

@@ -7,6 +7,9 @@ import numpy as np
 
 from ...model import BaseParameters, InputError, Processing, Recording, Robot
 from ...model.arrays import Array
+from ...model.drives import SPRING
+from ...model.names import parameter_kind
+from ...model.paged import empty, parts
 from ..names import PAYLOAD
 from ..payload.problem import PayloadProblem, payload_problem
 from ..problem import ReducedProblem, merged
@@ -20,10 +23,13 @@ _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques s
 
 @dataclass(frozen=True)
 class GainProblem:
-    """Equations i_j = k_j (W_j chi + W_Lj chi_L) + rho_j, joint by joint, k_j = 1 / K_j.
+    """Equations i_j = k_j (W_j chi + W_Lj chi_L) + rho_j, motor by motor, k_j = 1 / K_j.
+
+    Of coupled drives W_j are the rows of the motors on the joint side; a known spring is a column of W whose
+    parameter is 1.
 
     Attributes:
-        robot: the robot.
+        robot: the robot, its equations those of the motors (``Robot.for_currents``).
         base: its base parameters.
         equations: the factors of [W W_L i], columns base, then ``PAYLOAD``; the right-hand side is a current [A].
         weights: per joint, one over the standard deviation of its current's error [1/A].
@@ -49,6 +55,7 @@ def gain_problem(
     loaded: Sequence[Recording],
     processing: Processing | None = None,
     progress: Progress = silent,
+    load: KnownLoad | None = None,
 ) -> GainProblem:
     """Process recordings of currents and reduce them.
 
@@ -58,32 +65,24 @@ def gain_problem(
         loaded: the same with the known payload.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
+        load: the known payload; needed by arms with a spring alone, whose known torque has a scale as well.
 
     Raises:
-        InputError: if the recordings cannot be used, or the robot's drives do not give one torque per current.
+        InputError: if the recordings cannot be used.
     """
-    if robot.spring is not None:
-        raise InputError(
-            f"{robot.name} has a gravity spring: gains of such an arm are not identified from currents"
-        )
-    if robot.coupling is not None:
-        j, k = robot.coupling.joints
-        raise InputError(
-            f"joints {j} and {k} of {robot.name} share their drives: no one current belongs to one joint's torque; "
-            "gains of such an arm are not identified"
-        )
+    robot = robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
-    scaled = _scaled(loaded, unloaded, np.full(robot.n, _USUAL))
+    scaled = _scaled(robot, loaded, unloaded, np.full(robot.n, _USUAL))
     first = payload_problem(robot, *scaled, None, processing, progress)
     assert first.unloaded is not None
     both = _in_currents(_together(first.loaded, first.unloaded), np.full(robot.n, _USUAL))
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
-    K = 1.0 / free_gains(both, weights, known_mass(1.0)).k
+    K = 1.0 / free_gains(both, weights, load or known_mass(1.0)).k
     K *= _USUAL / K.mean()
-    problem = payload_problem(robot, *_scaled(loaded, unloaded, K), None, processing, progress, robust=True)
+    problem = payload_problem(robot, *_scaled(robot, loaded, unloaded, K), None, processing, progress, robust=True)
     deletions, length, reason = _deletions(problem)
     deletions = tuple(tuple(_in_currents(part, K) for part in group) for group in deletions)
     recordings = GainRecordings.of(unloaded, loaded)
@@ -96,25 +95,37 @@ def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> Cu
     Raises:
         InputError: if the recordings leave a gain undetermined, or one is negative.
     """
-    free = [k for k, name in enumerate(equations.columns) if name not in load.known]
+    springs = [k for k, name in enumerate(equations.columns) if parameter_kind(name) == SPRING]
+    free = [k for k, name in enumerate(equations.columns) if name not in load.known and k not in springs]
     known = np.zeros(len(equations.columns))
-    known[-len(PAYLOAD) :] = load.ten
+    known[-len(PAYLOAD) :], known[springs] = load.ten, 1.0
     found = gauss_newton(equations, weights, free, known)
     wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
     if wrong:
         raise InputError(
-            f"the current of joint {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
+            f"the current of motor {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
             "in a log map), or check the order of joints"
         )
     return found
 
 
 def _scaled(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], K: Array
+    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], K: Array
 ) -> tuple[list[Recording], list[Recording]]:
-    """The recordings with torques that gains K would give."""
-    with_payload, without = ([replace(r, torque=r.torque * K) for r in group] for group in (loaded, unloaded))
+    """The recordings with joint torques that gains K would give."""
+    with_payload, without = (
+        [replace(one, torque=_torques(robot, one.torque, K)) for one in group] for group in (loaded, unloaded)
+    )
     return with_payload, without
+
+
+def _torques(robot: Robot, currents: Array, K: Array) -> Array:
+    torque = empty(currents.shape)
+    for part in parts(len(torque), currents, torque):
+        motors = currents[part] * K
+        torque[part] = robot.coupling.joint_torques(motors) if robot.coupling else motors
+    torque.setflags(write=False)
+    return torque
 
 
 def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:

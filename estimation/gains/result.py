@@ -18,7 +18,7 @@ KNOWN_WELL = 0.05
 
 @dataclass(frozen=True)
 class DriveGains:
-    """Torque per motor current of each joint.
+    """Torque per current of each motor, on the joint side.
 
     Attributes:
         robot: name of the robot.
@@ -26,7 +26,8 @@ class DriveGains:
         free_values: the same without constraints.
         relative_covariance: of ln K by the formula for white noise, n x n, the mass's sigma included.
         robust: covariance of ln K that holds for autocorrelated noise, the mass's sigma included.
-        gravity: per joint, whether gravity acts on it in some pose.
+        gravity: per motor, whether gravity acts on it in some pose.
+        rests_on: per motor, in words, which torques its gain rests on.
         load: the known payload.
         payload: the payload's ten as identified, known ones as given.
         fit: how well the currents [A] are explained.
@@ -41,6 +42,7 @@ class DriveGains:
     relative_covariance: Array
     robust: RobustCovariance | None
     gravity: tuple[bool, ...]
+    rests_on: tuple[str, ...]
     load: KnownLoad
     payload: InertialParameters
     fit: Fit
@@ -94,7 +96,6 @@ class DriveGains:
     def identifiability(self) -> tuple[str, ...]:
         """Per joint, in words, what its gain rests on and whether that is enough."""
         return tuple(
-            ("gravity and inertia" if gravity else "inertia only: no gravity acts on this joint")
-            + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
-            for gravity, good, sigma in zip(self.gravity, self.identified, self.larger_relative_sigma, strict=True)
+            words + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
+            for words, good, sigma in zip(self.rests_on, self.identified, self.larger_relative_sigma, strict=True)
         )

@@ -7,8 +7,8 @@ import numpy as np
 from ...model import Processing, Recording, Robot
 from ...model.arrays import Array
 from ..filtering import measurement
-from ..observation import moving_parts
 from ..plausibility import still_joints
+from ..rows import moving_parts
 
 _UNEVEN = 0.05  # of the mean step: larger deviations are jitter
 _WHOLE = 0.05  # of a step: closer differences are whole multiples of it

@@ -9,11 +9,14 @@ import numpy as np
 
 from ...model import InputError, Recording, Robot
 from ...model.arrays import Array
+from ...model.paged import Growing, parts, release
 from .columns import Columns, choose, currents_only, holds_load
 from .mapping import LogMap
 from .opening import open_log
 from .table import RawLog, Table
 from .units import factor
+
+_MEDIAN_OF = 1_000_000
 
 
 class Samples(NamedTuple):
@@ -35,7 +38,8 @@ def read_recording(
     Args:
         path: the file or folder.
         robot: tells how many joints there are.
-        drive_gains: torque per current of each joint [N·m/A or N/A], if currents are to be used.
+        drive_gains: torque per current of each motor, on the joint side [N·m/A or N/A], if currents are to be used;
+            of coupled drives motor j's and motor k's torques act on joint j, as (9) says.
         log_map: which columns, units, side and signs; by default t, q1, tau1 or i1 and so on in SI units.
 
     Returns:
@@ -48,13 +52,13 @@ def read_recording(
     raw, columns = _opened(path, robot, drive_gains, log_map)
     kinds = ("t", "q", "torque", "qd") if columns.velocity else ("t", "q", "torque")
     columns_of = {"t": 1, "q": robot.n, "torque": robot.n, "qd": robot.n}
-    grown, read = {kind: _Growing(columns_of[kind]) for kind in kinds}, hashlib.blake2b(digest_size=16)
-    gains = np.ones(robot.n) if drive_gains is None else np.array(drive_gains, dtype=float)
-    for samples in _samples(raw, columns, robot, None, log_map):
+    grown, read = {kind: Growing(columns_of[kind]) for kind in kinds}, hashlib.blake2b(digest_size=16)
+    for samples in _samples(raw, columns, robot, log_map):
         # Row by row, so that the size of blocks does not matter.
         read.update(np.column_stack([samples.t, samples.q, samples.torque]).tobytes())
+        samples = _with_torques(samples, columns, robot, drive_gains)
         for kind, growing in grown.items():
-            growing.add(samples.torque * gains if kind == "torque" else getattr(samples, kind))
+            growing.add(getattr(samples, kind))
     values = {kind: growing.taken() for kind, growing in grown.items()}
     if len(values["t"]) < 2:
         raise InputError(f"{raw.path}: {len(values['t'])} rows of numbers: a recording needs many")
@@ -74,7 +78,8 @@ def stream_samples(
     """
     log_map = log_map or LogMap()
     raw, columns = _opened(path, robot, drive_gains, log_map)
-    yield from _samples(raw, columns, robot, drive_gains, log_map)
+    for samples in _samples(raw, columns, robot, log_map):
+        yield _with_torques(samples, columns, robot, drive_gains)
 
 
 def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
@@ -107,10 +112,16 @@ def _opened(
     return raw, choose(raw, log_map, robot, gains)
 
 
-def _samples(
-    raw: RawLog, columns: Columns, robot: Robot, gains: Sequence[float] | None, log_map: LogMap
-) -> Iterator[Samples]:
-    scale = np.ones(robot.n) if gains is None else np.array(gains, dtype=float)
+def _with_torques(samples: Samples, columns: Columns, robot: Robot, gains: Sequence[float] | None) -> Samples:
+    """Torques in the place of currents."""
+    if columns.kind != "current":
+        return samples
+    motors = samples.torque * (1.0 if gains is None else np.array(gains, dtype=float))
+    return samples._replace(torque=robot.coupling.joint_torques(motors) if robot.coupling else motors)
+
+
+def _samples(raw: RawLog, columns: Columns, robot: Robot, log_map: LogMap) -> Iterator[Samples]:
+    """Rows as they stand there, in SI units: torques, or the motors' currents in their place."""
     row = 0
     for table in raw.blocks(columns.wanted):
         check_finite(raw, table, row)
@@ -119,32 +130,10 @@ def _samples(
         else:
             t = (row + np.arange(len(table.values))) / (log_map.rate or 1.0)
         q = log_map.si("position", table.columns(columns.position))
-        load = log_map.si(columns.kind, table.columns(columns.load)) * scale
+        load = log_map.si(columns.kind, table.columns(columns.load))
         qd = log_map.si("velocity", table.columns(columns.velocity)) if columns.velocity else None
         yield Samples(t, q, load, qd)
         row += len(table.values)
-
-
-class _Growing:
-    """Rows that arrive in blocks, in one array that grows in place."""
-
-    def __init__(self, width: int) -> None:
-        self._array = np.empty((0, width))
-        self._rows = 0
-
-    def add(self, block: Array) -> None:
-        end = self._rows + len(block)
-        if end > len(self._array):
-            self._array.resize((max(end, len(self._array) * 5 // 4), self._array.shape[1]), refcheck=False)
-        self._array[self._rows : end] = block.reshape(len(block), -1)
-        self._rows = end
-
-    def taken(self) -> Array:
-        """The rows, locked, so that a recording need not copy them."""
-        array = self._array
-        array.resize((self._rows, array.shape[1]), refcheck=False)
-        array.setflags(write=False)
-        return array
 
 
 def check_finite(raw: RawLog, table: Table, row: int) -> None:
@@ -168,22 +157,34 @@ def check_time(raw: RawLog, column: str, t: Array) -> None:
     Raises:
         InputError: says where.
     """
-    steps = np.diff(t)
-    if (steps <= 0.0).any():
-        k = int(np.argmax(steps <= 0.0))
-        what = "stands still" if steps[k] == 0.0 else "runs back"
+    typical = _typical_step(t)
+    for part in parts(len(t) - 1, t):
+        steps = np.diff(t[part.start : part.stop + 1])
+        if (steps <= 0.0).any():
+            k = int(np.argmax(steps <= 0.0))
+            what, row = "stands still" if steps[k] == 0.0 else "runs back", part.start + k
+            raise InputError(
+                f"{raw.path}: {raw.place(row + 1)}, column {column!r}: time {what} ({t[row]:g} s, then "
+                f"{t[row + 1]:g} s): remove the repeated rows or split the file"
+            )
+    if typical > 0.5:
         raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column {column!r}: time {what} ({t[k]:g} s, then {t[k + 1]:g} s): "
-            "remove the repeated rows or split the file"
+            f"{raw.path}: column {column!r}: {typical:g} s from row to row: t must be in seconds; is it in ms? "
+            "(--units t=ms)"
         )
-    if np.median(steps) > 0.5:
-        raise InputError(
-            f"{raw.path}: column {column!r}: {np.median(steps):g} s from row to row: t must be in seconds; is it "
-            "in ms? (--units t=ms)"
-        )
-    gap = int(np.argmax(steps))
-    if steps[gap] > max(10.0 * np.median(steps), 0.25):
-        raise InputError(
-            f"{raw.path}: {raw.place(gap + 1)}, column {column!r}: {steps[gap]:g} s missing after {t[gap]:g} s: "
-            "split the file there and give both parts"
-        )
+    for part in parts(len(t) - 1, t):
+        steps = np.diff(t[part.start : part.stop + 1])
+        gap = int(np.argmax(steps))
+        if steps[gap] > max(10.0 * typical, 0.25):
+            row = part.start + gap
+            raise InputError(
+                f"{raw.path}: {raw.place(row + 1)}, column {column!r}: {steps[gap]:g} s missing after {t[row]:g} "
+                "s: split the file there and give both parts"
+            )
+
+
+def _typical_step(t: Array) -> float:
+    """Median time between rows [s]; of a long log that of a million rows all over it."""
+    thin = max(1, len(t) // _MEDIAN_OF)
+    release(t)
+    return float(np.median(t[1::thin] - t[:-1:thin])) if len(t) > 1 else 0.0

@@ -10,10 +10,21 @@ import numpy as np
 
 from ...model import BaseParameters, Measurement, Processing, Robot
 from ...model.arrays import Array
-from ..blocks import block_edges, block_length, cut, leave_one_out, span
+from ..blocks import (
+    Pieces,
+    Residuals,
+    block_edges,
+    cut_pieces,
+    leave_one_out,
+    length_by_residuals,
+    residuals_of,
+    span,
+    weighted_solution,
+)
 from ..names import PAYLOAD
 from ..observation import Observation, Observer
-from ..problem import ReducedProblem
+from ..problem import ReducedProblem, merged
+from ..reduction import reduced
 from .equations import difference_observer, loaded_observer, torque_change
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -80,7 +91,7 @@ def payload_blocks(
     pairs: Sequence[PairedMeasurement],
     processing: Processing,
 ) -> PayloadBlocks:
-    """Cut measurements into blocks; their equations are held whole meanwhile.
+    """Cut measurements into blocks; of long ones the equations are never held whole.
 
     Args:
         robot: the robot.
@@ -90,40 +101,56 @@ def payload_blocks(
         pairs: for method 3; may be empty.
         processing: settings.
     """
-    with_payload = _observed(loaded_observer(robot, base), loaded, processing)
-    without = _observed(Observer(robot, base.columns), unloaded, processing)
+    with_payload = _opened(loaded_observer(robot, base), loaded, processing)
+    without = _opened(Observer(robot, base.columns), unloaded, processing)
     watcher = difference_observer(robot)
     changes = [
-        watcher.observe(torque_change(robot, pair.unloaded, pair.loaded), processing, pair.unloaded.motion)
+        watcher.opener(torque_change(robot, pair.unloaded, pair.loaded), processing, pair.unloaded.motion)
         for pair in pairs
     ]
-    explained = [[_without_payload(recording) for recording in with_payload], without, changes]
-    length = block_length([group for group in explained if group])
-    edges = [block_edges(recording, length) for recording in with_payload]
+    left = [_left(group) for group in ([_without_payload(one) for one in with_payload], without, changes)]
+    length = length_by_residuals([group for group in left if group])
+    edges = [block_edges(recording, length) for recording in left[0]]
     if pairs:
-        lags = [pair.lag for pair in pairs]
-        other = [own - lag for own, lag in zip(edges, lags, strict=True)]
+        other = [own - pair.lag for own, pair in zip(edges, pairs, strict=True)]
     else:
-        other = [block_edges(recording, length) for recording in without]
+        other = [block_edges(recording, length) for recording in left[1]]
     pieces = max(1, _STRETCHES // max(len(with_payload), 1))
     return PayloadBlocks(
         length=length,
         loaded=_cut(with_payload, edges),
         unloaded=_cut(without, other),
         difference=_cut(changes, edges) if pairs else (),
-        stretches=_cut(with_payload, [block_edges(one, np.ptp(span(one)) / pieces) for one in with_payload]),
+        stretches=_cut(with_payload, [block_edges(one, np.ptp(span(one)) / pieces) for one in left[0]]),
     )
 
 
-def _observed(observer: Observer, measurements: Sequence[Measurement], processing: Processing) -> list[Observation]:
-    return [observer.observe(data, processing) for data in measurements]
+def _opened(observer: Observer, measurements: Sequence[Measurement], processing: Processing) -> list[Pieces]:
+    return [observer.opener(data, processing) for data in measurements]
 
 
-def _without_payload(recording: Observation) -> Observation:
+def _left(group: Sequence[Pieces]) -> list[Residuals]:
+    """What the weighted fit to all recordings of one load leaves of each."""
+    if not group:
+        return []
+    problem: ReducedProblem | None = None
+    for piece in chain.from_iterable(pieces() for pieces in group):
+        problem = merged([problem, reduced(piece)] if problem else [reduced(piece)])
+    assert problem is not None
+    values = weighted_solution(problem)
+    return [residuals_of(pieces(), values) for pieces in group]
+
+
+def _without_payload(pieces: Pieces) -> Pieces:
     """The robot's columns alone, of which the payload's are combinations."""
-    W = tuple(columns[:, : -len(PAYLOAD)] for columns in recording.W)
-    return Observation(recording.columns[: -len(PAYLOAD)], W, recording.Y, recording.t, recording.bandwidth)
+
+    def bare(piece: Observation) -> Observation:
+        W = tuple(columns[:, : -len(PAYLOAD)] for columns in piece.W)
+        return Observation(piece.columns[: -len(PAYLOAD)], W, piece.Y, piece.t, piece.bandwidth)
+
+    return lambda: map(bare, pieces())
 
 
-def _cut(recordings: Sequence[Observation], edges: Sequence[Array]) -> _Blocks:
-    return tuple(chain.from_iterable(cut(*both) for both in zip(recordings, edges, strict=True)))
+def _cut(recordings: Sequence[Pieces], edges: Sequence[Array]) -> _Blocks:
+    found = (cut_pieces(pieces(), ends) for pieces, ends in zip(recordings, edges, strict=True))
+    return tuple(chain.from_iterable(found))

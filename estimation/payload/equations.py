@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from ...model import BaseParameters, Measurement, Processing, Robot, payload_columns
+from ...model.paged import empty, parts
 from ..names import PAYLOAD
 from ..observation import Observer
 from ..problem import ReducedProblem, merged
@@ -47,8 +48,11 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
 
     The observer moves the spring's torque into Y; in a difference it is there twice already, and is taken out.
     """
-    torque = loaded.torque - unloaded.torque
-    if robot.spring is not None:
-        k = robot.spring.joint - 1
-        torque[:, k] -= robot.spring.torque(unloaded.motion.q[:, k])
+    q, torque = unloaded.motion.q, empty(loaded.torque.shape)
+    for part in parts(len(torque), loaded.torque, unloaded.torque, q, torque):
+        torque[part] = loaded.torque[part] - unloaded.torque[part]
+        if robot.spring is not None and not robot.spring.column:
+            k = robot.spring.joint - 1
+            torque[part, k] -= robot.spring.torque(q[part, k])
+    torque.setflags(write=False)
     return Measurement(loaded.motion, torque)

@@ -18,9 +18,13 @@ _STEP = 1e-5
 
 
 def gain_covariance(problem: PayloadProblem, method: Method, estimate: Estimate, gains: GainErrors) -> Array:
-    """Covariance of a method's result from errors of the drive gains, 10 x 10."""
+    """Covariance of a method's result from errors of the drive gains, 10 x 10.
+
+    Raises:
+        InputError: for identified gains of coupled drives, each of which acts on two joints.
+    """
     J = payload_gain_sensitivity(problem, method, estimate)
-    return np.asarray(J @ gains.covariance(problem.robot.n) @ J.T)
+    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
 
 
 def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: Estimate) -> Array:

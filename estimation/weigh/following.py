@@ -16,8 +16,8 @@ from ...model import InputError, Motion, Recording, Robot
 from ...model.arrays import Array
 from ..alignment import aligned
 from ..logs import LogMap, open_log, read_recording, reference_columns
-from ..observation import moving_parts
 from ..robust import student95
+from ..rows import moving_parts
 
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,

@@ -7,9 +7,10 @@ import numpy as np
 from ...model import Measurement, Robot, base_parameters
 from ...model.arrays import Array
 from ..least_squares import joint_weights
-from ..observation import Mask, Observer
+from ..observation import Observer
 from ..problem import RANK_TOLERANCE, ReducedProblem, merged
 from ..reduction import reduced
+from ..rows import Mask
 
 _HIDDEN = 1e-6
 """Share of a friction in undetermined directions above which it is not known."""

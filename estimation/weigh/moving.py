@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model import InputError, Measurement, Motion, Processing
-from ..observation import Mask, moving_parts
+from ..rows import Mask, moving_parts
 
 SLOW = 0.03
 """rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""

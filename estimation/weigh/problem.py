@@ -24,11 +24,12 @@ from ..estimate import Estimate
 from ..filtering import measurement
 from ..identification import check_lengths
 from ..names import PAYLOAD
-from ..observation import Mask, Observation, Observer
+from ..observation import Observation, Observer
 from ..payload.equations import torque_change
 from ..plausibility import check_apart, check_recordings
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
+from ..rows import Mask
 from .friction import coulomb_friction
 from .moving import at_rest, moving_joints, used_rows
 from .offsets import held_offsets

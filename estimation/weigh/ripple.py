@@ -14,7 +14,8 @@ from ...model import Measurement
 from ...model.arrays import Array
 from ..correlation import autocorrelation_time
 from ..decimation import decimated
-from ..observation import Mask, Observation
+from ..observation import Observation
+from ..rows import Mask
 
 _CHANCE = 0.05
 """Probability of finding a wave in a joint's noise."""

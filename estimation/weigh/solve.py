@@ -205,7 +205,7 @@ def weigh_gain_covariance(
             solver.known = replace(known, values=known.values + known.gain_sensitivity[:, j])
         J[:, j] = solver.values(scaled_torque(problem.problem, j, 2.0), weights) - found.estimate.values
         solver.known = known
-    return np.asarray(J @ gains.covariance(n) @ J.T)
+    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
 
 
 def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:

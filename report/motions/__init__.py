@@ -3,7 +3,8 @@
 from .csv_samples import csv_text
 from .ros2 import check_joint_names, ros2_text
 from .urscript import CONTROLLER_RATE, check_urscript, urscript_text
-from .val3 import check_val3, val3_files, val3_replay
+from .val3 import check_val3, val3_files
+from .val3_moves import val3_replay
 from .written import WrittenMotion, design_head
 
 __all__ = [

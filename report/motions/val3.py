@@ -7,35 +7,29 @@ Manual (D28062804A), 9.5 mdesc type and 9.6 movement instructions; Beckhoff TF51
 as in the public VAL3 applications of ros-industrial/staubli_val3_driver.
 """
 
-import math
-from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
 
 from ...model import InputError, Robot
 from ...model.arrays import Array
-from ...model.kinematics import forward_kinematics
-from ...trajectories import PointToPoint, Trapezoid, ViaPoints, plan_point_to_point, plan_stops
+from ...trajectories import BlendedPoints, ViaPoints
+from .val3_moves import Descriptor, descriptors_of
 from .written import WrittenMotion, require_six_turning
 
 _XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
 _SPACE = "http://www.staubli.com/robotics/VAL3"
 _FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 _APPROACH = 10  # % of the speed, to the first point
-_BLEND = 1.0 / 3.0  # of the distance to the nearer neighbour: where a passing point is left and rejoined
 _WARNING = (
     "The controller plans its own way between these points: torques and obstacles were checked for the designed",
     "motion, not for that. Run it slowly first, and score its log by dynident design --evaluate.",
 )
-
-
-class Descriptor(NamedTuple):
-    """How one point is approached: percentages; ``leave`` and ``reach`` [mm], 0 for no blending."""
-
-    accel: int
-    vel: int
-    leave: int
+_BLENDS = (
+    "leave and reach are where the design's blends begin and end, as distances of the last frame's origin: a tool",
+    "farther out travels farther. VAL3 has no word for a blend's time or law: in the design speed changes there",
+    "under constant acceleration, the controller has a law of its own, within accel and decel.",
+)
 
 
 def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
@@ -49,32 +43,16 @@ def val3_files(written: WrittenMotion, name: str) -> dict[str, str]:
         InputError: for a Fourier motion, a robot that is not of six turning joints, or a name that VAL3 refuses.
     """
     plan = written.plan
-    check_val3(written.robot, isinstance(plan, ViaPoints), name)
-    assert isinstance(plan, ViaPoints)
-    descriptors = [Descriptor(_APPROACH, _APPROACH, 0), *_descriptors(written, plan)]
+    check_val3(written.robot, isinstance(plan, ViaPoints | BlendedPoints), name)
+    assert isinstance(plan, ViaPoints | BlendedPoints)
+    descriptors = [Descriptor(_APPROACH, _APPROACH, _APPROACH), *descriptors_of(written, plan)]
+    head = (*written.head, *(_BLENDS if isinstance(plan, BlendedPoints) else ()), *_WARNING)
     return {
         f"{name}.pjx": _project(name),
-        f"{name}.dtx": _data(np.degrees(plan.points), descriptors, written.head),
-        "start.pgx": _program("start", "public", _start(written.head, len(plan.points))),
+        f"{name}.dtx": _data(np.degrees(plan.points), descriptors, head),
+        "start.pgx": _program("start", "public", _start(head, len(plan.points))),
         "stop.pgx": _program("stop", "private", ["begin", "  resetMotion()", "end"]),
     }
-
-
-def val3_replay(written: WrittenMotion) -> PointToPoint:
-    """What a controller does with these moves if its profiles are trapezoidal: an estimate to be scored.
-
-    Raises:
-        ValueError: if two neighbouring points are the same.
-    """
-    plan = written.plan
-    assert isinstance(plan, ViaPoints)
-    moves = _descriptors(written, plan)
-    speed = 0.01 * np.array([[move.vel] for move in moves])
-    into = 0.01 * np.array([[move.accel] for move in moves])
-    if plan.rests:
-        return plan_stops(written.described, plan.points, speed, into)
-    at_points = np.minimum(np.vstack([into[:1], into]), np.vstack([into, into[-1:]]))
-    return plan_point_to_point(written.described, plan.points, speed, at_points)
 
 
 def check_val3(robot: Robot, via_points: bool, name: str) -> None:
@@ -90,59 +68,6 @@ def check_val3(robot: Robot, via_points: bool, name: str) -> None:
         raise InputError(
             f"{name!r} is no VAL3 application's name: a letter, then letters, digits and _, 15 at most"
         )
-
-
-def _descriptors(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
-    """A descriptor for each segment, into its second point.
-
-    Of trapezoidal segments the ramp gives the acceleration. Of quintic ones accelerations are as large as the
-    design's limits allow. Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those
-    of trapezoidal segments rounded within the limits, the others rounded down.
-    """
-    limits = [joint.limits for joint in written.described.joints]
-    top = np.array([limit.speed for limit in limits])
-    strong = np.array([limit.acceleration for limit in limits])
-    most_speed = float((written.bounds.speed / top).min())
-    most_acceleration = min(float((written.bounds.acceleration / strong).min()), 1.0)
-    leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
-    found = []
-    for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
-        # As the slowest joint has them; the others follow its law.
-        by_speed, by_acceleration = float((step / top).max()), float((step / strong).max())
-        accel, rounding = _percent(most_acceleration), 0.0
-        if isinstance(plan.segment, Trapezoid):
-            wanted, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
-            accel = min(_percent(wanted + rounding), accel)
-        speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
-        vel = min(_percent(speed + rounding), _percent(most_speed))
-        found.append(Descriptor(accel, vel, int(leave[k + 1])))
-    return found
-
-
-def _speed(by_speed: float, by_acceleration: float, T: float) -> float:
-    """Fraction v of the nominal speed with which a trapezoid rests at both ends and takes T; 1 if none does.
-
-    A joint that travels d takes d / (v V) + v V / A; d / V and d / A are given.
-    """
-    root = T * T - 4.0 * by_acceleration  # of a / v + v b / a = T
-    if root < 0.0 or by_acceleration == 0.0:
-        return 1.0
-    fraction = (T - math.sqrt(root)) * by_speed / (2.0 * by_acceleration)
-    return min(max(fraction, 0.01), 1.0)
-
-
-def _leave(written: WrittenMotion, points: Array) -> Array:
-    """Distance at which each inner point is left and rejoined [mm], shape (points,)."""
-    kinematics = forward_kinematics(written.robot)
-    place = np.array([kinematics(q)[1].full().ravel() for q in points])
-    gap = np.linalg.norm(np.diff(place, axis=0), axis=1)
-    nearer = np.concatenate([[0.0], np.minimum(gap[:-1], gap[1:]), [0.0]])
-    return np.asarray(np.floor(1000.0 * _BLEND * nearer))
-
-
-def _percent(fraction: float) -> int:
-    """Rounded down, and at least 1."""
-    return max(int(100.0 * fraction + 1e-9), 1)
 
 
 def _project(name: str) -> str:
@@ -167,10 +92,10 @@ def _project(name: str) -> str:
 def _data(degrees: Array, descriptors: list[Descriptor], head: tuple[str, ...]) -> str:
     joints = [" ".join(f'j{j + 1}="{angle:.6f}"' for j, angle in enumerate(row)) for row in degrees]
     motions = []
-    for accel, vel, leave in descriptors:
-        blend = f'blend="joint" leave="{leave}" reach="{leave}"' if leave else 'blend="off"'
-        motions.append(f'accel="{accel}" vel="{vel}" decel="{accel}" tmax="99999" rmax="99999" {blend}')
-    remarks = "\n".join(f"  {line}" for line in (*head, *_WARNING)).replace("--", "- -")
+    for accel, vel, decel, leave, reach in descriptors:
+        blend = f'blend="joint" leave="{leave:g}" reach="{reach:g}"' if leave else 'blend="off"'
+        motions.append(f'accel="{accel}" vel="{vel}" decel="{decel}" tmax="99999" rmax="99999" {blend}')
+    remarks = "\n".join(f"  {line}" for line in head).replace("--", "- -")
     return "\n".join(
         [
             _FIRST,
@@ -198,7 +123,7 @@ def _array(name: str, kind: str, values: list[str]) -> list[str]:
 def _start(head: tuple[str, ...], count: int) -> list[str]:
     return [
         "begin",
-        *(f"  // {line}".replace("]]>", "]] >") for line in (*head, *_WARNING)),
+        *(f"  // {line}".replace("]]>", "]] >") for line in head),
         f"  // Slowly to the first point ({_APPROACH} % speed), then all {count} points.",
         "  movej(jPoint[0], tFlange, mMotion[0])",
         "  waitEndMove()",

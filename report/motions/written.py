@@ -7,7 +7,7 @@ import numpy as np
 from ... import __version__
 from ...model import InputError, Motion, Robot
 from ...model.arrays import Array
-from ...trajectories import Design, JointBounds, Trapezoid, ViaPoints
+from ...trajectories import BlendedPoints, Design, JointBounds, Trapezoid, ViaPoints
 from ...trajectories.samples import Plan
 
 DIGITS = 9
@@ -87,6 +87,10 @@ def _shape(plan: Plan) -> str:
         if isinstance(plan.segment, Trapezoid):
             ramp = f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
         return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}{ramp}"
+    if isinstance(plan, BlendedPoints):
+        low, high = plan.blends.min(), plan.blends.max()
+        moves = f"{len(plan.points)} via points, passing at constant speed from each to the next"
+        return f"{moves}, parabolic blends of {low:.3g} to {high:.3g} s"
     return "Fourier series"
 
 

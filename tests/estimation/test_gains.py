@@ -120,17 +120,8 @@ def test_reversed_current_is_named(currents: Callable[..., GainProblem]) -> None
     factors = list(problem.equations.factors)
     factors[3] = factors[3] * np.append(np.ones(factors[3].shape[1] - 1), -1.0)
     turned = replace(problem, equations=replace(problem.equations, factors=tuple(factors)))
-    with pytest.raises(InputError, match="joint 4"):
+    with pytest.raises(InputError, match="motor 4"):
         identify_gains(turned, known_mass(6.0))
-
-
-@pytest.mark.parametrize("name", ["tx40"])
-def test_coupled_drives_are_refused(name: str) -> None:
-    robot = load_robot(name)
-    t = np.arange(100) / 100.0
-    recording = Recording(t, np.zeros((100, 6)), np.zeros((100, 6)))
-    with pytest.raises(InputError, match="joints 5 and 6"):
-        gain_problem(robot, [recording], [recording])
 
 
 def test_load_file(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from dynident.estimation import Observer, noise_bandwidth
-from dynident.estimation.observation import moving_parts
+from dynident.estimation.rows import moving_parts
 from dynident.model import Measurement, Motion, Processing, base_parameters
 from dynident.trajectories import Simulator
 

@@ -1,24 +1,32 @@
-"""Designs: exact gradients, limits kept between samples, honest answers where there is no good one."""
+"""Designs: limits kept between samples, what they teach, honest answers where there is no good one."""
 
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 import pytest
-from dynident.model import INERTIAL, InertialParameters, InputError, Kernel, Robot, inverse_dynamics, load_robot
+from dynident.model import INERTIAL, InertialParameters, Kernel, Robot, inverse_dynamics
 from dynident.model.arrays import Array
-from dynident.tests.conftest import CROOKED
+from dynident.tests.trajectories.design_problems import (
+    BOUNDS,
+    FEW,
+    GOALS,
+    NOISE,
+    PAYLOAD,
+    ROBOT,
+    SCENE,
+    STRONG,
+    TORQUE,
+    problem,
+)
 from dynident.trajectories import (
-    Capsule,
+    BlendedPoints,
+    BlendShape,
     Design,
     DesignProblem,
     Earlier,
     FourierShape,
     Goal,
-    HalfSpace,
     JointBounds,
-    Loads,
-    Scene,
     Step,
     Trapezoid,
     ViaPoints,
@@ -30,82 +38,8 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.criterion import Kind
-from dynident.trajectories.free_via_points import FreeViaPoints
 from dynident.trajectories.lagrangian import Multipliers
 from dynident.trajectories.samples import Samples
-
-ROBOT = load_robot("rx90")
-TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
-STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
-BOUNDS = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
-NOISE = tuple(0.1 * torque for torque in TORQUE)
-PAYLOAD = InertialParameters.from_com(4.0, [0.0, 0.02, 0.1], 0.02 * np.eye(3))
-SCENE = Scene(
-    (
-        Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
-        Capsule("elbow", 3, 0.15),
-        Capsule("wrist", 4, 0.1),
-        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
-    ),
-    (HalfSpace("floor", offset=-0.42),),
-    (("tool", "column"), ("wrist", "column"), ("elbow", "column")),
-)
-FEW = ("ZZ1", "FV1", "FS1", "XX2", "ZZ2", "MX2", "FV2", "FS2", "IA3", "IA4", "FS5", "FSM6")
-GOALS = {
-    "d": Goal("d", noise=NOISE),
-    "d of some": Goal("d", noise=NOISE, interest=("ZZ1", "IA5")),
-    "a": Goal("a", columns=FEW, reference=dict.fromkeys(FEW, 2.0), noise=NOISE),
-    "cond": Goal("cond"),
-    "cond-scaled": Goal("cond-scaled"),
-    "payload": Goal("cond-scaled", payload_only=True),
-}
-SHAPES: dict[str, ViaPointShape | FourierShape] = {
-    "via": ViaPointShape(14),
-    "rest": ViaPointShape(14, passing=False),
-    "trapezoid": ViaPointShape(14, passing=False, segment=Trapezoid()),
-    "fixed": ViaPointShape(14, fixed=1.5),
-    "fourier": FourierShape(5, 10.0),
-}
-
-
-def problem(
-    goal: str,
-    shape: str,
-    *,
-    bounds: JointBounds = BOUNDS,
-    duration: float | None = None,
-    start: Array | None = None,
-) -> DesignProblem:
-    """With torque limits for two loads, and obstacles."""
-    loads = Loads(ROBOT.parameters, PAYLOAD)
-    return build_design(
-        ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
-    )
-
-
-def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
-    """Central differences of two steps, extrapolated (Richardson)."""
-    assert callable(function)
-    one, two = ((function(x + h * direction) - function(x - h * direction)) / (2.0 * h) for h in (step, 0.5 * step))
-    return float((4.0 * two - one) / 3.0)
-
-
-@pytest.mark.parametrize("goal", GOALS)
-@pytest.mark.parametrize("shape", SHAPES)
-def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
-    """With the terms of every limit that bites: joints, torques of two loads, duration and obstacles."""
-    bounds = JointBounds.of(ROBOT) if goal == "payload" else BOUNDS
-    task = problem(goal, shape, bounds=bounds, duration=None if shape in ("fixed", "fourier") else 12.0)
-    draw = np.random.default_rng(0)
-    x = task.family.random(draw) + 0.02 * draw.standard_normal(task.family.size)
-    limits = Multipliers(task.limits, task.state(x, 0.5), 3.0, 0.4)
-    assert limits.violation(task.state(x, 0.5)) > 0.0
-    value, slope = task.evaluate(x, 8.0, 0.5, limits)
-    assert np.isfinite(value)
-    direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
-    found = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
-    assert slope @ direction == pytest.approx(found, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
 
 
 @pytest.mark.parametrize("fixed", [None, 1.25])
@@ -126,21 +60,20 @@ def test_trapezoids_within_every_limit(fixed: float | None) -> None:
         assert np.array_equal(plan.durations, np.full(7, fixed))
 
 
-def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
-    with pytest.raises(InputError, match="durations of the moves are fixed"):
-        build_design(rx90, ViaPointShape(5, fixed=1.0), Goal("cond", payload_only=True), duration=10.0)
-
-
-def test_limits_have_exact_jacobians() -> None:
-    task = problem("d", "via", duration=12.0)
-    task = replace(task, family=FreeViaPoints(ROBOT, BOUNDS, 3, samples=3))
-    draw = np.random.default_rng(1)
-    x = task.family.random(draw) + 0.05 * draw.standard_normal(task.family.size)
-    J, direction, step = task.constraint_jacobian(x, 0.5), draw.standard_normal(task.family.size), 1e-5
-    ahead, behind = (task.constraint_values(x + s * direction, 0.5) for s in (step, -step))
-    difference = (ahead - behind) / (2.0 * step)
-    assert J.shape == (len(difference), task.family.size)
-    assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()
+@pytest.mark.parametrize("fixed", [None, 1.25])
+def test_blends_within_every_limit(fixed: float | None) -> None:
+    """Speeds and accelerations as the law has them: constant in each move, and in each blend."""
+    task = build_design(ROBOT, BlendShape(5, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
+    design = solve_design(task, starts=1)
+    plan = design.plan
+    assert isinstance(plan, BlendedPoints)
+    assert design.feasible
+    assert score_motion(design.problem, design.motion(997.0)).feasible
+    speed, acceleration = np.abs(plan.speeds) / BOUNDS.speed, np.abs(plan.accelerations) / BOUNDS.acceleration
+    assert 0.9 < max(speed.max(), acceleration.max()) <= 1.0 + 1e-9
+    assert (plan.straight > 0.0).all()
+    if fixed is not None:
+        assert np.array_equal(plan.durations, np.full(4, fixed))
 
 
 def torques(robot: Robot, design: Design, payload: InertialParameters | None) -> Array:
@@ -236,39 +169,6 @@ def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
     assert second.score.value < score_motion(second.problem, first.motion(200.0)).value - 0.005
 
 
-def test_parameters_that_cannot_be_told_apart_are_named() -> None:
-    with pytest.raises(InputError, match=r"rank 2 of 4\): XX1 has no effect; YY2 .* with ZZ1, XX2"):
-        build_design(ROBOT, goal=Goal("cond", columns=("ZZ1", "XX2", "XX1", "YY2")))
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Goal(cast(Kind, "e")), "'e' is not one of d, a, cond, cond-scaled"),
-        (lambda: Goal("a"), "needs reference values"),
-        (lambda: Goal("cond", interest=("FV1",)), "counts for d and a only"),
-        (lambda: Goal("d", earlier=Earlier(("FV1",), np.eye(1))), "data length to come"),
-        (lambda: build_design(ROBOT, goal=Goal(columns=("FV9",))), "FV9"),
-        (lambda: build_design(ROBOT, goal=Goal(noise=(1.0,))), "6 positive numbers"),
-        (lambda: build_design(ROBOT, start=[9.0] * 6), "6 positions within the limits"),
-        (
-            lambda: build_design(ROBOT, start=[0.0, 1.2, 1.2, 0.0, 0.0, 0.0], scene=SCENE),
-            "another start pose: clearance of .* against 0, violated",
-        ),
-        (lambda: build_design(ROBOT, FourierShape(), duration=3.0), "stands in its shape"),
-        (lambda: build_design(ROBOT, goal=Goal("a", reference={"FV1": 1.0})), "reference value other than zero"),
-        (
-            lambda: build_design(ROBOT, bounds=BOUNDS, loads=Loads({"FV1": 1.0})),
-            "torque limits need the parameters",
-        ),
-    ],
-)
-def test_requests_that_cannot_be(make: object, message: str) -> None:
-    assert callable(make)
-    with pytest.raises(InputError, match=message):
-        make()
-
-
 def test_limits_that_cannot_be_met_are_named() -> None:
     """The arm cannot be held up with 20 N·m on joint 2."""
     weak = JointBounds.of(ROBOT, torque=(300.0, 20.0, 120.0, 50.0, 40.0, 20.0))
@@ -312,22 +212,3 @@ def test_interrupted_within_an_evaluation(monkeypatch: pytest.MonkeyPatch) -> No
     assert design.interrupted
     assert design.feasible
     assert calls[0] == 51
-
-
-def test_a_spring_is_part_of_the_torque() -> None:
-    """Torques in the limits are those of inverse dynamics, the known spring taken off."""
-    draw = np.random.default_rng(0)
-    names = [*(f"{kind}{j}" for j in range(1, 6) for kind in (*INERTIAL, "IA", "FS", "FV", "OFF")), "FVM5", "FSM5"]
-    joints = tuple(
-        replace(joint, limits=replace(joint.limits, position=(-1.0, 1.0), speed=2.0, acceleration=9.0, torque=50.0))
-        for joint in CROOKED.joints
-    )
-    robot = replace(CROOKED, joints=joints, parameters={name: draw.uniform(0.1, 1.0) for name in names})
-    task = build_design(robot, FourierShape(4, 6.0), Goal("d"))
-    x = task.family.random(draw)
-    samples = task.family.sample(x)
-    state = task.state(x, 0.0)
-    limit = next(limit for limit in task.limits if limit.name == "torque")
-    kernel = Kernel(inverse_dynamics(robot))
-    expected = kernel(samples.q, samples.qd, samples.qdd, parameter_vector(robot, robot.parameters)).T
-    assert np.allclose(limit.values(state) * 50.0, expected, rtol=1e-8, atol=1e-8)

@@ -7,6 +7,7 @@ from dynident.model.arrays import Array
 from dynident.trajectories import Fourier, JointBounds, Trapezoid, ViaPoints
 from dynident.trajectories.bound import FreeStates
 from dynident.trajectories.fourier import FreeFourier
+from dynident.trajectories.free_blends import FreeBlends
 from dynident.trajectories.free_via_points import FreeViaPoints
 from dynident.trajectories.samples import Family, Samples
 
@@ -15,8 +16,11 @@ BOUNDS = JointBounds.of(ROBOT)
 POSE = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
 
 FIXED = (1.0, 0.7, 1.3)
+TIMED = ("at fixed times", "at fixed times from a pose")
 STEPS = ("trapezoid", "triangle", "fixed trapezoid from a pose")
 """Their accelerations have steps."""
+BLENDS = ("blends", "one blended move", *(f"blends {how}" for how in ("from a pose", *TIMED)))
+"""So have theirs; their own laws stand in test_blends.py."""
 
 
 def families() -> dict[str, Family]:
@@ -30,6 +34,11 @@ def families() -> dict[str, Family]:
         "fixed trapezoid from a pose": FreeViaPoints(
             ROBOT, BOUNDS, 4, passing=False, segment=Trapezoid(), fixed=FIXED, start=POSE
         ),
+        "blends": FreeBlends(ROBOT, BOUNDS, 5),
+        "one blended move": FreeBlends(ROBOT, BOUNDS, 2, samples=5),
+        "blends from a pose": FreeBlends(ROBOT, BOUNDS, 4, start=POSE),
+        "blends at fixed times": FreeBlends(ROBOT, BOUNDS, 4, fixed=FIXED),
+        "blends at fixed times from a pose": FreeBlends(ROBOT, BOUNDS, 4, fixed=FIXED, start=POSE),
         "fourier": FreeFourier(ROBOT, BOUNDS, 3, 6.0),
         "fourier from a pose": FreeFourier(ROBOT, BOUNDS, 4, 8.0, start=POSE),
         "states": FreeStates(ROBOT, BOUNDS, 7, 1.0),
@@ -52,7 +61,7 @@ def test_jacobian_is_the_derivative(family: Family) -> None:
     x = somewhere(family)
     direction, step = np.random.default_rng(1).standard_normal(family.size), 1e-5
     ahead, behind = family.sample(x + step * direction), family.sample(x - step * direction)
-    for J, a, b in zip(family.jacobian(x), ahead[1:], behind[1:], strict=True):
+    for J, a, b in zip(family.jacobian(x).dense(), ahead[1:], behind[1:], strict=True):
         difference = (a - b) / (2.0 * step)
         assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()
 
@@ -61,7 +70,9 @@ def test_pullback_is_the_jacobian_transposed(family: Family) -> None:
     x, draw = somewhere(family), np.random.default_rng(2)
     samples = family.sample(x)
     slope = Samples(np.zeros_like(samples.weight), *(draw.standard_normal(samples.q.shape) for _ in range(3)))
-    expected = sum(np.tensordot(part, J, axes=2) for part, J in zip(slope[1:], family.jacobian(x), strict=True))
+    expected = sum(
+        np.tensordot(part, J, axes=2) for part, J in zip(slope[1:], family.jacobian(x).dense(), strict=True)
+    )
     assert np.allclose(family.pullback(x, slope), expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
 
 
@@ -75,7 +86,7 @@ def test_weights_are_pulled_back_too(family: Family) -> None:
     assert family.pullback(x, slope) @ direction == pytest.approx(seed @ change / (2.0 * step), rel=1e-6, abs=1e-8)
 
 
-@pytest.mark.parametrize("name", [name for name in families() if name not in ("states", *STEPS)])
+@pytest.mark.parametrize("name", [name for name in families() if name not in ("states", *STEPS, *BLENDS)])
 def test_the_plan_is_what_was_sampled_and_rests_at_its_ends(name: str) -> None:
     family = families()[name]
     x = somewhere(family)
@@ -126,7 +137,7 @@ def test_trapezoids_are_ramps_and_constant_speed(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in families() if "fixed" in name])
 def test_fixed_durations_stay(name: str) -> None:
     family = families()[name]
-    assert isinstance(family, FreeViaPoints)
+    assert isinstance(family, FreeViaPoints | FreeBlends)
     draw = np.random.default_rng(4)
     x = family.random(draw)
     samples = family.sample(x)
@@ -136,6 +147,7 @@ def test_fixed_durations_stay(name: str) -> None:
     smaller = family.eased(x, 1.25, 1.0)
     for y in (x, smaller):
         assert np.array_equal(family.plan(y).durations, FIXED)
+        assert family.sample(y).weight.sum() == pytest.approx(sum(FIXED))
     assert np.allclose(family.sample(smaller).qd, samples.qd / 1.25)
     assert np.allclose(family.sample(smaller).qdd, samples.qdd / 1.25)
     if "pose" in name:

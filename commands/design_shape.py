@@ -1,0 +1,79 @@
+"""The motion that ``dynident design`` is asked for."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..trajectories import BlendShape, FourierShape, ViaPointShape
+
+
+def asked_shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape | BlendShape:
+    """The shape of the motion.
+
+    Raises:
+        InputError: for options that do not go together.
+    """
+    from ..model import InputError
+    from ..trajectories import FourierShape
+
+    if arguments.fourier is None:
+        if arguments.duration is not None:
+            raise InputError("--duration is the period of --fourier: via points take --max-duration")
+        return _via_points(arguments)
+    for option in ("rest", "max_duration", "segments", "ramp", "segment_durations"):
+        value = getattr(arguments, option)
+        if value is not None and value is not False:
+            raise InputError(f"--{option.replace('_', '-')} belongs to --via-points: --fourier takes --duration")
+    return FourierShape(arguments.fourier, _period(arguments))
+
+
+def known_length(arguments: argparse.Namespace) -> float | None:
+    """How long the motion will take [s], or at most; None where nothing says so."""
+    from ..trajectories import ViaPointShape
+
+    if arguments.fourier is not None:
+        return _period(arguments)
+    fixed = arguments.segment_durations
+    if fixed is None:
+        length: float | None = arguments.max_duration
+        return length
+    moves = (arguments.via_points or ViaPointShape().count) - 1
+    return float(moves * fixed[0] if len(fixed) == 1 else sum(fixed))
+
+
+def _period(arguments: argparse.Namespace) -> float:
+    from ..trajectories import FourierShape
+
+    return float(FourierShape().duration if arguments.duration is None else arguments.duration)
+
+
+def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
+    from ..model import InputError
+    from ..trajectories import BlendShape, Quintic, Segment, Trapezoid, ViaPointShape
+
+    count = arguments.via_points or ViaPointShape().count
+    if count < 3:
+        raise InputError(f"--via-points {count}: give at least 3")
+    if arguments.ramp is not None and arguments.segments != "trapezoid":
+        raise InputError("--ramp has no effect without --segments trapezoid")
+    fixed = _fixed(arguments)
+    if arguments.segments == "blend":
+        if arguments.rest:
+            raise InputError("--segments blend passes the via points: --segments trapezoid rests in each")
+        return BlendShape(count, fixed=fixed)
+    segment: Segment = Quintic()
+    if arguments.segments == "trapezoid":
+        segment = Trapezoid() if arguments.ramp is None else Trapezoid(arguments.ramp)
+    return ViaPointShape(count, passing=segment.passes and not arguments.rest, fixed=fixed, segment=segment)
+
+
+def _fixed(arguments: argparse.Namespace) -> float | tuple[float, ...] | None:
+    """Times from point to point [s], if they are fixed."""
+    from ..model import InputError
+
+    fixed: tuple[float, ...] | None = arguments.segment_durations
+    if fixed is not None and arguments.max_duration is not None:
+        raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")
+    return fixed[0] if fixed is not None and len(fixed) == 1 else fixed

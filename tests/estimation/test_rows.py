@@ -1,0 +1,39 @@
+"""Rows at an end at which the arm is in full motion are left out; an arm at rest there loses none."""
+
+import numpy as np
+import pytest
+from dynident.estimation.rows import used_rows
+from dynident.model import Motion, Processing
+
+SETTINGS = Processing(cutoff=10.0)
+
+
+def moved(begin: float, end: float, seconds: float = 20.0) -> Motion:
+    """One joint from a speed to a speed by way of 1 rad/s, another one still but for noise."""
+    t = 0.01 * np.arange(round(100 * seconds) + 1)
+    qd = np.interp(t, [0.0, 0.5, seconds - 0.5, seconds], [begin, 1.0, 1.0, end])
+    still = 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+    speeds = np.column_stack([qd, np.clip(still, -1.5e-3, 1.5e-3)])
+    q, qdd = np.cumsum(speeds, axis=0) * 0.01, np.gradient(speeds, 0.01, axis=0)
+    return Motion(np.asarray(t, dtype=np.float64), q, speeds, np.asarray(qdd, dtype=np.float64))
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "lost"),
+    [(0.05, 0.05, (0, 0)), (0.5, 0.05, (30, 0)), (0.05, -0.5, (0, 30)), (1.0, 1.0, (30, 30))],
+)
+def test_full_motion_at_an_end(begin: float, end: float, lost: tuple[int, int]) -> None:
+    """Three periods of 10 Hz are 30 samples."""
+    moving = used_rows(moved(begin, end), SETTINGS).moving
+    inside = np.flatnonzero(moving)
+    assert (inside[0], len(moving) - 1 - inside[-1]) == lost
+    assert moving[inside[0] : inside[-1] + 1].all()
+
+
+def test_a_short_recording_loses_little() -> None:
+    moving = used_rows(moved(1.0, 1.0, 2.0), SETTINGS).moving
+    assert len(moving) - moving.sum() in (20, 21)  # 5 % at either end
+
+
+def test_without_a_filter_nothing_is_lost() -> None:
+    assert used_rows(moved(1.0, 1.0), Processing()).moving.all()

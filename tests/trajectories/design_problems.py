@@ -1,0 +1,69 @@
+"""Design problems of the RX90 with torque limits for two loads and obstacles, by goal and shape."""
+
+import numpy as np
+from dynident.model import InertialParameters, load_robot
+from dynident.model.arrays import Array
+from dynident.trajectories import (
+    BlendShape,
+    Capsule,
+    DesignProblem,
+    FourierShape,
+    Goal,
+    HalfSpace,
+    JointBounds,
+    Loads,
+    Scene,
+    Trapezoid,
+    ViaPointShape,
+    build_design,
+)
+from dynident.trajectories.shapes import Shape
+
+ROBOT = load_robot("rx90")
+TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
+STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
+BOUNDS = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
+NOISE = tuple(0.1 * torque for torque in TORQUE)
+PAYLOAD = InertialParameters.from_com(4.0, [0.0, 0.02, 0.1], 0.02 * np.eye(3))
+SCENE = Scene(
+    (
+        Capsule("column", 0, 0.2, (0.0, 0.0, -0.42), (0.0, 0.0, 0.1)),
+        Capsule("elbow", 3, 0.15),
+        Capsule("wrist", 4, 0.1),
+        Capsule("tool", 6, 0.12, (0.0, 0.0, 0.2)),
+    ),
+    (HalfSpace("floor", offset=-0.42),),
+    (("tool", "column"), ("wrist", "column"), ("elbow", "column")),
+)
+FEW = ("ZZ1", "FV1", "FS1", "XX2", "ZZ2", "MX2", "FV2", "FS2", "IA3", "IA4", "FS5", "FSM6")
+GOALS = {
+    "d": Goal("d", noise=NOISE),
+    "d of some": Goal("d", noise=NOISE, interest=("ZZ1", "IA5")),
+    "a": Goal("a", columns=FEW, reference=dict.fromkeys(FEW, 2.0), noise=NOISE),
+    "cond": Goal("cond"),
+    "cond-scaled": Goal("cond-scaled"),
+    "payload": Goal("cond-scaled", payload_only=True),
+}
+SHAPES: dict[str, Shape] = {
+    "via": ViaPointShape(14),
+    "rest": ViaPointShape(14, passing=False),
+    "trapezoid": ViaPointShape(14, passing=False, segment=Trapezoid()),
+    "fixed": ViaPointShape(14, fixed=1.5),
+    "blend": BlendShape(14),
+    "fourier": FourierShape(5, 10.0),
+}
+
+
+def problem(
+    goal: str,
+    shape: str,
+    *,
+    bounds: JointBounds = BOUNDS,
+    duration: float | None = None,
+    start: Array | None = None,
+) -> DesignProblem:
+    """With torque limits for two loads, and obstacles."""
+    loads = Loads(ROBOT.parameters, PAYLOAD)
+    return build_design(
+        ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
+    )
