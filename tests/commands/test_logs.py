@@ -4,7 +4,6 @@ import contextlib
 import gzip
 import io
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,21 +13,11 @@ import pytest
 from dynident.cli import main
 from dynident.estimation.gains import GainRecordings, read_stored_gains
 from dynident.model import InertialParameters, Robot, load_robot
+from dynident.tests.commands.runs import Run
 from dynident.trajectories import Simulator, ViaPoints
 
 GAINS = np.array([12.0, 12.4, 9.9, 10.4, 10.3, 10.1])
 BODY = InertialParameters.from_com(6.0, [0.0, 0.1, 0.05], np.diag([0.03, 0.03, 0.02]))
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def runner(*arguments: str) -> tuple[int, str, str]:
-        status = main(arguments)
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
-
-    return runner
 
 
 @pytest.fixture(scope="module")

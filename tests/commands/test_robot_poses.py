@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.cli import main
 from dynident.estimation import check_pose
 from dynident.estimation.logs import LogMap, ToolColumns, read_log_map, read_tool_poses
 from dynident.model import InputError, Pose, Recording, Robot, frames_at, load_robot
 from dynident.model.arrays import Array
+from dynident.tests.commands.runs import Run, runner
 from dynident.trajectories import Simulator, random_via_points
 from scipy.spatial.transform import Rotation
 
@@ -22,19 +22,11 @@ FORMS: dict[str, tuple[str, Callable[[Rotation], Array]]] = {
     "rpy": ("r,p,w", lambda turn: turn.as_euler("xyz", degrees=True)),
     "quaternion": ("qx,qy,qz,qw", lambda turn: turn.as_quat()),
 }
-Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """``run(*arguments)``: exit status and both outputs of ``dynident robot check``."""
-
-    def check(*arguments: str) -> tuple[int, str, str]:
-        status = main(["robot", "check", *arguments])
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return check
+    return runner(capsys, "robot", "check")
 
 
 @pytest.fixture(scope="module")

@@ -3,14 +3,12 @@
 import csv
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from dynident.cli import main
 from dynident.estimation import origins
 from dynident.model import (
     INERTIAL,
@@ -27,6 +25,7 @@ from dynident.model import (
 from dynident.model.arrays import Array
 from dynident.model.names import parameter_kind
 from dynident.report.drawing import outline
+from dynident.tests.commands.runs import Run
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points
 
@@ -38,37 +37,21 @@ NEW = [
     "--rated-payload", "6", "--source", "data sheet",
 ]  # fmt: skip
 LOAD = InertialParameters.from_com(5.0, [0.02, 0.01, 0.1], np.diag([0.03, 0.025, 0.02]))
-Answer = Callable[..., tuple[int, str, str]]
 
 
-@pytest.fixture
-def answer(capsys: pytest.CaptureFixture[str]) -> Answer:
-    """``answer(*arguments)``: exit status and both outputs."""
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        try:
-            status = main(list(arguments))
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return run
-
-
-def test_list(answer: Answer) -> None:
-    status, text, _ = answer("robot", "list")
+def test_list(run: Run) -> None:
+    status, text, _ = run("robot", "list")
     assert status == 0
     assert [line.split()[0] for line in text.splitlines()] == list(robot_names())
     assert "KUKA KR 6 R900 sixx" in text
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
-def test_show_and_draw(answer: Answer, tmp_path: Path, ending: str) -> None:
+def test_show_and_draw(run: Run, tmp_path: Path, ending: str) -> None:
     """The same arm gives the same bytes."""
     paths = [tmp_path / f"{k}.{ending}" for k in (1, 2)]
     for path in paths:
-        status, text, _ = answer(
+        status, text, _ = run(
             "robot", "show", "--robot", "kr6_r900", "--drawing", str(path), "--at", "0,-90,90,0,0,0"
         )
         assert status == 0
@@ -87,10 +70,10 @@ def test_outline_ends_in_the_flange() -> None:
     assert len(corners) == 2 * 6 + 3
 
 
-def test_new_robot_is_the_shipped_one(answer: Answer, tmp_path: Path) -> None:
+def test_new_robot_is_the_shipped_one(run: Run, tmp_path: Path) -> None:
     """Described in the home pose of the sheet, it is the arm that was read from a description at zero."""
     out = tmp_path / "kr.toml"
-    status, text, _ = answer(*NEW, "--out", str(out))
+    status, text, _ = run(*NEW, "--out", str(out))
     assert status == 0
     assert "Compare the drawing" in text
     ElementTree.parse(out.with_suffix(".svg"))
@@ -103,13 +86,13 @@ def test_new_robot_is_the_shipped_one(answer: Answer, tmp_path: Path) -> None:
         )
         assert ours.limits.position == pytest.approx(theirs.limits.position, abs=1e-12)
         assert ours.limits.speed == pytest.approx(theirs.limits.speed)
-    status, _, error = answer(*NEW, "--out", str(out))
+    status, _, error = run(*NEW, "--out", str(out))
     assert status == 2
     assert "is there already" in error
-    assert answer(*NEW, "--out", str(out), "--overwrite")[0] == 0
+    assert run(*NEW, "--out", str(out), "--overwrite")[0] == 0
 
 
-def test_new_robot_asks(answer: Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_robot_asks(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A SCARA in a dialogue; empty answers leave out what is not known."""
     replies = iter(
         ["scara", "z,0,0,0.3", "z,0.4,0,0.3", "-z,0.7,0,0.3,slide", "z,0.7,0,0.3", "", "0.7,0,0.2,-z,x", "",
@@ -118,9 +101,7 @@ def test_new_robot_asks(answer: Answer, tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("builtins.input", lambda _: next(replies))
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     out = tmp_path / "scara.toml"
-    status, text, _ = answer(
-        "robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png")
-    )
+    status, text, _ = run("robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png"))
     assert status == 0
     assert "thumb along it" in text
     robot = load_robot(out)
@@ -164,10 +145,10 @@ BAD = {
 
 @pytest.mark.parametrize(("arguments", "problem"), BAD.values(), ids=BAD.keys())
 def test_what_cannot_be_used(
-    answer: Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], problem: str
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], problem: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    status, _, error = answer(*arguments)
+    status, _, error = run(*arguments)
     assert status == 2
     assert problem in error
     assert error.count("\n") == 1
@@ -182,13 +163,13 @@ def write_csv(path: Path, recording: Recording, sign: Array) -> Path:
     return path
 
 
-def test_check_suggests_and_does_not_apply(answer: Answer, tmp_path: Path) -> None:
+def test_check_suggests_and_does_not_apply(run: Run, tmp_path: Path) -> None:
     robot = load_robot("rx90")
     log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
     path = write_csv(tmp_path / "turned.csv", log, np.array([1, 1, -1, 1, 1, 1]))
     options = ("--robot", "rx90", "--decimate", "1")
     out = tmp_path / "c.json"
-    status, text, _ = answer("robot", "check", *options, "--data", str(path), "--json", str(out))
+    status, text, _ = run("robot", "check", *options, "--data", str(path), "--json", str(out))
     assert status == 1
     assert "Suggested, not applied: joint 3 turned round (position and torque)" in text
     document = json.loads(out.read_text())
@@ -196,7 +177,7 @@ def test_check_suggests_and_does_not_apply(answer: Answer, tmp_path: Path) -> No
     assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
 
 
-def test_payload_on_a_wall_in_a_tool_frame(answer: Answer, tmp_path: Path) -> None:
+def test_payload_on_a_wall_in_a_tool_frame(run: Run, tmp_path: Path) -> None:
     """From a URDF on the wall, the answer stands in the tool frame that is asked for, and says so."""
     path = tmp_path / "arm.urdf"
     path.write_text(dressed_urdf(load_robot("irb120"), seed=1, limits=False), encoding="utf-8")
@@ -211,7 +192,7 @@ def test_payload_on_a_wall_in_a_tool_frame(answer: Answer, tmp_path: Path) -> No
     for name, load in (("bare", None), ("loaded", LOAD)):
         files.append(write_csv(tmp_path / f"{name}.csv", simulator.record(motion, load, [0.05] * 6, 3), np.ones(6)))
     out = tmp_path / "p.json"
-    status, text, error = answer(
+    status, text, error = run(
         "payload", "--robot", str(path), "--mount", "wall", "--tool-frame", "0,0,0.1,0,0,90", "--method", "3",
         "--unloaded", str(files[0]), "--loaded", str(files[1]), "--json", str(out),
     )  # fmt: skip
@@ -232,17 +213,17 @@ def bare_log(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(write_csv(tmp_path_factory.mktemp("bare") / "d.csv", log, np.ones(6)))
 
 
-def test_whole_robot_as_urdf(answer: Answer, tmp_path: Path, bare_log: str) -> None:
+def test_whole_robot_as_urdf(run: Run, tmp_path: Path, bare_log: str) -> None:
     """From its own description, and from an identification with the gauge in a comment."""
     robot = load_robot("rx90")
     out, parameters = tmp_path / "rx90.urdf", tmp_path / "r.json"
-    assert answer("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
+    assert run("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
     own = load_robot(out)
     assert own.parameters["M3"] == pytest.approx(robot.parameters["M3"])
     identify = ("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
-    assert answer(*identify)[0] == 0
+    assert run(*identify)[0] == 0
     urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
-    status, text, error = answer(*urdf)
+    status, text, error = run(*urdf)
     assert status == 0, error
     assert "one choice of many" in text
     assert "one choice of many" in out.read_text()
@@ -252,17 +233,17 @@ def test_whole_robot_as_urdf(answer: Answer, tmp_path: Path, bare_log: str) -> N
     bodies = [np.array([again.parameters[f"{kind}{j}"] for kind in ("XX", "M")]) for j in range(1, 7)]
     assert min(body[1] for body in bodies) > 0.0
     out.unlink()
-    status, _, error = answer(*urdf, "--gauge", "prior")
+    status, _, error = run(*urdf, "--gauge", "prior")
     assert (status, error.count("\n")) == (2, 1)
     assert "run 'dynident identify --constrained prior'" in error
     assert not out.exists()
 
 
-def test_who_decided_stands_in_every_output(answer: Answer, tmp_path: Path, bare_log: str) -> None:
+def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: str) -> None:
     """Table, CSV, LaTeX, HTML, JSON and URDF of a robot nearest to a prior: the same labels."""
     files = {option: tmp_path / f"r.{option}" for option in ("json", "csv", "latex", "report")}
     options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
-    status, printed, error = answer(
+    status, printed, error = run(
         "identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--constrained", "prior", *options
     )
     assert status == 0, error
@@ -286,15 +267,15 @@ def test_who_decided_stands_in_every_output(answer: Answer, tmp_path: Path, bare
     out = tmp_path / "rx90.urdf"
     urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(files["json"]), "--out", str(out))
     for gauge in ((), ("--gauge", "prior")):
-        status, text, error = answer(*urdf, *gauge)
+        status, text, error = run(*urdf, *gauge)
         assert status == 0, error
         assert "gauge 'prior'" in text
         again = load_robot(out)
         for name in again.parameters:
             if parameter_kind(name) in INERTIAL:
                 assert again.parameters[name] == pytest.approx(stored[name]["value"], abs=1e-9)
-    assert answer(*urdf, "--gauge", "base")[0] == 0
+    assert run(*urdf, "--gauge", "base")[0] == 0
     assert "gauge 'base'" in out.read_text()
     del document["constrained"]["parameters"][0]
     files["json"].write_text(json.dumps(document))
-    assert "other standard parameters" in answer(*urdf)[2]
+    assert "other standard parameters" in run(*urdf)[2]

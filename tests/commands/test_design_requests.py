@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.tests.design_runs import QUICK, Run, document, runner
+from dynident.tests.commands.runs import QUICK, Run, document, runner
 from dynident.trajectories import DesignProblem
 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    return runner(capsys)
+    return runner(capsys, "design", "--robot", "rx90")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.cli import main
 from dynident.model import load_robot
-from dynident.tests.design_runs import QUICK, Run, document, runner
+from dynident.tests.commands.runs import QUICK, Run, document, runner
 from dynident.trajectories import random_via_points
 
 SCENE = """
@@ -32,7 +32,7 @@ start = [0, 0, 0.2]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    return runner(capsys)
+    return runner(capsys, "design", "--robot", "rx90")
 
 
 def test_limits_torques_scene_and_start(run: Run, tmp_path: Path) -> None:

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.model import load_robot
-from dynident.tests.design_runs import QUICK, Run, document, runner
+from dynident.tests.commands.runs import QUICK, Run, document, runner
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.trajectories import BlendedPoints, Trapezoid, ViaPoints, random_via_points
 
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    return runner(capsys)
+    return runner(capsys, "design", "--robot", "rx90")
 
 
 def test_every_file(run: Run, tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """The commands simulate and demo: recordings that give their truth back, tables beside the paper's, repetition."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,22 +8,8 @@ import numpy as np
 import pytest
 from dynident.cli import main
 from dynident.model import base_parameters, load_robot
+from dynident.tests.commands.runs import Run
 from dynident.trajectories import plan_point_to_point, random_points
-
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def runner(*arguments: str) -> tuple[int, str, str]:
-        try:
-            status = main(arguments)
-        except SystemExit as stop:
-            status = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return status, out, err
-
-    return runner
 
 
 def test_demo(run: Run, tmp_path: Path) -> None:

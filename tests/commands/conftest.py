@@ -1,0 +1,62 @@
+"""Simulated logs, and the command to run on them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.model import InertialParameters, Recording, load_robot
+from dynident.report.paper import paper_tables
+from dynident.tests.commands.runs import Run, runner, write_csv
+from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+
+QUIET = tuple(0.2 * sigma for sigma in RX90_NOISE)
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    return runner(capsys)
+
+
+@pytest.fixture(scope="session")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Simulated RX90 logs: two trajectories without and with the paper's payload, and spoilt ones."""
+    folder = tmp_path_factory.mktemp("logs")
+    robot = load_robot("rx90")
+    simulator = Simulator(robot)
+    load: InertialParameters = paper_tables().payload
+    paths: dict[str, Path] = {}
+    for k in range(3):
+        motion = random_via_points(robot, 14, seed=k).motion(250.0)
+        bare = simulator.record(motion, None, QUIET, [k, 0])
+        loaded = simulator.record(motion, load, QUIET, [k, 1])
+        paths[f"bare{k}"] = write_csv(folder / f"bare{k}.csv", bare)
+        paths[f"loaded{k}"] = write_csv(folder / f"loaded{k}.csv", loaded)
+    paths["degrees"] = write_csv(folder / "degrees.csv", bare, q_scale=57.29577951308232)
+    paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
+    short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
+    paths["short"] = write_csv(folder / "short.csv", short)
+    part = slice(500, 925)
+    paths["brief"] = write_csv(folder / "brief.csv", Recording(loaded.t[part], loaded.q[part], loaded.torque[part]))
+    q = np.array(bare.q)
+    q[:, 5] = 0.1
+    paths["still"] = write_csv(folder / "still.csv", Recording(bare.t, q, bare.torque))
+    mirror = np.array([1, 1, 1, 1, -1, 1])
+    paths["mirrored_bare"] = write_csv(folder / "mb.csv", Recording(bare.t, bare.q * mirror, bare.torque))
+    paths["mirrored_loaded"] = write_csv(folder / "ml.csv", Recording(bare.t, bare.q * mirror, loaded.torque))
+    paths["dead"] = write_csv(folder / "dead.csv", Recording(bare.t, bare.q, bare.torque * [1, 1, 1, 0, 1, 1]))
+    paths["milli"] = write_csv(folder / "milli.csv", Recording(bare.t, bare.q, 1e3 * bare.torque))
+    late = bare.t + 20.0 * (bare.t > 10.0)
+    paths["gap"] = write_csv(folder / "gap.csv", Recording(late, bare.q, bare.torque))
+    constant = Recording(bare.t, bare.q, 50.0 + 1e-3 * bare.q)
+    paths["constant"] = write_csv(folder / "constant.csv", constant)
+    flipped = Recording(bare.t, bare.q, bare.torque * [1, -1, 1, 1, 1, 1])
+    paths["flipped"] = write_csv(folder / "flipped.csv", flipped)
+    lines = paths["bare0"].read_text().splitlines()
+    cells = lines[99].split(",")
+    cells[4] = "nan"
+    lines[99] = ",".join(cells)
+    paths["nan"] = folder / "nan.csv"
+    paths["nan"].write_text("\n".join(lines))
+    paths["broken_robot"] = folder / "broken.toml"
+    paths["broken_robot"].write_text('name = "x"\n[[joints]]\nalpha = 3\n')
+    return {name: str(path) for name, path in paths.items()}

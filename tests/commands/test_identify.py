@@ -1,0 +1,77 @@
+"""``dynident identify``: essential parameters, a robot that can exist."""
+
+import json
+from pathlib import Path
+
+import pytest
+from dynident.tests.commands.runs import Run, identify_arguments
+
+
+def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target, plots = tmp_path / "robot.json", tmp_path / "plots"
+    counts = []
+    for option in (("--plots", str(plots)), ("--essential-ratio", "1.1"), ("--essential-sigma", "5%")):
+        status, out, _ = run(*identify_arguments(logs, *option, "--json", str(target)))
+        assert status == 0
+        data = json.loads(target.read_text())
+        found = data["elimination"]
+        essential = [entry["name"] for entry in data["base_parameters"] if entry["essential"]]
+        assert [entry["name"] for entry in found["parameters"]] == essential
+        assert f"{len(essential)} of 54 parameters essential" in " ".join(out.split())
+        assert len(found["path"]) == 55
+        counts.append(
+            (len(essential), found["rule"], found["largest_relative_sigma_percent"], found["sigma_ratio"])
+        )
+    assert [rule for _, rule, _, _ in counts] == ["ratio", "ratio", "sigma"]
+    assert counts[0][3] < 1.02 < counts[1][3] < 1.1
+    assert counts[1][0] < counts[0][0]
+    assert counts[2][2] <= 5.0
+    written = {path.name for path in plots.iterdir()}
+    assert {f"essential_path.{ending}" for ending in ("png", "svg", "pdf")} < written
+
+
+def test_a_robot_that_can_exist(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "robot.json"
+    found = {}
+    for gauge in ("none", "base", "prior"):
+        status, out, _ = run(*identify_arguments(logs, "--constrained", gauge, "--json", str(target)))
+        assert status == 0
+        found[gauge] = json.loads(target.read_text())["constrained"]
+        assert ("Constrained: the nearest robot that can exist" in " ".join(out.split())) == (gauge != "none")
+        assert ("prior within MX2R" in out) == (gauge == "prior")
+    assert found["none"] is None
+    assert found["prior"]["chi2_rise"] == pytest.approx(found["base"]["chi2_rise"] + 1.0, rel=1e-6)
+    assert {entry["kind"] for entry in found["prior"]["parameters"]} == {"identified", "combination", "prior"}
+    assert min(found["prior"]["min_eigenvalues"].values()) > 0.0
+    bounds = ("--constrained", "prior", "--prior-mass", "70", "--prior-budget", "4", "--total-mass", "30", "60")
+    run(*identify_arguments(logs, *bounds, "--json", str(target)))
+    document = json.loads(target.read_text())["constrained"]
+    masses = [entry["value"] for entry in document["parameters"] if entry["name"] in {f"M{j}" for j in range(1, 7)}]
+    assert 30.0 - 1e-4 <= sum(masses) <= 60.0 + 1e-4
+    assert document["prior"]["budget"] == 4.0
+    assert "70 kg" in document["prior"]["source"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ("--constrained", "none", "--total-mass", "1", "9"),
+            "--total-mass belongs to --constrained base or prior",
+        ),
+        (("--prior-mass", "30"), "--prior-mass belongs to --constrained prior, not base"),
+        (("--constrained", "prior", "--prior-mass", "-3"), "must be positive"),
+        (("--constrained", "prior", "--prior-budget", "0"), "budget 0"),
+        (("--total-mass", "9", "1"), "give low <= high"),
+        (("--total-mass", "-9", "-1"), "high above 0"),
+        (("--essential-ratio", "1"), "must be above 1"),
+        (("--essential-sigma=-5%",), "must be positive"),
+        (("--essential-sigma", "few"), "not a percentage"),
+        (("--essential-sigma", "5", "--essential-ratio", "1.1"), "not allowed with"),
+    ],
+)
+def test_options_that_mean_nothing(run: Run, logs: dict[str, str], options: tuple[str, ...], words: str) -> None:
+    status, _, err = run(*identify_arguments(logs, *options))
+    assert status == 2
+    assert words in err
+    assert err.strip().count("\n") == 0

@@ -1,0 +1,158 @@
+"""``dynident payload``: the answer, what is known beforehand, which methods."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.report.paper import paper_tables
+from dynident.tests.commands.runs import Run, by_estimator, payload_arguments
+
+
+def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    status, out, _ = run(*payload_arguments(logs, "--validate", logs["bare2"], "--json", str(target)))
+    assert status == 0
+    assert "…" not in out
+    assert "Verdict" in out
+    data = json.loads(target.read_text())
+    assert set(data) >= {"robot", "frame", "processing", "relative_residual", "data", "estimates", "verdict"}
+    assert set(data["relative_residual"]) >= {"all", "per_joint", "validation"}
+    assert set(data["data"]) >= {
+        "equations", "rate_hz", "cutoff_hz", "lag_s", "max_position_mismatch_rad", "condition_number",
+        "condition_number_scaled", "base_parameters",
+    }  # fmt: skip
+    assert data["data"]["base_parameters"] == 54
+    assert data["data"]["rate_hz"] == pytest.approx(250.0)
+    assert abs(data["data"]["lag_s"]) < 1e-3
+    free, constrained = by_estimator(data)
+    assert [estimate["method"] for estimate in free] == [1, 2, 3, 4]
+    assert [estimate["method"] for estimate in constrained] == [1, 2, 3, 4]
+    assert data["recommended"] == {"method": 4, "estimator": "constrained"}
+    truth = paper_tables().payload.named()
+    for estimate in constrained:
+        assert set(estimate) >= {
+            "parameters", "sigma", "sigma_robust", "interval95", "com", "com_interval95", "inertia_com",
+            "inertia_com_interval95", "principal_moments", "principal_moments_interval95", "chi2_rise", "p_value",
+            "active", "min_pseudo_inertia_eigenvalue", "physically_consistent", "solver_status", "gain_sigma",
+        }  # fmt: skip
+        assert estimate["physically_consistent"]
+        assert estimate["min_pseudo_inertia_eigenvalue"] >= 0.0
+        assert estimate["gain_sigma"] is None
+        assert estimate["solver_status"] in ("free", "Solved")
+        for name, (low, high) in estimate["interval95"].items():
+            assert low <= estimate["parameters"][name] <= high
+        assert np.shape(estimate["inertia_com_interval95"]) == (3, 3, 2)
+        assert np.shape(estimate["principal_moments_interval95"]) == (3, 2)
+    for estimate in free:
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, rel=0.01)
+        assert estimate["robust"]["blocks"] >= 10
+        for name, value in estimate["parameters"].items():
+            assert 0.0 < estimate["sigma_robust"][name] < 10.0 * estimate["sigma"][name]
+            assert abs(value - truth[name]) < 5.0 * estimate["sigma"][name]
+            low, high = estimate["interval95"][name]
+            assert low < value < high
+        assert np.shape(estimate["inertia_com"]) == (3, 3)
+        assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
+    assert data["verdict"]["level"] in ("use", "mass_and_com_only")
+    told = " ".join(out.split())
+    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in told
+    assert "Mass, sigma_robust/sigma" in told
+
+
+def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """Weighed mass, bounds, box, ellipsoid and uncertain gains: in the table, the notes and the JSON."""
+    target = tmp_path / "payload.json"
+    known = ("--mass", "7.03", "--mass-sigma", "0.01", "--mass-min", "6", "--mass-max", "8")
+    place = ("--com-within=-0.1,0.1,-0.1,0.1,0,0.3", "--ellipsoid", "0,0,0.15,0.3,0.3,0.3")
+    gains = ("--gain-sigma", "2,2,1,1,1,3%", "--gain-sigma-common", "0.01")
+    status, out, _ = run(*payload_arguments(logs, *known, *place, *gains, "--method", "4", "--json", str(target)))
+    assert status == 0
+    told = " ".join(out.split())
+    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per joint and 1 % common" in told
+    assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in told
+    assert "sigma apart." in told
+    assert "drive gains taken as exact" not in told.split("Free estimates")[0]
+    _, (constrained,) = by_estimator(json.loads(target.read_text()))
+    assert constrained["gain_sigma"] == {"per_joint": [0.02, 0.02, 0.01, 0.01, 0.01, 0.03], "common": 0.01}
+    assert len(constrained["constraints"]) == 5
+    (scale,) = constrained["weighed"]
+    assert abs(scale["z"]) < 4.0
+    assert constrained["sigma_with_gains"]["M"] > constrained["sigma_robust"]["M"]
+    low, high = constrained["interval95"]["M"]
+    assert low < 7.025 < high
+    assert high - low < 0.1
+
+
+def test_a_bound_that_excludes_the_payload_is_named(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    status, out, _ = run(*payload_arguments(logs, "--mass-max", "6", "--json", str(target)))
+    assert status == 1
+    told = " ".join(out.split())
+    assert "Contradicted by method 1, 2, 3, 4: mass from 0 to 6 kg" in told
+    assert "do not use" in told
+    _, constrained = by_estimator(json.loads(target.read_text()))
+    assert all(one["conflict"] and one["interval95"]["M"] == [None, None] for one in constrained)
+
+
+def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """One block of motion under load: the answer comes, by the formula, and a note says why."""
+    target = tmp_path / "payload.json"
+    arguments = ("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--unloaded", logs["bare1"])
+    status, out, _ = run(*arguments, "--loaded", logs["brief"], "--json", str(target))
+    assert status in (0, 1)
+    told = " ".join(out.split())
+    assert "by (17)-(19)" in told
+    assert "± of method 1, 4 by the formula alone: robust standard deviations need two blocks" in told
+    estimates, constrained = by_estimator(json.loads(target.read_text()))
+    assert [estimate["method"] for estimate in estimates] == [1, 4]
+    assert {estimate["interval95_by"] for estimate in constrained} == {"formula"}
+    assert "95 % intervals by the formula (17)-(19) alone" in told
+    for estimate in estimates:
+        assert estimate["sigma_robust"] is None
+        assert "two blocks" in estimate["robust"]["unavailable"]
+        assert estimate["parameters"]["M"] == pytest.approx(7.025, abs=5.0 * estimate["sigma"]["M"])
+
+
+def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    options = ("--method", "1", "--free-friction", "--cutoff", "15", "--decimate", "5", "--coulomb", "paper")
+    status, out, _ = run(*payload_arguments(logs, *options, "--offsets", "--json", str(target)))
+    assert status in (0, 1)
+    data = json.loads(target.read_text())
+    used = data["processing"]
+    assert (used["cutoff_hz"], used["decimate"], used["coulomb"], used["offsets"]) == (15.0, 5, "paper", True)
+    assert data["data"]["base_parameters"] == 60
+    assert [estimate["method"] for estimate in data["estimates"]] == [1, 1]
+    assert "method 2" not in out
+
+
+def test_a_method_that_cannot_answer_does_not_silence_the_others(run: Run, logs: dict[str, str]) -> None:
+    status, out, _ = run("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--loaded", logs["loaded1"])
+    assert status == 0
+    assert "Method 3 left out" in out
+    assert "method 4" in out
+
+
+def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    target = tmp_path / "payload.json"
+    status, out, _ = run(
+        *payload_arguments(logs, "--method", "4", "--essential-sigma", "10%", "--json", str(target))
+    )
+    assert status in (0, 1)
+    found = json.loads(target.read_text())["essential"]
+    assert f"Method 4: {found['essential']} of 64 parameters essential" in " ".join(out.split())
+    assert {"M_L", "MZ_L"} <= {entry["name"] for entry in found["parameters"]}
+    run(*payload_arguments(logs, "--method", "1", "--json", str(target)))
+    assert json.loads(target.read_text())["essential"] is None
+    status, _, err = run(*payload_arguments(logs, "--method", "1", "--essential-ratio", "1.05"))
+    assert status == 2
+    assert "belong to method 4" in err
+
+
+def test_answers_are_the_same_every_time(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    texts = []
+    for name in ("a.json", "b.json"):
+        run(*payload_arguments(logs, "--json", str(tmp_path / name)))
+        texts.append((tmp_path / name).read_bytes())
+    assert texts[0] == texts[1]
