@@ -5,25 +5,13 @@ import time
 import cma
 import numpy as np
 from dynident.model.arrays import Array
-from dynident.trajectories import DesignProblem, Score
+from dynident.trajectories import DesignProblem
 from dynident.trajectories.criterion import Criterion
 from dynident.trajectories.limits import excess
-from dynident.trajectories.score import score_samples
 
 _WIDTH = 0.01  # rad/s: of the smoothed sign
 _ORDER = 200.0  # of the surrogate: as good as exact
 _FINER = 4  # grid of the random motions' check
-
-
-def random_within(problem: DesignProblem, count: int, seed: int) -> list[tuple[Array, Score]]:
-    """Random motions, each as fast (via points) or as large (Fourier) as all limits allow, and their scores."""
-    draw = np.random.default_rng(seed)
-    found: list[tuple[Array, Score]] = []
-    while len(found) < count:
-        x = largest(problem, problem.family.random(draw))
-        if x is not None:
-            found.append((x, score_samples(problem, problem.family.sample(x, _FINER))))
-    return found
 
 
 def largest(problem: DesignProblem, x: Array) -> Array | None:

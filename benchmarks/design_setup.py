@@ -11,8 +11,9 @@ ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
 STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
 GUARDED = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
-NOISE = tuple(0.1 * torque for torque in TORQUE)
+NOISE_OF_LIMITS = tuple(0.1 * torque for torque in TORQUE)
 TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
+NOISE = tuple(0.1 * TABLE2[f"FS{j + 1}"] for j in range(ROBOT.n))
 SCENE = Scene(
     (
         Capsule("column", 0, 0.20, (0.0, 0.0, -0.42), (0.0, 0.0, 0.10)),

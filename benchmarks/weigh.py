@@ -1,9 +1,9 @@
 """Weighing by short motions: designed sigma, coverage on simulated noise, windows of real recordings, time.
 
-Run: python benchmarks/weigh.py [--seeds 100] [--only design|coverage|lasting|windows|time]. The real recordings are
-found through the environment variable DYNIDENT_DATA and left out with a line where it is not set. Figures in
-brackets are those asked for: sigma of the mass and of the centre of mass along z with the best of 60 random
-motions.
+Run: python benchmarks/weigh.py [--seeds 100] [--only design|coverage|changing|lasting|windows|time]. The real
+recordings are found through the environment variable DYNIDENT_DATA and left out with a line where it is not set.
+Figures in brackets are those asked for: sigma of the mass and of the centre of mass along z with the best of 60
+random motions.
 """
 
 import argparse
@@ -118,11 +118,13 @@ def simulated_robot(name: str) -> Robot:
     return replace(robot, parameters=values)
 
 
-def weighed_once(robot: Robot, clean: list[Recording], noise: Array, seed: int, ripple: float) -> WeighAnswer:
+def weighed_once(
+    robot: Robot, clean: list[Recording], noise: Array, seed: int, ripple: float | None
+) -> WeighAnswer:
     """With white noise on both recordings; with ``ripple``, that and changed constant torques on the loaded one."""
     draw = np.random.default_rng(seed)
     noisy = [replace(one, torque=one.torque + noise * draw.standard_normal(one.torque.shape)) for one in clean]
-    if ripple:
+    if ripple is not None:
         friction = np.array([robot.parameters[f"FS{joint}"] for joint in range(1, robot.n + 1)])
         change = OFFSET_SHARE * friction * draw.standard_normal(robot.n)
         loaded = replace(noisy[1], torque=noisy[1].torque + change)
@@ -133,14 +135,13 @@ def weighed_once(robot: Robot, clean: list[Recording], noise: Array, seed: int, 
     return answer_weighing(difference_weighing(robot, noisy[1:], noisy[:1]))
 
 
-def coverage(found: list[NearDesign], seeds: int, ripple: float) -> None:
+def coverage(found: list[NearDesign], seeds: int, ripple: float | None) -> None:
     """Share of 95 % intervals of the mass that hold the truth."""
     words = ""
+    if ripple is not None:
+        words = f"; with the payload constant torques change by {100 * OFFSET_SHARE:.1f} % of Coulomb friction"
     if ripple:
-        words = (
-            f"; with the payload constant torques change by {100 * OFFSET_SHARE:.1f} % of Coulomb friction and "
-            f"ripple of {100 * ripple:g} % of the torque comes"
-        )
+        words += f" and ripple of {100 * ripple:g} % of the torque comes"
     print(f"Coverage of the mass by 95 % intervals, white noise{words}, {seeds} seeds [92 to 99 %]")
     for case, design in zip(CASES, found, strict=True):
         robot = simulated_robot(case.robot)
@@ -213,15 +214,16 @@ def timing(folder: Path) -> None:
 
 def main() -> None:
     """Print all figures."""
+    coverages = {"coverage": None, "changing": 0.0, "lasting": RIPPLE}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--only", choices=("design", "coverage", "lasting", "windows", "time"))
+    parser.add_argument("--only", choices=("design", *coverages, "windows", "time"))
     arguments = parser.parse_args()
     data = os.environ.get("DYNIDENT_DATA")
-    if arguments.only in (None, "design", "coverage", "lasting"):
+    if arguments.only in (None, "design", *coverages):
         found = designs()
         refusals()
-        for name, ripple in (("coverage", 0.0), ("lasting", RIPPLE)):
+        for name, ripple in coverages.items():
             if arguments.only in (None, name):
                 coverage(found, arguments.seeds, ripple)
     for name, figures in (("windows", windows), ("time", timing)):

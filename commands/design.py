@@ -101,7 +101,7 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
         design = solve_design(
             request.problem,
             seed=arguments.seed,
-            starts=arguments.starts or 3,
+            starts=arguments.starts,
             progress=show,
             solver=arguments.solver or "auto",
         )

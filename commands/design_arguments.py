@@ -106,7 +106,9 @@ def search_arguments(parser: argparse.ArgumentParser) -> None:
     """How to search, and what to judge instead."""
     group = parser.add_argument_group("search")
     group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
-    group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 3; 1 with --near)")
+    group.add_argument(
+        "--starts", type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3; 1 with --near)"
+    )
     group.add_argument(
         "--solver",
         choices=("auto", "augmented", "ipopt"),

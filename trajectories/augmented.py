@@ -10,6 +10,7 @@ from .search import MARGIN, Search
 from .settle import FINE_WIDTH, WIDTH, settled
 
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
+_FIRST = 160  # iterations of each start, shared by the surrogate's orders
 
 
 def search_augmented(search: Search) -> None:
@@ -21,7 +22,7 @@ def search_augmented(search: Search) -> None:
         search.consider(x, f"start {k + 1}")
         limits = Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, MARGIN)
         for order in orders[:2]:
-            x = _improved(search, x, order, WIDTH, limits, 80)
+            x = _improved(search, x, order, WIDTH, limits, _FIRST // len(orders[:2]))
         merit, _ = problem.evaluate(x, orders[-1], WIDTH, limits)
         search.consider(x, f"start {k + 1} improved")
         found.append((search.astray(x, limits), merit, k, x, limits))

@@ -23,6 +23,8 @@ columns scaled to norm 1."""
 ORDERS: dict[str, tuple[float, ...]] = {"d": (1.0,), "a": (1.0,), "cond": (1.0, 8.0, 24.0)}
 ORDERS["cond-scaled"] = ORDERS["cond"]
 """Orders p of the surrogate, one after the other."""
+STARTS: dict[str, int] = {"d": 6, "a": 6, "cond": 3, "cond-scaled": 3}
+"""Random starts of a search, which ends at one of many local optima."""
 
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
 
@@ -72,10 +74,15 @@ class Criterion(NamedTuple):
         except np.linalg.LinAlgError:
             return ValueSlope(np.inf, np.zeros_like(G))
         inverse = cho_solve(factor, np.eye(len(G))) / np.outer(scale, scale)
-        return self._determinant(inverse) if self.kind == "d" else self._trace(inverse)
+        if self.kind == "a":
+            return self._trace(inverse)
+        if self.interest is None:
+            log_det = 2.0 * float(np.log(np.diag(factor[0]) * scale).sum())
+            return ValueSlope(-log_det / len(G), inverse / -len(G))
+        return self._determinant(inverse, list(self.interest))
 
-    def _determinant(self, covariance: Array) -> ValueSlope:
-        own = list(range(len(covariance))) if self.interest is None else list(self.interest)
+    @staticmethod
+    def _determinant(covariance: Array, own: list[int]) -> ValueSlope:
         part = covariance[np.ix_(own, own)]
         scale = np.sqrt(np.diag(part))
         value = np.linalg.slogdet(part / np.outer(scale, scale))[1] + 2.0 * np.log(scale).sum()

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..model import InputError, Motion
 from .augmented import search_augmented
+from .criterion import STARTS
 from .interior import search_interior
 from .problem import DesignProblem
 from .samples import Plan
@@ -67,7 +68,7 @@ def solve_design(
     problem: DesignProblem,
     *,
     seed: int = 0,
-    starts: int = 3,
+    starts: int | None = None,
     progress: Callable[[Step], None] = lambda step: None,
     solver: Solver = "auto",
 ) -> Design:
@@ -80,7 +81,7 @@ def solve_design(
     Args:
         problem: made by ``build_design``.
         seed: of the random starts; the same seed gives the same motion.
-        starts: number of random starts.
+        starts: number of random starts; None for 6 by "d" and "a", 3 by condition numbers.
         progress: called after each stage.
         solver: how to search.
 
@@ -92,6 +93,7 @@ def solve_design(
         raise InputError(f"solver {solver!r} is not one of auto, {', '.join(_SEARCHES)}")
     way = _BEST if solver == "auto" else solver
     begun, interrupted = time.process_time(), False
+    starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = Search(problem, np.random.default_rng(seed), starts, progress)
     try:
         _SEARCHES[way](search)

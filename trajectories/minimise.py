@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from ..model.arrays import Array
 from .problem import DesignProblem
 
-_MEMORY = 20  # pairs of steps and slopes that L-BFGS keeps
+_MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 
 

@@ -73,6 +73,10 @@ class DesignProblem:
         joints = 1.0 / self.noise**2 if weighted else np.ones(self.robot.n)
         return np.asarray(joints[:, None] * (samples.weight * (recorded / samples.weight.sum())))
 
+    def information(self, entries: Array, weights: Array) -> Array:
+        """G = W' diag(w) W of the parameters, c x c, with that of the earlier recordings; ``weights`` (n, N)."""
+        return self.kernel.gram(entries, weights)[np.ix_(self.places, self.places)] + self.earlier.T @ self.earlier
+
     def evaluate(
         self, x: Array, order: float, width: float, limits: Multipliers | None = None
     ) -> tuple[float, Array]:
@@ -91,11 +95,10 @@ class DesignProblem:
         samples = state.samples
         weights = self.row_weights(samples, self.criterion.weighted)
         own = np.ix_(self.places, self.places)
-        full = self.kernel.gram(state.entries, weights)
-        value, part = self.criterion(full[own] + self.earlier.T @ self.earlier, order)
+        value, part = self.criterion(self.information(state.entries, weights), order)
         if not np.isfinite(value):
             return np.inf, np.zeros(len(x))
-        M = np.zeros_like(full)
+        M = np.zeros((len(self.kernel.columns),) * 2)
         M[own] = part
         seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
         by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight

@@ -1,6 +1,7 @@
 """How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -36,21 +37,31 @@ class Learnt(NamedTuple):
     sigma: dict[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """A motion judged, whatever the criterion it was designed for.
 
     Attributes:
         value: of the goal's criterion, for one second of data or the goal's data length: small is good.
-        learnt: by the motion and the earlier recordings together.
         limits: how near each limit comes.
-        duration: of the motion [s].
+        problem: by whose goal and limits it was judged.
+        samples: of the motion.
     """
 
     value: float
-    learnt: Learnt
     limits: tuple[LimitCheck, ...]
-    duration: float
+    problem: DesignProblem
+    samples: Samples
+
+    @property
+    def duration(self) -> float:
+        """Of the motion [s]."""
+        return float(self.samples.weight.sum())
+
+    @cached_property
+    def learnt(self) -> Learnt:
+        """By the motion and the earlier recordings together; computed when first asked for."""
+        return learnt(self.problem, State(self.samples, self.problem.kernel.entries(self.samples, 0.0)))
 
     @property
     def max_violation(self) -> float:
@@ -93,17 +104,16 @@ def score_samples(problem: DesignProblem, samples: Samples) -> Score:
     state = State(samples, problem.kernel.entries(samples, 0.0))
     value = exact_value(problem, state)
     checks = tuple(check(limit, state) for limit in problem.limits)
-    return Score(value, learnt(problem, state), checks, float(samples.weight.sum()))
+    return Score(value, checks, problem, samples)
 
 
 def exact_value(problem: DesignProblem, state: State) -> float:
     """The criterion without surrogate: for condition numbers the log of the number itself."""
     weights = problem.row_weights(state.samples, problem.criterion.weighted)
-    W = _rows(problem, state, weights, True)
     kind = problem.criterion.kind
     if kind in ("cond", "cond-scaled"):
-        return float(np.log(condition_numbers(W)[kind == "cond-scaled"]))
-    return problem.criterion(W.T @ W).value
+        return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
+    return problem.criterion(problem.information(state.entries, weights)).value
 
 
 def learnt(problem: DesignProblem, state: State) -> Learnt:

@@ -70,12 +70,13 @@ def written(design: Design) -> WrittenMotion:
 
 
 def same(found: read.Read, design: Design) -> None:
-    """At the times of the file, to its digits; its last time is not taken for one after the end."""
-    t = np.minimum(found.t, design.plan.duration)
-    for values, expected in zip(found[1:], design.plan.at(t), strict=True):
+    """At the times of the file, to its digits."""
+    # A time is rounded to a nanosecond: that much faster joints move on, and a trapezoid's acceleration may step.
+    around = [design.plan.at(np.clip(found.t + late, 0.0, design.plan.duration)) for late in (-1e-9, 0.0, 1e-9)]
+    for values, *expected in zip(found[1:], *around, strict=True):
         if values is not None:
-            # A time is rounded to a nanosecond: that much faster joints move on.
-            assert np.abs(values - expected).max() <= DIGITS + 1e-9 * 60.0
+            missed = np.min([np.abs(values - one).max(axis=1) for one in expected], axis=0)
+            assert missed.max() <= DIGITS + 2e-9 * 60.0
 
 
 def test_csv(design: Design) -> None:

@@ -1,0 +1,147 @@
+"""Random motions of every class, each as fast as all limits allow: what a design has to beat."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from dynident.model.arrays import Array
+from dynident.trajectories import DesignProblem
+from dynident.trajectories.fourier import FreeFourier
+from dynident.trajectories.free_via_points import FreeViaPoints
+from dynident.trajectories.limits import State, excess
+from dynident.trajectories.samples import Samples
+from dynident.trajectories.score import FINER, TOLERANCE
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+_SCALES = np.geomspace(4.0, 0.1, 40)  # of speed: tried from the fastest
+_HALVINGS = 10  # of the step between the last that is too fast and the first that is not
+_POINTS, _HARMONICS, _PERIOD = 14, 5, 10.0
+
+
+class Rival(NamedTuple):
+    """A random motion x of a family."""
+
+    family: FreeViaPoints | FreeFourier
+    x: Array
+
+
+def at_rest(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+    """Random via points, at rest in each; every segment by itself is as fast as its limits allow."""
+    family = FreeViaPoints(like.robot, like.bounds, _POINTS, passing=False)
+    x, own = family.random(draw), family.size - (_POINTS - 1)
+
+    def timed(speeds: Array) -> Array:
+        y = x.copy()
+        y[own:] -= np.log(speeds)
+        return y
+
+    def kept(speeds: Array) -> NDArray[np.bool_]:
+        return _missed(like, family.sample(timed(speeds), FINER), _POINTS - 1) <= TOLERANCE
+
+    speeds = _fastest(kept, _POINTS - 1)
+    return None if speeds is None else Rival(family, timed(speeds))
+
+
+def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+    """A quintic spline through random via points, from rest to rest, drawn in to the position limits."""
+    family = FreeViaPoints(like.robot, like.bounds, _POINTS)
+    n, bounds = like.robot.n, like.bounds
+    start = family.random(draw)
+    points, times = start[: _POINTS * n].reshape(-1, n), np.exp(start[1 - _POINTS :])
+    rest = [(1, np.zeros(n)), (2, np.zeros(n))]
+    t = np.concatenate([[0.0], np.cumsum(times)])
+    curve = make_interp_spline(t, bounds.middle + bounds.half * points, k=5, bc_type=(rest, rest))
+    far = (curve(np.linspace(0.0, t[-1], 1000)) - bounds.middle) / bounds.half
+    inwards = min(1.0, 0.999 / float(np.abs(far).max()))
+
+    def timed(speeds: Array) -> Array:
+        (speed,) = speeds
+        v = speed * curve(t[1:-1], 1) / bounds.speed
+        a = speed**2 * curve(t[1:-1], 2) / bounds.acceleration
+        return np.concatenate(
+            [inwards * np.concatenate([points.ravel(), v.ravel(), a.ravel()]), np.log(times / speed)]
+        )
+
+    return _uniformly(like, family, timed)
+
+
+def fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+    """Fourier series of 10 s, as large as the limits allow."""
+    family = FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD)
+    x = family.random(draw)
+    return _uniformly(like, family, lambda size: family.eased(x, 1.0, float(size[0])))
+
+
+def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
+    """Fourier series that use half of the position range, in the shortest period that the limits allow."""
+    family = FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD)
+    c = family.random(draw).reshape(like.robot.n, -1)
+    reach = np.abs(family.sample(c.ravel()).q - like.bounds.middle - like.bounds.half * c[:, -1:].T).max(axis=0)
+    c[:, :-1] *= (0.5 * like.bounds.half / reach)[:, None]
+
+    def of(speeds: Array) -> tuple[FreeFourier, Array]:
+        x = c.copy()
+        x[:, :-1] *= speeds[0]
+        return FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD / float(speeds[0])), x.ravel()
+
+    def kept(speeds: Array) -> NDArray[np.bool_]:
+        quicker, x = of(speeds)
+        return _missed(like, quicker.sample(x, FINER), 1) <= TOLERANCE
+
+    speeds = _fastest(kept, 1)
+    return None if speeds is None else Rival(*of(speeds))
+
+
+CLASSES: dict[str, Callable[[DesignProblem, np.random.Generator], Rival | None]] = {
+    "14 points at rest": at_rest,
+    "14 points passing": passing,
+    "Fourier 10 s": fourier,
+    "Fourier, shortest period": quick_fourier,
+}
+
+
+def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> list[Rival]:
+    """As many random motions of a class, all within a problem's limits on the solver's fine grid."""
+    draw = np.random.default_rng(seed)
+    found: list[Rival] = []
+    while len(found) < count:
+        rival = CLASSES[kind](like, draw)
+        if rival is not None:
+            found.append(rival)
+    return found
+
+
+def _uniformly(
+    like: DesignProblem, family: FreeViaPoints | FreeFourier, timed: Callable[[Array], Array]
+) -> Rival | None:
+    def kept(scale: Array) -> NDArray[np.bool_]:
+        return _missed(like, family.sample(timed(scale), FINER), 1) <= TOLERANCE
+
+    scale = _fastest(kept, 1)
+    return None if scale is None else Rival(family, timed(scale))
+
+
+def _fastest(kept: Callable[[Array], NDArray[np.bool_]], parts: int) -> Array | None:
+    """The largest scale of each part that keeps the limits; None if a part has none."""
+    good, found = np.zeros(parts), np.zeros(parts, dtype=bool)
+    for scale in _SCALES:
+        new = kept(np.where(found, good, scale)) & ~found
+        good[new], found = scale, found | new
+        if found.all():
+            break
+    if not found.all():
+        return None
+    bad = good * _SCALES[0] / _SCALES[1]
+    for _ in range(_HALVINGS):
+        middle = np.sqrt(good * bad)
+        fits = kept(middle)
+        good, bad = np.where(fits, middle, good), np.where(fits, bad, middle)
+    return good
+
+
+def _missed(like: DesignProblem, samples: Samples, parts: int) -> Array:
+    """By how much each part of the motion misses a limit, in units of the limit."""
+    state = State(samples, like.kernel.entries(samples, 0.0))
+    over = [excess(limit, limit.values(state)).reshape(parts, -1).max(axis=1) for limit in like.limits]
+    return np.asarray(np.max(over, axis=0))
