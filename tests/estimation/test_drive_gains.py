@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from dynident.estimation.drive_gains import gain_sensitivity, scaled_torque
 from dynident.estimation.names import PAYLOAD
 from dynident.estimation.payload import FixedWeights, payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
+from dynident.estimation.problem import ReducedProblem, merged
 from dynident.estimation.weigh.solve import weigh_gain_covariance
 from dynident.model import InertialParameters, InputError, Motion, Recording, Robot
 from dynident.model.arrays import Array
@@ -131,6 +133,21 @@ def test_a_robots_parameters_by_rescaled_recordings(
     assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
     other = weighted(scaled_torque(problem.unloaded, 2, 1.5), estimate.weights)
     assert other.values == pytest.approx(estimate.values + 0.5 * J[:, 2], rel=1e-8, abs=1e-10)
+
+
+def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_path: Path) -> None:
+    """Read back, and merged with themselves, they are as sensitive as before."""
+    assert problem.unloaded is not None
+    problem.unloaded.save(tmp_path / "p.npz")
+    read = ReducedProblem.load(tmp_path / "p.npz")
+    assert len(read.shared) == (1 if problem.robot.coupling else 0)
+    weights = weighted(read).weights
+    J = gain_sensitivity(problem.unloaded, weights)
+    for other in (read, merged([read, problem.unloaded])):
+        assert gain_sensitivity(other, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
+    if read.shared:
+        with pytest.raises(ValueError, match="different coupled drives"):
+            merged([read, replace(read, shared=())])
 
 
 def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) -> None:
