@@ -1,9 +1,10 @@
-"""Coverage of 95 % intervals where drive gains are wrong by random errors, on a simulated UR10e.
+"""Coverage of 95 % intervals where drive gains are wrong by random errors, on a simulated robot.
 
-Run: OPENBLAS_NUM_THREADS=1 python benchmarks/gain_errors.py [--runs 100]
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/gain_errors.py [--runs 100] [--robot ur10e|rx90|tx40]
 
-Each run draws an error of every joint's gain (2 %, standard deviation), the same in all of its recordings, and the
-noise. The robot is identified from one recording, stored, and the payload weighed by method 1 from another motion.
+Each run draws an error of every motor's gain (2 %, standard deviation), the same in all of its recordings, and the
+noise; where drives are coupled a motor's error is in two joints' torques. The robot is
+identified from one recording, stored, and the payload weighed by method 1 from another motion.
 Three ways to count the gains' error: once, as it is shared by robot and payload (what dynident does); as if robot
 and payload had errors of their own; not at all.
 """
@@ -24,7 +25,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.payload import payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
-from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray
 
@@ -36,9 +37,9 @@ BODY = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04,
 SETTINGS = Processing(decimate=4)
 
 
-def simulator() -> Simulator:
+def simulator(robot: Robot) -> Simulator:
     known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
-    return Simulator(replace(load_robot("ur10e"), parameters=known))
+    return Simulator(replace(robot, parameters=known))
 
 
 def motion(seed: int) -> Motion:
@@ -49,11 +50,13 @@ def motion(seed: int) -> Motion:
 def recorder(source: Simulator, load: InertialParameters | None, seed: int) -> Callable[[int, Array], Recording]:
     """One motion, simulated once; noise and gains by the run."""
     along = motion(seed)
-    exact = source.measure(along, load).torque
+    exact, coupling = source.measure(along, load).torque, source.robot.coupling
 
     def record(run: int, errors: Array) -> Recording:
         draw = np.random.default_rng([seed, run])
-        torque = (exact + NOISE * draw.standard_normal(exact.shape)) * (1.0 + errors)
+        torque = exact + NOISE * draw.standard_normal(exact.shape)
+        motors = (1.0 + errors) * (coupling.motor_torques(torque) if coupling else torque)
+        torque = coupling.joint_torques(motors) if coupling else motors
         return Recording(along.t, along.q, torque, along.qd, f"motion {seed}")
 
     return record
@@ -90,8 +93,10 @@ def main() -> None:
     """Print coverage."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--runs", type=int, default=100)
-    runs = parser.parse_args().runs
-    source, robot = simulator(), load_robot("ur10e")
+    parser.add_argument("--robot", default="ur10e")
+    arguments = parser.parse_args()
+    runs, robot = arguments.runs, load_robot(arguments.robot)
+    source = simulator(robot)
     bare, loaded = recorder(source, None, 3), recorder(source, BODY, 4)
     hits: dict[str, list[NDArray[np.bool_]]] = {}
     widths: dict[str, list[float]] = {}

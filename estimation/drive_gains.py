@@ -1,24 +1,25 @@
-"""How far errors of the drive gains carry: the torque of joint j is 1 + e_j times what it is taken for, always.
+"""How far errors of the drive gains carry: the torque of motor j is 1 + e_j times what it is taken for, always.
 
-No residual shows such an error: all recordings of one arm share it. It is an uncertainty to be given.
+No residual shows such an error: all recordings of one arm share it. It is an uncertainty to be given. Motor j acts
+on joint j; where drives are coupled, motor k acts on joints j and k (9).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..model import InputError, Robot
+from ..model import InputError
 from ..model.arrays import Array
 from .problem import ReducedProblem, triangular
 
 
 @dataclass(frozen=True)
 class GainErrors:
-    """Standard deviations of the relative errors e_j of the joints' torques.
+    """Standard deviations of the relative errors e_j of the motors' torques.
 
     Attributes:
-        per_joint: of each joint's own error (0.02 for 2 %); one number stands for all joints.
+        per_joint: of the own error of each joint's motor (0.02 for 2 %); one number stands for all joints.
         common: of an error that all joints share, as from one current sensor or supply.
         identified: covariance of gains that were identified, n x n, which comes on top; empty where they were not.
         notes: what else a reader must know of them, one line each.
@@ -38,20 +39,6 @@ class GainErrors:
             told = ", ".join(f"{sigma:g}" for sigma in sigmas)
             raise InputError(f"relative errors of drive gains {told}: give standard deviations from 0 to below 1")
 
-    def covariance_of(self, robot: Robot) -> Array:
-        """Of a robot's e_1 .. e_n, n x n.
-
-        Raises:
-            InputError: for identified gains of coupled drives, each of which acts on two joints.
-        """
-        if self.identified and robot.coupling is not None:
-            j, k = robot.coupling.joints
-            raise InputError(
-                f"{robot.name}: how sure identified gains are is not carried through the coupled drives {j} and "
-                f"{k}: give the gains as numbers, --drive-gains K1,K2,.."
-            )
-        return self.covariance(robot.n)
-
     def covariance(self, n: int) -> Array:
         """Of e_1 .. e_n, n x n.
 
@@ -67,14 +54,32 @@ class GainErrors:
         return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
 
 
-def scaled_torque(problem: ReducedProblem, joint: int, factor: float) -> ReducedProblem:
-    """The equations had the torque of one joint (counted from 0) been ``factor`` times as large.
+def motor_torques(problem: ReducedProblem, motor: int) -> tuple[Array, ...]:
+    """What a motor (counted from 0) makes of each joint's right-hand side, rows as those of the joint's factor.
 
-    A known spring's torque, which is in Y, is scaled with it.
+    All motors' add up to the right-hand side. A known spring's torque, which is in Y, counts as the motor's.
     """
-    factors = list(problem.factors)
-    factors[joint] = np.column_stack([factors[joint][:, :-1], factor * factors[joint][:, -1]])
-    return ReducedProblem(problem.columns, tuple(factors), problem.rows, problem.effective_rows)
+    found = [np.zeros(len(factor)) for factor in problem.factors]
+    found[motor] += problem.factors[motor][:, -1]
+    for one in problem.shared:
+        if one.joint == motor:
+            found[motor] -= one.torque
+        elif one.motor == motor:
+            found[one.joint] += one.torque
+    return tuple(found)
+
+
+def scaled_torque(problem: ReducedProblem, motor: int, factor: float) -> ReducedProblem:
+    """The equations had the torque of one motor (counted from 0) been ``factor`` times as large."""
+    changes = motor_torques(problem, motor)
+    factors = tuple(
+        np.column_stack([own[:, :-1], own[:, -1] + (factor - 1.0) * change])
+        for own, change in zip(problem.factors, changes, strict=True)
+    )
+    shared = tuple(
+        one._replace(torque=factor * one.torque) if one.motor == motor else one for one in problem.shared
+    )
+    return replace(problem, factors=factors, shared=shared)
 
 
 def gain_sensitivity(problem: ReducedProblem, weights: Array) -> Array:
@@ -83,10 +88,10 @@ def gain_sensitivity(problem: ReducedProblem, weights: Array) -> Array:
     They add up to the solution: an error common to all joints scales it.
     """
     c, n = len(problem.columns), len(problem.factors)
-    rows = []
-    for j, (factor, weight) in enumerate(zip(problem.factors, weights, strict=True)):
-        torques = np.zeros((len(factor), n))
-        torques[:, j] = factor[:, -1]
-        rows.append(weight * np.column_stack([factor[:, :-1], torques]))
+    torques = [np.column_stack(parts) for parts in zip(*(motor_torques(problem, j) for j in range(n)), strict=True)]
+    rows = [
+        weight * np.column_stack([factor[:, :-1], own])
+        for factor, own, weight in zip(problem.factors, torques, weights, strict=True)
+    ]
     R = triangular(np.vstack(rows))
     return np.asarray(np.linalg.solve(R[:c, :c], R[:c, c:]))

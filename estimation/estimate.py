@@ -60,7 +60,7 @@ class Estimate:
         fit: how well the torques of the data are explained.
         weights: per joint, the weights that were used [1/(N·m) or 1/N].
         robust: covariance that holds for autocorrelated noise as well, where it was asked for.
-        gain_sensitivity: derivatives by the relative error of each joint's torque, c x n, where they were computed.
+        gain_sensitivity: derivatives by the relative error of each motor's torque, c x n, where they were computed.
         gain_covariance: of those errors, n x n; None where drive gains are taken as exact. Not part of
             ``covariance`` and ``robust``: what else is made of the same drives has the same errors.
     """

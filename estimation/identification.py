@@ -82,9 +82,9 @@ def identify(
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress)
     estimate = weighted(problem)
-    estimate = _with_gains(robot, problem, estimate, gains)
+    estimate = _with_gains(problem, estimate, gains)
     elimination, reason = eliminate(problem, estimate, essential), ""
-    part = _with_gains(robot, problem.select(elimination.essential), elimination.estimate, gains)
+    part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
     elimination = replace(elimination, estimate=part)
     if robust:
         progress("leaving out blocks")
@@ -102,12 +102,12 @@ def identify(
     return Identification(robot, base, problem, estimate, elimination, check, reason, gains)
 
 
-def _with_gains(robot: Robot, problem: ReducedProblem, estimate: Estimate, gains: GainErrors | None) -> Estimate:
-    """An estimate with what it owes to each joint's torque, and how sure that is."""
+def _with_gains(problem: ReducedProblem, estimate: Estimate, gains: GainErrors | None) -> Estimate:
+    """An estimate with what it owes to each motor's torque, and how sure that is."""
     return replace(
         estimate,
         gain_sensitivity=gain_sensitivity(problem, estimate.weights),
-        gain_covariance=gains.covariance_of(robot) if gains is not None else None,
+        gain_covariance=gains.covariance(len(problem.factors)) if gains is not None else None,
     )
 
 

@@ -1,7 +1,7 @@
 """The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -11,6 +11,7 @@ from ..model.arrays import Array
 from ..model.paged import parts
 from .decimation import Decimator, noise_bandwidth
 from .rows import Mask, used_rows
+from .shared_torque import SharedTorque, sharing
 
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
@@ -26,6 +27,7 @@ class Observation:
         Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
         t: per joint, time of the rows [s], shape (r_j,).
         bandwidth: share of the frequency range that white noise fills; 1 without decimation.
+        shared: of coupled drives, what one joint's torque is of another joint's motor.
     """
 
     columns: tuple[str, ...]
@@ -33,6 +35,7 @@ class Observation:
     Y: tuple[Array, ...]
     t: tuple[Array, ...]
     bandwidth: float
+    shared: tuple[SharedTorque, ...] = ()
 
     def between(self, start: float, stop: float) -> "Observation":
         """The equations with start <= t < stop [s]."""
@@ -41,7 +44,8 @@ class Observation:
             tuple(array[part] for array, part in zip(arrays, ends, strict=True))
             for arrays in (self.W, self.Y, self.t)
         )
-        return Observation(self.columns, W, Y, t, self.bandwidth)
+        shared = tuple(one._replace(torque=one.torque[ends[one.joint]]) for one in self.shared)
+        return replace(self, W=W, Y=Y, t=t, shared=shared)
 
     def errors(self, values: Array) -> tuple[Array, ...]:
         """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,)."""
@@ -54,7 +58,7 @@ class Block:
 
     Attributes:
         equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
-            known torques already moved there; (entries + n) x M.
+            known torques already moved there, and what of it others' motors make; (entries + n + shared) x M.
         keep: which rows are used, n x M.
         t: time [s], shape (M,).
     """
@@ -74,6 +78,7 @@ class Observer:
         distinct: number of those.
         rows: per joint, where its entries and torque stand among a block's equations.
         touched: per joint, the distinct columns of its entries.
+        motors: per joint, the other motors (from 0) whose torque it feels and that stand behind its own.
     """
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
@@ -89,11 +94,11 @@ class Observer:
         unique = tuple(dict.fromkeys(columns))
         self.place = np.array([unique.index(name) for name in columns])
         self.distinct = len(unique)
-        function, self.touched = _equations(robot, unique)
-        ends = np.cumsum([len(own) + 1 for own in self.touched])
-        self.rows = tuple(
-            slice(int(end) - len(own) - 1, int(end)) for end, own in zip(ends, self.touched, strict=True)
-        )
+        self.motors = sharing(robot)
+        function, self.touched = _equations(robot, unique, self.motors)
+        sizes = [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+        ends = np.cumsum(sizes)
+        self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
         self._kernel = Kernel(function)
 
     def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
@@ -160,15 +165,17 @@ class Observer:
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""
-        W, Y, t = [], [], []
+        W, Y, t, shared = [], [], [], list[SharedTorque]()
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
             kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
             dense = np.zeros((kept.shape[1], self.distinct))
-            dense[:, touched] = kept[:-1].T
+            dense[:, touched] = kept[: len(touched)].T
             W.append(dense[:, self.place])
-            Y.append(kept[-1])
+            Y.append(kept[len(touched)])
+            others = kept[len(touched) + 1 :]
+            shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
-        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate))
+        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))
 
     def _check_spring(self, q: Array) -> None:
         """A spring's table does not go on beyond its ends."""
@@ -176,8 +183,10 @@ class Observer:
             self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
 
 
-def _equations(robot: Robot, columns: Sequence[str]) -> tuple[ca.Function, tuple[Array, ...]]:
-    """Function of q, qd, qdd, torque to each joint's entries and torque, and the columns of the entries."""
+def _equations(
+    robot: Robot, columns: Sequence[str], motors: Sequence[Sequence[int]]
+) -> tuple[ca.Function, tuple[Array, ...]]:
+    """Function of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries."""
     q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
     phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
     if robot.spring is not None and not robot.spring.column:
@@ -191,7 +200,7 @@ def _equations(robot: Robot, columns: Sequence[str]) -> tuple[ca.Function, tuple
     for j in range(robot.n):
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [left[j]]
+        rows += [phi[j, k] for k in own] + [left[j], *(left[motor] for motor in motors[j])]
     function = ca.Function("equations", [q, qd, qdd, torque], [ca.cse(ca.vertcat(*rows))])
     return function, tuple(touched)
 

@@ -2,19 +2,21 @@
 
 import zipfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lapack, qr
+from scipy.linalg import lapack
 
 from ..model import InputError
 from ..model.arrays import Array
+from .shared_torque import SharedTorque, beside, compressed, refilled
 
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
+_SHARED = "shared"
 
 
 @dataclass(frozen=True)
@@ -26,18 +28,21 @@ class ReducedProblem:
         factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
         rows: per joint, number of equations.
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
+        shared: of coupled drives, what one joint's torque is of another joint's motor: Q' times it, rows as those
+            of the joint's factor.
     """
 
     columns: tuple[str, ...]
     factors: tuple[Array, ...]
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
+    shared: tuple[SharedTorque, ...] = ()
 
     def select(self, columns: Sequence[str]) -> "ReducedProblem":
         """The same equations with only some of the parameters, in the order given."""
         places = [self.columns.index(name) for name in columns]
         factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
-        return ReducedProblem(tuple(columns), factors, self.rows, self.effective_rows)
+        return replace(self, columns=tuple(columns), factors=factors)
 
     def renamed(self, columns: Sequence[str]) -> "ReducedProblem":
         """The same equations in other parameters' place among ``columns``; absent ones get no column."""
@@ -47,7 +52,7 @@ class ReducedProblem:
             wide = np.zeros((len(factor), len(columns) + 1))
             wide[:, [*places, len(columns)]] = factor
             factors.append(wide)
-        return ReducedProblem(tuple(columns), tuple(factors), self.rows, self.effective_rows)
+        return replace(self, columns=tuple(columns), factors=tuple(factors))
 
     def stacked(self, weights: Array | None = None) -> Array:
         """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
@@ -66,10 +71,17 @@ class ReducedProblem:
 
     def save(self, path: str | Path) -> None:
         """Write the problem as NPZ, to be merged with others later or elsewhere."""
-        factors: dict[str, Any] = {f"factor{j}": factor for j, factor in enumerate(self.factors)}
-        np.savez(
-            path, columns=np.array(self.columns), rows=self.rows, effective_rows=self.effective_rows, **factors
-        )
+        np.savez(path, **self.arrays())
+
+    def arrays(self) -> dict[str, Any]:
+        """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> of coupled drives."""
+        return {
+            "columns": np.array(self.columns),
+            "rows": self.rows,
+            "effective_rows": self.effective_rows,
+            **{f"factor{j}": factor for j, factor in enumerate(self.factors)},
+            **{f"{_SHARED}{joint}_{motor}": torque for joint, motor, torque in self.shared},
+        }
 
     @staticmethod
     def load(path: str | Path) -> "ReducedProblem":
@@ -85,6 +97,11 @@ class ReducedProblem:
                     tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
                     tuple(int(count) for count in data["rows"]),
                     tuple(float(count) for count in data["effective_rows"]),
+                    tuple(
+                        SharedTorque(*_joint_and_motor(name), data[name])
+                        for name in sorted(data.files)
+                        if name.startswith(_SHARED)
+                    ),
                 )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: not a saved reduced problem ({error})") from None
@@ -103,11 +120,14 @@ class ReducedProblem:
         return _condition(W), _condition(_scaled(W)[0])
 
 
+def _joint_and_motor(name: str) -> tuple[int, int]:
+    joint, motor = name.removeprefix(_SHARED).split("_")
+    return int(joint), int(motor)
+
+
 def triangular(rows: Array) -> Array:
     """R of the QR decomposition; fewer rows than columns are kept as they are."""
-    if len(rows) <= rows.shape[1]:
-        return rows
-    return np.asarray(qr(rows, mode="r", check_finite=False)[0][: rows.shape[1]])
+    return compressed(rows)[0]
 
 
 def merged(problems: Iterable[ReducedProblem]) -> ReducedProblem:
@@ -117,14 +137,23 @@ def merged(problems: Iterable[ReducedProblem]) -> ReducedProblem:
     for other in problems[1:]:
         if other.columns != first.columns:
             raise ValueError("problems with different columns cannot be merged")
+        if [one[:2] for one in other.shared] != [one[:2] for one in first.shared]:
+            raise ValueError("problems of robots with different coupled drives cannot be merged")
     if len(problems) == 1:
         return first
-    stacks = zip(*(problem.factors for problem in problems), strict=True)
+    factors, shared = [], list[SharedTorque]()
+    for j in range(len(first.factors)):
+        stacked = [np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in problems]
+        rows = np.vstack(stacked)
+        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        factors.append(factor)
+        shared += refilled(first.shared, j, others)
     return ReducedProblem(
         first.columns,
-        tuple(triangular(np.vstack(stack)) for stack in stacks),
+        tuple(factors),
         tuple(np.sum([problem.rows for problem in problems], axis=0).tolist()),
         tuple(np.sum([problem.effective_rows for problem in problems], axis=0).tolist()),
+        tuple(shared),
     )
 
 

@@ -9,8 +9,9 @@ from ..model import Measurement, Motion, Processing
 from ..model.arrays import Array
 from .decimation import noise_bandwidth
 from .observation import Block, Observation, Observer
-from .problem import ReducedProblem, triangular
+from .problem import ReducedProblem
 from .rows import Mask
+from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
 _PANEL = 8  # columns that the QR takes at once
@@ -52,16 +53,18 @@ def reduced_pieces(
 
 def reduced(observation: Observation) -> ReducedProblem:
     """Reduce equations that are held whole."""
-    factors = []
-    for W, Y in zip(observation.W, observation.Y, strict=True):
-        factor = _empty_factor(W.shape[1] + 1)
+    factors, shared = [], list[SharedTorque]()
+    for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
+        others, width = beside(observation.shared, j, len(Y)), W.shape[1] + 1
+        factor = _empty_factor(width + others.shape[1])
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
-            factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part]])))
-        factors.append(np.triu(factor))
+            factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part], others[part]])))
+        factors.append(np.triu(factor[:width, :width]))
+        shared += refilled(observation.shared, j, factor[:width, width:])
     rows = tuple(len(Y) for Y in observation.Y)
     effective = tuple(observation.bandwidth * count for count in rows)
-    return ReducedProblem(observation.columns, tuple(factors), rows, effective)
+    return ReducedProblem(observation.columns, tuple(factors), rows, effective, tuple(shared))
 
 
 def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> ReducedProblem:
@@ -79,11 +82,17 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Redu
                 equations *= block.keep[j]  # a row of zeros says nothing
             factors[j] = _folded(factors[j], equations.T)
     bandwidth = noise_bandwidth(decimate)
+    spread = [_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)]
     return ReducedProblem(
         observer.columns,
-        tuple(_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)),
+        tuple(factor for factor, _ in spread),
         tuple(int(count) for count in rows),
         tuple(float(bandwidth * count) for count in rows),
+        tuple(
+            SharedTorque(j, motor, others[:, k])
+            for j, (_, others) in enumerate(spread)
+            for k, motor in enumerate(observer.motors[j])
+        ),
     )
 
 
@@ -105,9 +114,11 @@ def _folded(factor: Array, equations: Array) -> Array:
     return factor
 
 
-def _spread(observer: Observer, joint: int, factor: Array) -> Array:
-    """A joint's factor in all columns that were asked for."""
-    wide = np.zeros((len(factor), observer.distinct + 1))
-    wide[:, observer.touched[joint]] = factor[:, :-1]
-    wide[:, -1] = factor[:, -1]
-    return triangular(wide[:, [*observer.place, observer.distinct]])
+def _spread(observer: Observer, joint: int, factor: Array) -> tuple[Array, Array]:
+    """A joint's factor in all columns that were asked for, and what others' motors make of its torque."""
+    own, others = len(observer.touched[joint]), len(observer.motors[joint])
+    factor = factor[: own + 1]  # what stands below is of the others' torques alone
+    wide = np.zeros((len(factor), observer.distinct + 1 + others))
+    wide[:, observer.touched[joint]] = factor[:, :own]
+    wide[:, observer.distinct :] = factor[:, own:]
+    return compressed(wide[:, [*observer.place, *range(observer.distinct, wide.shape[1])]], others)

@@ -126,6 +126,8 @@ class Drives:
         offsets: a constant torque OFF per joint.
         coupling: two coupled drives, if any.
         spring: a gravity spring, if any.
+        side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
+            which see no rotor. Bearings and seals behind them may still rub.
     """
 
     rotor_inertia: bool = True
@@ -133,6 +135,7 @@ class Drives:
     offsets: bool = False
     coupling: Coupling | None = None
     spring: Spring | None = None
+    side: Literal["motor", "link"] = field(default="motor", repr=False)
 
     def check(self, n: int) -> None:
         """Refuse drives that name joints which a robot of ``n`` joints lacks."""
@@ -143,11 +146,13 @@ class Drives:
                 raise ValueError(f"drives name joint {joint}, the robot has joints 1 to {n}")
         if self.coupling and not (self.rotor_inertia and self.friction):
             raise ValueError("coupled drives need rotor inertia and friction")
+        if self.side == "link" and self.rotor_inertia:
+            raise ValueError("sensors on the link side see no rotor inertia")
 
     @staticmethod
     def on_link_side() -> "Drives":
-        """What torque sensors behind the gear see of a drive: no rotor, no friction, an offset of their own."""
-        return Drives(rotor_inertia=False, friction=False, offsets=True)
+        """What torque sensors behind the gear see of a drive: an offset of their own, no rotor, no friction."""
+        return Drives(rotor_inertia=False, friction=False, offsets=True, side="link")
 
     def names(self, joint: int) -> tuple[str, ...]:
         """Names of one joint's drive parameters, in the order of (6), the offset last."""

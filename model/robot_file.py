@@ -163,7 +163,7 @@ class _Reader:
         if side not in ("motor", "link"):
             raise self._error("drives.side", "must be 'motor' or 'link'")
         if side == "link":
-            for key in ("rotor_inertia", "friction", "coupling"):
+            for key in ("rotor_inertia", "coupling"):
                 if table.get(key):
                     raise self._error(f"drives.{key}", "sensors on the link side do not see it: leave it out")
         drives = Drives.on_link_side() if side == "link" else Drives()

@@ -88,14 +88,12 @@ def _pose(name: str, pose: Pose) -> list[str]:
 
 
 def _drives(drives: Drives) -> list[str]:
-    lines = []
-    if drives == Drives.on_link_side():
-        lines.append('side = "link"')
-    else:
-        for name in ("rotor_inertia", "friction", "offsets"):
-            value = getattr(drives, name)
-            if value != getattr(Drives(), name):
-                lines.append(f"{name} = {str(value).lower()}")
+    link = drives.side == "link"
+    lines, usual = ['side = "link"'] * link, Drives.on_link_side() if link else Drives()
+    for name in ("rotor_inertia", "friction", "offsets"):
+        value = getattr(drives, name)
+        if value != getattr(usual, name):
+            lines.append(f"{name} = {str(value).lower()}")
     if lines:
         lines = ["", "[drives]", *lines]
     if drives.coupling:

@@ -39,7 +39,7 @@ def recommended_table(answer: PayloadAnswer) -> Table:
 def recommended_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the recommended table: what the intervals hold, what the constraints cost, who disagrees."""
     best = answer.recommended
-    lines = [_interval_note(best), *gain_error_notes(best.gains), _cost_note(best)]
+    lines = [_interval_note(best), *gain_error_notes(answer.problem.robot, best.gains), _cost_note(best)]
     lines += _conflict_notes(answer.constrained)
     for weighing in best.weighings:
         lines.append(

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from ..estimation import GainErrors
 from ..estimation.gains import DriveGains
-from ..model import INERTIAL, Processing
+from ..model import INERTIAL, Processing, Robot
 
 
 def gains_table(gains: DriveGains) -> Table:
@@ -55,18 +55,24 @@ def gains_notes(gains: DriveGains) -> list[str]:
     return lines
 
 
-def gain_error_notes(gains: GainErrors | None, what: str = "Intervals") -> list[str]:
+def scales_in_words(robot: Robot) -> str:
+    """What a robot's torques are to scale by: torque sensors on the link side have scales, motors have gains."""
+    return "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
+
+
+def gain_error_notes(robot: Robot, gains: GainErrors | None, what: str = "Intervals") -> list[str]:
     """What ``what`` hold of the gains' errors, and what else there is to know of them."""
+    scales, each = scales_in_words(robot), "motor" if robot.coupling else "joint"
     if gains is None:
-        return ["Drive gains are taken as exact: --gain-sigma 2% adds what no residual shows."]
+        return [f"{scales.capitalize()} are taken as exact: --gain-sigma 2% adds what no residual shows."]
     if gains.identified:
         sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
         told = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        line = f"{what} include errors of the drive gains as they were identified: {told} % per joint."
+        line = f"{what} include errors of the drive gains as they were identified: {told} % per {each}."
     else:
         own = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
         common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        line = f"{what} include errors of the drive gains: {own} % per joint{common}."
+        line = f"{what} include errors of the {scales}: {own} % per {each}{common}."
     return [line, *gains.notes]
 
 

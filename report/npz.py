@@ -2,8 +2,9 @@
 
 ``columns``, ``W`` (r x c), ``Y``, ``joint`` (from 1), ``recording`` (from 0, in ``sources``), ``t``, ``loaded``,
 ``weights`` (per joint) and ``row_weights``; ``rows``, ``effective_rows`` and ``factor0`` to ``factor<n-1>``: R of
-the QR decomposition of each joint's [W_j Y_j], which ``ReducedProblem.load`` reads; ``known``: values of the first
-columns, where they are known.
+the QR decomposition of each joint's [W_j Y_j], which ``ReducedProblem.load`` reads, and of coupled drives
+``shared<joint>_<motor>`` (from 0), Q_j' times what another joint's motor makes of Y_j; ``known``: values of the
+first columns, where they are known.
 """
 
 import io
@@ -23,13 +24,12 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
         OSError: if it cannot be written.
     """
     reduced = system.reduced
-    arrays: dict[str, Any] = {f"factor{j}": factor for j, factor in enumerate(reduced.factors)}
+    arrays: dict[str, Any] = reduced.arrays()
     if system.known is not None:
         arrays["known"] = system.known
     content = io.BytesIO()
     np.savez_compressed(
         content,
-        columns=np.array(system.columns),
         W=system.W,
         Y=system.Y,
         joint=system.joint,
@@ -39,8 +39,6 @@ def write_npz(path: str | Path, system: ObservationSystem) -> None:
         sources=np.array(system.sources),
         weights=system.weights,
         row_weights=system.weights[system.joint - 1],
-        rows=reduced.rows,
-        effective_rows=reduced.effective_rows,
         **arrays,
     )
     write_bytes(path, content.getvalue())

@@ -44,12 +44,13 @@ def robot_lines(robot: Robot) -> list[str]:
         )
         if there
     ]
+    on_link_side = "; torque sensors on the link side" if drives.side == "link" else ""
     lines = [
         f"Payloads are given in: {robot.payload_frame}",
         f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
         f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
         f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        f"Drives: {', '.join(seen) or 'none of their parameters (sensors on the link side)'}.",
+        f"Drives: {', '.join(seen) or 'none of their parameters'}{on_link_side}.",
     ]
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")

@@ -22,7 +22,7 @@ _LEVELS = {
     "do_not_use": "do not use",
 }
 _FOLDS = 120
-_FORMULA = "by (17)-(19): for white torque noise, drive gains taken as exact."
+_FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."
 
 
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
@@ -134,7 +134,7 @@ def robot_notes(result: Identification) -> list[str]:
     if result.validation is not None:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
-    lines += gain_error_notes(result.gains, "±, % and chi2")
+    lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
     reasons = fit_reasons(result.estimate.fit, "the model")
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 

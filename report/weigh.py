@@ -46,7 +46,7 @@ def first_notes(answer: WeighAnswer) -> list[str]:
     lines += agreement_notes(answer)
     lines += repeat_notes(answer)
     lines.append(worst_note(worst_joint(answer.by_joints, answer.mass)))
-    lines += gain_error_notes(answer.gains)
+    lines += gain_error_notes(answer.problem.robot, answer.gains)
     if answer.verdict.level != "do_not_use":
         lines.append(f"For the controller: {controller_line(answer)}")
         lines.append("Its own format: add --json P.json, then 'dynident export P.json --to ur|abb|kuka|..'.")

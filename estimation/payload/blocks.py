@@ -1,7 +1,7 @@
 """Recordings with and without payload cut into blocks of time, one motion's blocks side by side."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
@@ -146,7 +146,7 @@ def _without_payload(pieces: Pieces) -> Pieces:
 
     def bare(piece: Observation) -> Observation:
         W = tuple(columns[:, : -len(PAYLOAD)] for columns in piece.W)
-        return Observation(piece.columns[: -len(PAYLOAD)], W, piece.Y, piece.t, piece.bandwidth)
+        return replace(piece, columns=piece.columns[: -len(PAYLOAD)], W=W)
 
     return lambda: map(bare, pieces())
 

@@ -21,14 +21,14 @@ def gain_covariance(problem: PayloadProblem, method: Method, estimate: Estimate,
     """Covariance of a method's result from errors of the drive gains, 10 x 10.
 
     Raises:
-        InputError: for identified gains of coupled drives, each of which acts on two joints.
+        InputError: as ``payload_gain_sensitivity``; if the gains are another number of joints'.
     """
     J = payload_gain_sensitivity(problem, method, estimate)
-    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
+    return np.asarray(J @ gains.covariance(problem.robot.n) @ J.T)
 
 
 def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: Estimate) -> Array:
-    """Derivatives of a method's result by the relative error of each joint's torque, 10 x n.
+    """Derivatives of a method's result by the relative error of each motor's torque, 10 x n.
 
     The torque changes in every recording at once, with and without payload, and in the robot's parameters if they
     were identified earlier: with the same drives, so with the same error. The joints' weights stay.
@@ -39,20 +39,20 @@ def payload_gain_sensitivity(problem: PayloadProblem, method: Method, estimate: 
         estimate: its result on the problem.
 
     Raises:
-        InputError: if earlier parameters came without what they owe to each joint's torque.
+        InputError: if earlier parameters came without what they owe to each motor's torque.
     """
     bare = problem.unloaded
     weights = FixedWeights(weighted(bare).weights if bare is not None else None, estimate.weights)
 
-    def solved(joint: int, step: float) -> Array:
-        return in_payload_frame(problem.robot, method(_changed(problem, joint, step), weights)).values
+    def solved(motor: int, step: float) -> Array:
+        return in_payload_frame(problem.robot, method(_changed(problem, motor, step), weights)).values
 
-    joints = range(problem.robot.n)
-    return np.column_stack([(solved(j, _STEP) - solved(j, -_STEP)) / (2.0 * _STEP) for j in joints])
+    motors = range(problem.robot.n)
+    return np.column_stack([(solved(j, _STEP) - solved(j, -_STEP)) / (2.0 * _STEP) for j in motors])
 
 
-def _changed(problem: PayloadProblem, joint: int, step: float) -> PayloadProblem:
-    """The problem with one joint's torque 1 + step times as large."""
+def _changed(problem: PayloadProblem, motor: int, step: float) -> PayloadProblem:
+    """The problem with one motor's torque 1 + step times as large."""
     factor, known = 1.0 + step, problem.known
     if known is not None:
         if known.gain_sensitivity is None:
@@ -60,12 +60,12 @@ def _changed(problem: PayloadProblem, joint: int, step: float) -> PayloadProblem
                 "the stored robot parameters do not tell how they depend on the drive gains: identify the robot "
                 "again with this version to use an uncertainty of the gains"
             )
-        known = replace(known, values=known.values + step * known.gain_sensitivity[:, joint])
+        known = replace(known, values=known.values + step * known.gain_sensitivity[:, motor])
     bare, difference = problem.unloaded, problem.difference
     return replace(
         problem,
-        loaded=scaled_torque(problem.loaded, joint, factor),
-        unloaded=scaled_torque(bare, joint, factor) if bare is not None else None,
-        difference=scaled_torque(difference, joint, factor) if difference is not None else None,
+        loaded=scaled_torque(problem.loaded, motor, factor),
+        unloaded=scaled_torque(bare, motor, factor) if bare is not None else None,
+        difference=scaled_torque(difference, motor, factor) if difference is not None else None,
         known=known,
     )

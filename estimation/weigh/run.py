@@ -1,7 +1,7 @@
 """The equations of one recording of a payload, constant torques and Coulomb friction taken out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,8 @@ from ...model.arrays import Array
 from ...model.visibility import without
 from ..names import PAYLOAD
 from ..observation import Observation, Observer
-from ..problem import ReducedProblem, merged, triangular
+from ..problem import ReducedProblem, merged
+from ..shared_torque import SharedTorque, beside, compressed, refilled
 from .ripple import Wave
 
 _FREE = "free "
@@ -100,7 +101,7 @@ def with_columns(recording: Observation, more: Sequence[Array]) -> Observation:
     """The equations with columns of each joint, r_j x k, that are free in this recording."""
     names = tuple(f"{_FREE}{k}" for k in range(more[0].shape[1]))
     W = tuple(np.column_stack([own, wide]) for own, wide in zip(recording.W, more, strict=True))
-    return Observation((*recording.columns, *names), W, recording.Y, recording.t, recording.bandwidth)
+    return replace(recording, columns=(*recording.columns, *names), W=W)
 
 
 def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
@@ -116,15 +117,19 @@ def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
     """
     free = [k for k, name in enumerate(problem.columns) if name.startswith(_FREE)]
     rest = [k for k in range(len(problem.columns)) if k not in free]
-    factors, taken = [], []
+    factors, taken, shared = [], [], list[SharedTorque]()
     for j, factor in enumerate(problem.factors):
-        kept, off = np.insert(factor[:, [*rest, -1]], [len(rest)] * len(held.joints), 0.0, axis=1), factor[:, free]
+        others = beside(problem.shared, j, len(factor))
+        kept, off = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, free]
+        kept = np.insert(kept, [len(rest)] * len(held.joints), 0.0, axis=1)
         if j in held.joints:
             own, one = np.zeros((1, kept.shape[1])), np.zeros((1, len(free)))
             own[0, len(rest) + held.joints.index(j)] = -held.stiffness[j]
             one[0, free.index(problem.columns.index(f"{_FREE}OFF{j + 1}"))] = held.stiffness[j]
             kept, off = np.vstack([kept, own]), np.vstack([off, one])
-        factors.append(triangular(without(kept, off)))
+        left, others = compressed(without(kept, off), others.shape[1])
+        factors.append(left)
+        shared += refilled(problem.shared, j, others)
         taken.append(_rank(factor[:, free]))
     pairs = list(zip(problem.rows, problem.effective_rows, taken, strict=True))
     return ReducedProblem(
@@ -132,6 +137,7 @@ def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
         tuple(factors),
         tuple(max(rows - r, 0) for rows, _, r in pairs),
         tuple(max(rows - r, 0.0) for _, rows, r in pairs),
+        tuple(shared),
     )
 
 

@@ -186,10 +186,10 @@ def deletions(problem: WeighProblem) -> Iterator[ReducedProblem]:
 def weigh_gain_covariance(
     problem: WeighProblem, found: WeighEstimate, scale: KnownMass | None, gains: GainErrors
 ) -> Array:
-    """Covariance from errors of the drive gains; the result is linear in each joint's torque.
+    """Covariance from errors of the drive gains; the result is linear in each motor's torque.
 
     Raises:
-        InputError: if stored robot parameters came without what they owe to each joint's torque.
+        InputError: if stored robot parameters came without what they owe to each motor's torque.
     """
     solver = _Solver(problem, scale if found.from_scale else None, problem.visibility)
     weights, n = found.estimate.weights, problem.robot.n
@@ -205,7 +205,7 @@ def weigh_gain_covariance(
             solver.known = replace(known, values=known.values + known.gain_sensitivity[:, j])
         J[:, j] = solver.values(scaled_torque(problem.problem, j, 2.0), weights) - found.estimate.values
         solver.known = known
-    return np.asarray(J @ gains.covariance_of(problem.robot) @ J.T)
+    return np.asarray(J @ gains.covariance(n) @ J.T)
 
 
 def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...estimation import ConstrainedPayload, PayloadAnswer, TorquePrediction, Verdict
 from ...model.arrays import Array
+from ..gains import scales_in_words
 from ..numbers import with_interval
 from .markup import Html, bullets, joined, paragraph, tag
 
@@ -86,12 +87,12 @@ def reasons(verdict: Verdict) -> Html:
 
 def improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> Html:
     """What would make the answer better or better known."""
-    best, lines = answer.recommended, []
+    best, scales, lines = answer.recommended, scales_in_words(answer.problem.robot), list[str]()
     if not best.weighings:
-        lines.append("Weigh the payload and give --mass and --mass-sigma: the scale checks the drive gains.")
+        lines.append(f"Weigh the payload and give --mass and --mass-sigma: the weighing checks the {scales}.")
     if best.gains is None:
         lines.append(
-            "Say how well the drive gains are known (--gain-sigma 2%): no residual shows their errors, and the "
+            f"Say how well the {scales} are known (--gain-sigma 2%): no residual shows their errors, and the "
             "intervals leave them out."
         )
     if not any(one.held_out for one in predictions):

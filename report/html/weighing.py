@@ -67,7 +67,9 @@ def _quantities(answer: WeighAnswer) -> Html:
     assumed = Html()
     if answer.stand_in is not None:
         assumed = paragraph(f"Inertia ASSUMED, not measured: {answer.stand_in.description}.")
-    gains = joined(*(paragraph(line, class_="note") for line in gain_error_notes(answer.gains)))
+    gains = joined(
+        *(paragraph(line, class_="note") for line in gain_error_notes(answer.problem.robot, answer.gains))
+    )
     why = joined(tag("h3", "Reasons for the verdict"), reasons(answer.verdict))
     scale = paragraph(scale_note(answer))
     repeated = joined(*map(paragraph, repeat_notes(answer)))

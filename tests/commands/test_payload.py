@@ -69,7 +69,7 @@ def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_pat
     status, out, _ = run(*payload_arguments(logs, *known, *place, *gains, "--method", "4", "--json", str(target)))
     assert status == 0
     told = " ".join(out.split())
-    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per joint and 1 % common" in told
+    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per motor and 1 % common" in told
     assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in told
     assert "sigma apart." in told
     assert "drive gains taken as exact" not in told.split("Free estimates")[0]

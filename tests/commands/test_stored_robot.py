@@ -66,7 +66,7 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     csv = tmp_path / "t.csv"
     status, out, _ = run(*identify, "--gain-sigma", "2%", "--json", str(stored), "--csv", str(csv))
     assert status == 0
-    assert "include errors of the drive gains: 2 % per joint" in " ".join(out.split())
+    assert "include errors of the drive gains: 2 % per motor" in " ".join(out.split())
     assert csv.read_text().splitlines()[0].startswith("table,name,value,value sigma,%,by gains,constrained")
     document, before = json.loads(stored.read_text()), json.loads(exact.read_text())
     assert (document["gain_sigma"], before["gain_sigma"]) == ({"per_joint": [0.02], "common": 0.0}, None)
@@ -90,7 +90,7 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     told_now, text = weighed(exact, "--gain-sigma", "2%")
     assert "were identified with" not in text
     told_then, text = weighed(stored)
-    assert "include errors of the drive gains: 2 % per joint" in text
+    assert "include errors of the drive gains: 2 % per motor" in text
     assert "that the robot's parameters were identified with" in text
     assert told_then == pytest.approx(told_now, rel=1e-6)
     assert told_now > 1.5 * plain

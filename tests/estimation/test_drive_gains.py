@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,23 +10,37 @@ from dynident.estimation import (
     GainErrors,
     PayloadEstimate,
     PayloadProblem,
+    WeighProblem,
     constrain_payload,
+    difference_weighing,
     identify,
     identify_payload,
     payload_problem,
+    solve_weighing,
     weighted,
 )
-from dynident.estimation.drive_gains import gain_sensitivity
+from dynident.estimation.drive_gains import gain_sensitivity, scaled_torque
+from dynident.estimation.names import PAYLOAD
 from dynident.estimation.payload import FixedWeights, payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
-from dynident.model import InertialParameters, InputError, Motion, Recording
+from dynident.estimation.problem import ReducedProblem, merged
+from dynident.estimation.weigh.solve import weigh_gain_covariance
+from dynident.model import InertialParameters, InputError, Motion, Recording, Robot
 from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike
 
 Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
 METHODS = (1, 2, 3, 4)
-JOINTS = [1, 2, 4]  # counted from 0
+MOTORS = [1, 4, 5]  # counted from 0; the last two of the RX90 are coupled
+
+
+def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:
+    """Torques of the joints with each motor's times its factor; (9) written out."""
+    G = np.eye(6)
+    if robot.coupling is not None:
+        G[4, 5] = 1.0
+    return np.asarray(torque @ np.linalg.inv(G).T * np.asarray(factors) @ G.T)
 
 
 @pytest.fixture(scope="module", params=["rx90", "ur10e"])
@@ -35,13 +50,13 @@ def arm(
     wander: Callable[..., Motion],
     payload: InertialParameters,
 ) -> tuple[Simulator, Recordings]:
-    """A simulator, and noisy recordings without and with payload whose torques are scaled joint by joint."""
+    """A simulator, and noisy recordings without and with payload whose torques are scaled motor by motor."""
     simulator = simulated(request.param)
     noise, motion = [0.5] * 6, wander(6, 4, points=14)
 
     def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
         pair = [simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload))]
-        bare, loaded = (replace(one, torque=one.torque * np.asarray(factors)) for one in pair)
+        bare, loaded = (replace(one, torque=rescaled_torque(simulator.robot, one.torque, factors)) for one in pair)
         return bare, loaded
 
     return simulator, recordings
@@ -52,13 +67,13 @@ def problem_of(arm: tuple[Simulator, Recordings], factors: ArrayLike) -> Payload
     return payload_problem(arm[0].robot, [loaded], [bare])
 
 
-def changed(joint: int, step: float) -> Array:
-    return np.asarray(1.0 + step * np.eye(6)[joint])
+def changed(motor: int, step: float) -> Array:
+    return np.asarray(1.0 + step * np.eye(6)[motor])
 
 
 def brute(solve: Callable[[Array], Array], step: float = 1e-5) -> Array:
-    """Central differences by rescaled recordings, columns ``JOINTS``."""
-    return np.column_stack([(solve(changed(j, step)) - solve(changed(j, -step))) / (2 * step) for j in JOINTS])
+    """Central differences by rescaled recordings, columns ``MOTORS``."""
+    return np.column_stack([(solve(changed(j, step)) - solve(changed(j, -step))) / (2 * step) for j in MOTORS])
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +83,8 @@ def problem(arm: tuple[Simulator, Recordings]) -> PayloadProblem:
 
 @pytest.fixture(scope="module")
 def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
-    """The problem for some joints' torque up and down."""
-    factors = [changed(j, step) for j in JOINTS for step in (1e-5, -1e-5)]
+    """The problem for some motors' torque up and down."""
+    factors = [changed(j, step) for j in MOTORS for step in (1e-5, -1e-5)]
     return {one.tobytes(): problem_of(arm, one) for one in factors}
 
 
@@ -84,7 +99,7 @@ def test_it_is_what_rescaled_recordings_give(
     weights = FixedWeights(weighted(problem.unloaded).weights, estimate.weights)
     expected = brute(lambda factors: solver(rescaled[factors.tobytes()], weights).values)
     size = np.linalg.norm(expected, axis=1)[:, None]
-    assert (np.abs(J[:, JOINTS] - expected) < 1e-6 * size).all()
+    assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * size).all()
     assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
 
 
@@ -101,15 +116,61 @@ def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings],
         constrain_payload(old, identify_payload(old, 1), gains=GainErrors((0.02,)))
 
 
-def test_a_robots_parameters_by_rescaled_recordings(problem: PayloadProblem) -> None:
+def test_a_robots_parameters_by_rescaled_recordings(
+    problem: PayloadProblem, rescaled: dict[bytes, PayloadProblem]
+) -> None:
     assert problem.unloaded is not None
     estimate = weighted(problem.unloaded)
     J = gain_sensitivity(problem.unloaded, estimate.weights)
     assert J.sum(axis=1) == pytest.approx(estimate.values, rel=1e-8, abs=1e-10)
-    from dynident.estimation.drive_gains import scaled_torque
 
+    def solved(factors: Array) -> Array:
+        bare = rescaled[factors.tobytes()].unloaded
+        assert bare is not None
+        return weighted(bare, estimate.weights).values
+
+    expected = brute(solved)
+    assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
     other = weighted(scaled_torque(problem.unloaded, 2, 1.5), estimate.weights)
     assert other.values == pytest.approx(estimate.values + 0.5 * J[:, 2], rel=1e-8, abs=1e-10)
+
+
+def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_path: Path) -> None:
+    """Read back, and merged with themselves, they are as sensitive as before."""
+    assert problem.unloaded is not None
+    problem.unloaded.save(tmp_path / "p.npz")
+    read = ReducedProblem.load(tmp_path / "p.npz")
+    assert len(read.shared) == (1 if problem.robot.coupling else 0)
+    weights = weighted(read).weights
+    J = gain_sensitivity(problem.unloaded, weights)
+    for other in (read, merged([read, problem.unloaded])):
+        assert gain_sensitivity(other, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
+    if read.shared:
+        with pytest.raises(ValueError, match="different coupled drives"):
+            merged([read, replace(read, shared=())])
+
+
+def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) -> None:
+    """Each motor's error alone, offsets and weights held as they were."""
+    simulator, recordings = arm
+
+    def weighing(factors: ArrayLike) -> WeighProblem:
+        bare, loaded = recordings(factors)
+        return difference_weighing(simulator.robot, [loaded], [bare])
+
+    problem = weighing(np.ones(6))
+    found = solve_weighing(problem)
+    assert found.complete
+
+    def solved(factors: Array) -> Array:
+        (run,) = weighing(factors).runs
+        equations = replace(run, held=problem.held).problem.select(PAYLOAD)
+        return weighted(equations, found.estimate.weights).values
+
+    expected = brute(solved)
+    for motor, column in zip(MOTORS, expected.T, strict=True):
+        C = weigh_gain_covariance(problem, found, None, GainErrors(0.01 * np.eye(6)[motor]))
+        assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
 
 
 def test_common_and_own_errors(problem: PayloadProblem) -> None:

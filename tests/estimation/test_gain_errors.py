@@ -19,7 +19,7 @@ from dynident.estimation.error_model import error_model
 from dynident.estimation.payload.gains import gain_covariance
 from dynident.estimation.payload.methods import method_of
 from dynident.estimation.stored import read_stored_robot
-from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.report.documents import identification_document, write_json
 from dynident.report.tables import robot_notes, robot_table
 from dynident.trajectories import Simulator
@@ -32,9 +32,15 @@ RUNS = 20
 Record = Callable[[int, float], Recording]
 
 
+@pytest.fixture(scope="module", params=["ur10e", "rx90"])
+def source(request: pytest.FixtureRequest, simulated: Callable[[str], Simulator]) -> Simulator:
+    """The RX90's drives 5 and 6 are coupled."""
+    return simulated(request.param)
+
+
 @pytest.fixture(scope="module")
-def source(simulated: Callable[[str], Simulator]) -> Simulator:
-    return simulated("ur10e")
+def robot(source: Simulator) -> Robot:
+    return load_robot(source.robot.name)
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +51,14 @@ def recorders(
 
     def recorder(body: InertialParameters | None, seed: int) -> Record:
         motion = wander(6, seed, points=20)
-        exact = source.measure(motion, body).torque
+        exact, coupling = source.measure(motion, body).torque, source.robot.coupling
 
         def record(run: int, size: float = 0.02) -> Recording:
             errors = size * np.random.default_rng([5, run]).standard_normal(6)
             noisy = exact + NOISE * np.random.default_rng([seed, run]).standard_normal(exact.shape)
-            return Recording(motion.t, motion.q, noisy * (1.0 + errors), motion.qd, f"motion {seed}")
+            motors = (1.0 + errors) * (coupling.motor_torques(noisy) if coupling else noisy)
+            torque = coupling.joint_torques(motors) if coupling else motors
+            return Recording(motion.t, motion.q, torque, motion.qd, f"motion {seed}")
 
         return record
 
@@ -58,10 +66,9 @@ def recorders(
 
 
 def test_intervals_hold_what_wrong_gains_do(
-    source: Simulator, recorders: tuple[Record, Record], payload: InertialParameters
+    source: Simulator, robot: Robot, recorders: tuple[Record, Record], payload: InertialParameters
 ) -> None:
     """A stored robot and a payload have the same errors: counted once they cover, left out they do not."""
-    robot = load_robot("ur10e")
     hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
     for run in range(RUNS):
         bare, loaded = (record(run, 0.02) for record in recorders)
@@ -84,14 +91,14 @@ def test_intervals_hold_what_wrong_gains_do(
     assert share["payload exact"][3] < 0.5
 
 
-def test_a_stored_robots_error_is_not_an_error_of_its_own(recorders: tuple[Record, Record]) -> None:
+def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorders: tuple[Record, Record]) -> None:
     """Robot and payload apart would be several times less sure of the mass: 2 % of the robot's torques."""
     bare, loaded = (record(0, 0.0) for record in recorders)
-    known = identify(load_robot("ur10e"), [bare], SETTINGS, gains=GAINS).estimate
+    known = identify(robot, [bare], SETTINGS, gains=GAINS).estimate
     assert known.covariance_by_gains is not None
 
     def mass_sigma(known: Estimate, gains: GainErrors | None) -> float:
-        problem = payload_problem(load_robot("ur10e"), [loaded], [], known, SETTINGS)
+        problem = payload_problem(robot, [loaded], [], known, SETTINGS)
         return float(constrain_payload(problem, identify_payload(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
@@ -103,9 +110,8 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(recorders: tuple[Recor
     assert once > 3.0 * plain
 
 
-def test_parameters_say_what_they_owe_to_the_gains(recorders: tuple[Record, Record]) -> None:
+def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
     bare = recorders[0](1, 0.02)
-    robot = load_robot("ur10e")
     exact, found = (
         identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, GainErrors(common=0.03))
     )
@@ -127,13 +133,16 @@ def test_parameters_say_what_they_owe_to_the_gains(recorders: tuple[Record, Reco
     assert "by gains" in headings[1]
     notes = [" ".join(robot_notes(one)) for one in (exact, found)]
     assert "Drive gains are taken as exact: --gain-sigma" in notes[0]
-    assert "include errors of the drive gains: 0 % per joint and 3 % common to all joints" in notes[1]
+    motor = "motor" if robot.coupling else "joint"
+    assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]
 
 
-def test_stored_robot_keeps_the_gains_uncertainty(recorders: tuple[Record, Record], tmp_path: Path) -> None:
+def test_stored_robot_keeps_the_gains_uncertainty(
+    robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
+) -> None:
     """Read back, the distance of the nearest robot that can exist is the same, gains included."""
     gains = GainErrors((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
-    result = identify(load_robot("ur10e"), [recorders[0](2, 0.02)], SETTINGS, gains=gains)
+    result = identify(robot, [recorders[0](2, 0.02)], SETTINGS, gains=gains)
     path = tmp_path / "robot.json"
     write_json(path, identification_document(result, SETTINGS, None))
     stored = read_stored_robot(path)

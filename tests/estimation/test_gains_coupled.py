@@ -8,17 +8,21 @@ import numpy as np
 import pytest
 from dynident.estimation import (
     GainErrors,
+    PayloadProblem,
+    constrain_payload,
     gain_problem,
     identify_gains,
     identify_payload,
     payload_problem,
     read_recording,
+    weighted,
 )
 from dynident.estimation.gains import known_mass
 from dynident.estimation.gains.answer import gravity_acts, rests_on
-from dynident.estimation.payload.gains import gain_covariance
+from dynident.estimation.payload import FixedWeights
 from dynident.estimation.payload.methods import method_of
-from dynident.model import InertialParameters, InputError, Motion, Processing, Recording, Robot, Spring, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
+from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 
 TRUTH = np.array([40.0, 45.0, 38.0, 20.0, 18.0, 12.0])
@@ -113,13 +117,32 @@ def test_currents_of_coupled_drives_make_joint_torques(tmp_path: Path) -> None:
     assert coupling.motor_torques(recording.torque)[:, 4:].tolist() == [[10, 60], [10, 70]]
 
 
-def test_how_sure_they_are_is_not_carried_through_a_coupling(
-    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
-) -> None:
-    simulator, motion = simulated("rx90"), wander(6, 4)
-    pair = [simulator.record(motion, load, [0.5] * 6, [9, k]) for k, load in enumerate((None, payload))]
-    problem = payload_problem(simulator.robot, pair[1:], pair[:1])
-    estimate = identify_payload(problem, 4).estimate
-    gains = GainErrors(identified=(0.01 * np.eye(6)).tolist())
-    with pytest.raises(InputError, match="coupled drives 5 and 6: give the gains as numbers"):
-        gain_covariance(problem, method_of(4), estimate, gains)
+def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
+    """Weighed with gains that were found: as the same currents read with each gain a little larger tell."""
+    robot, (bare, loaded) = currents("rx90", "none", 0)
+    problem = gain_problem(robot, [bare], [loaded], SETTINGS)
+    gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
+    later = currents("rx90", "none", 7)[1]
+
+    def weighing(K: Array) -> PayloadProblem:
+        assert robot.coupling is not None
+        before, after = (replace(one, torque=robot.coupling.joint_torques(one.torque * K)) for one in later)
+        return payload_problem(robot, [after], [before], None, SETTINGS)
+
+    at_once = weighing(gains.values)
+    assert at_once.unloaded is not None
+    robots = weighted(at_once.unloaded).weights
+    shifted = [weighing(gains.values * (1.0 + 1e-5 * own)) for own in np.eye(6)]
+    unsure = GainErrors(identified=gains.larger_relative_covariance.tolist())
+    for method in (1, 2, 3, 4):
+        free = identify_payload(at_once, method)
+        weights = FixedWeights(robots, free.estimate.weights)
+        values = [method_of(method)(one, weights).values for one in shifted]
+        J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
+        told, exact = (constrain_payload(at_once, free, gains=g) for g in (unsure, None))
+        share = told.result.free.covariance - exact.result.free.covariance
+        expected = J @ gains.larger_relative_covariance @ J.T
+        assert share == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
+        assert np.abs((free.estimate.values - BODY.vector) / told.result.free.sigma).max() < 3.5
+        low, high = told.intervals.parameters[9]
+        assert low <= BODY.mass <= high

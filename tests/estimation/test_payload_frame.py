@@ -19,6 +19,8 @@ from dynident.model import (
     standard_columns,
     with_tool,
 )
+from dynident.report.constrained import recommended_notes
+from dynident.report.gains import gain_error_notes
 from dynident.trajectories import Simulator
 
 TOOL = Pose.from_rpy((0.03, -0.01, 0.12), (radians(180), 0.4, -0.2))
@@ -51,6 +53,26 @@ def test_answer_stands_in_the_tool_frame(
         # No standard deviation is of another frame: white noise is told right within a few sigma.
         off = np.abs(estimate.estimate.values - payload.vector) / estimate.estimate.sigma
         assert off.max() < 5.0
+
+
+def test_friction_behind_link_side_sensors(
+    rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
+) -> None:
+    """Seals rub there as well: a file that says so explains the torque, one that does not leaves it over."""
+    plain = replace(rx90, drives=Drives.on_link_side())
+    rubbing = replace(plain, drives=replace(plain.drives, friction=True))
+    simulator, motion = simulator_of(rubbing), wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    one, other = (answer_payload(payload_problem(robot, [loaded], [bare])) for robot in (rubbing, plain))
+    assert one.robot_fit is not None
+    assert other.robot_fit is not None
+    assert one.robot_fit.relative < 0.3 * other.robot_fit.relative
+    assert one.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
+    notes = " ".join(recommended_notes(one))
+    assert "Scales of the torque sensors are taken as exact: --gain-sigma" in notes
+    assert "rive gains" not in notes
+    told = gain_error_notes(plain, GainErrors((0.01,)))
+    assert told == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
 
 
 def test_robust_covariance_moves_along(

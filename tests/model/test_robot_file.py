@@ -160,6 +160,9 @@ def test_sensors_on_the_link_side_see_no_drive(write: Write) -> None:
     assert standard_columns(robot) == tuple(f"{kind}{j}" for j in (1, 2) for kind in (*INERTIAL, "OFF"))
     without = load_robot(write('name = "x"\n[[joints]]\n[drives]\nside = "link"\noffsets = false'))
     assert standard_columns(without) == tuple(f"{kind}1" for kind in INERTIAL)
+    rubbing = load_robot(write('name = "x"\n[[joints]]\n[drives]\nside = "link"\nfriction = true'))
+    assert standard_columns(rubbing) == (*(f"{kind}1" for kind in INERTIAL), "FS1", "FV1", "OFF1")
+    assert rubbing.drives.side == "link"
 
 
 @pytest.mark.parametrize("degrees", [-270, -180, -90, 0, 90, 180, 270, 30, 12.5])
@@ -239,7 +242,7 @@ CASES = [
     (ONE + "[drives]\nfriction = 1", "drives.friction", "must be true or false"),
     (ONE + "[drives]\nbacklash = 1", "drives.backlash", "unknown"),
     (ONE + "[drives]\nside = 'gear'", "drives.side", "must be 'motor' or 'link'"),
-    (ONE + "[drives]\nside = 'link'\nfriction = true", "drives.friction", "link side do not see it"),
+    (ONE + "[drives]\nside = 'link'\nrotor_inertia = true", "drives.rotor_inertia", "link side do not see it"),
     (ONE + "[flange]\nrpy = [0, 0, 0]", "flange.rpy", "unknown; known here: rpy_deg, xyz"),
     (ONE + "[base]\nxyz = [0, 0]", "base.xyz", "list of 3 numbers"),
     ("rated_payload_kg = 0\n" + ONE, "robot", "rated payload must be positive"),

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -117,3 +118,11 @@ def test_written_and_read_again(name: str, tmp_path_factory: pytest.TempPathFact
         assert (ours.alpha, ours.theta) == pytest.approx((theirs.alpha, theirs.theta), abs=1e-14)
         assert ours.limits.position == pytest.approx(theirs.limits.position, abs=1e-13)
         assert ours.limits.speed == pytest.approx(theirs.limits.speed, rel=1e-13)
+
+
+def test_friction_on_the_link_side_is_written(tmp_path: Path) -> None:
+    robot = load_robot("panda")
+    rubbing = replace(robot, drives=replace(robot.drives, friction=True))
+    path = tmp_path / "again.toml"
+    path.write_text(robot_toml(rubbing, "made up"), encoding="utf-8")
+    assert load_robot(path).drives == rubbing.drives != robot.drives
