@@ -57,7 +57,7 @@ class GainErrors:
 def motor_torques(problem: ReducedProblem, motor: int) -> tuple[Array, ...]:
     """What a motor (counted from 0) makes of each joint's right-hand side, rows as those of the joint's factor.
 
-    All motors' add up to the right-hand side. A known spring's torque, which is in Y, counts as the motor's.
+    All motors' add up to the right-hand side, but for the torque of a known spring, which no gain scales.
     """
     found = [np.zeros(len(factor)) for factor in problem.factors]
     found[motor] += problem.factors[motor][:, -1]
@@ -85,7 +85,7 @@ def scaled_torque(problem: ReducedProblem, motor: int, factor: float) -> Reduced
 def gain_sensitivity(problem: ReducedProblem, weights: Array) -> Array:
     """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
-    They add up to the solution: an error common to all joints scales it.
+    Without a known spring they add up to the solution: an error common to all joints scales it.
     """
     c, n = len(problem.columns), len(problem.factors)
     torques = [np.column_stack(parts) for parts in zip(*(motor_torques(problem, j) for j in range(n)), strict=True)]

@@ -11,7 +11,7 @@ from ..model.arrays import Array
 from ..model.paged import parts
 from .decimation import Decimator, noise_bandwidth
 from .rows import Mask, used_rows
-from .shared_torque import SharedTorque, sharing
+from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
 
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
@@ -27,7 +27,7 @@ class Observation:
         Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
         t: per joint, time of the rows [s], shape (r_j,).
         bandwidth: share of the frequency range that white noise fills; 1 without decimation.
-        shared: of coupled drives, what one joint's torque is of another joint's motor.
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
     """
 
     columns: tuple[str, ...]
@@ -58,7 +58,7 @@ class Block:
 
     Attributes:
         equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
-            known torques already moved there, and what of it others' motors make; (entries + n + shared) x M.
+            known torques already moved there, and what of it its own motor does not make; (entries + n + shared) x M.
         keep: which rows are used, n x M.
         t: time [s], shape (M,).
     """
@@ -78,7 +78,7 @@ class Observer:
         distinct: number of those.
         rows: per joint, where its entries and torque stand among a block's equations.
         touched: per joint, the distinct columns of its entries.
-        motors: per joint, the other motors (from 0) whose torque it feels and that stand behind its own.
+        motors: per joint, whose torque stands behind its own: other motors (from 0), ``NO_MOTOR`` for a spring.
     """
 
     def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
@@ -128,7 +128,8 @@ class Observer:
             for part in _parts(len(data.motion.t), factor):
                 motion = data.motion
                 waiting.push(motion.t[part], keep[part])
-                equations = self._kernel(motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
+                states = (motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
+                equations = self._kernel(*states, *self._before(data, part))
                 yield _block(decimator.push(equations), waiting)
         if factor > 1:
             yield _block(decimator.finish(), waiting)
@@ -177,6 +178,13 @@ class Observer:
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
         return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))
 
+    def _before(self, data: Measurement, part: slice) -> tuple[Array, ...]:
+        """Input of a spring's equations: its torque in the recording that was subtracted, if one was."""
+        if known_spring(self.robot) is None:
+            return ()
+        before = data.spring_before
+        return (before[part, None] if before is not None else np.zeros(1),)
+
     def _check_spring(self, q: Array) -> None:
         """A spring's table does not go on beyond its ends."""
         if self.robot.spring is not None:
@@ -186,11 +194,16 @@ class Observer:
 def _equations(
     robot: Robot, columns: Sequence[str], motors: Sequence[Sequence[int]]
 ) -> tuple[ca.Function, tuple[Array, ...]]:
-    """Function of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries."""
+    """Function of q, qd, qdd, torque (with a known spring: and its torque before) to each joint's entries and torques, and the columns of the entries."""
     q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
     phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
-    if robot.spring is not None and not robot.spring.column:
-        left[robot.spring.joint - 1] += robot.spring.torque_symbol(q[robot.spring.joint - 1])
+    inputs, apart = [q, qd, qdd, torque], {motor: torque[motor] for motor in range(robot.n)}
+    spring = known_spring(robot)
+    if spring is not None:
+        joint, before = spring.joint - 1, ca.SX.sym("before")
+        apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
+        left[joint] += apart[NO_MOTOR]
+        inputs.append(before)
     if robot.coupling is not None and robot.coupling.rows == "motor":
         j, k = (joint - 1 for joint in robot.coupling.joints)
         phi[j, :] -= phi[k, :]
@@ -200,8 +213,8 @@ def _equations(
     for j in range(robot.n):
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
-        rows += [phi[j, k] for k in own] + [left[j], *(left[motor] for motor in motors[j])]
-    function = ca.Function("equations", [q, qd, qdd, torque], [ca.cse(ca.vertcat(*rows))])
+        rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors[j])]
+    function = ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])
     return function, tuple(touched)
 
 
@@ -215,7 +228,8 @@ def _used(data: Measurement, processing: Processing, partner: Motion | None) -> 
         if partner is not None and other is not None:
             keep &= other.of(partner.qd[part], part)
         own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        yield Measurement(own, data.torque[part]), keep
+        before = data.spring_before
+        yield Measurement(own, data.torque[part], before[part] if before is not None else None), keep
 
 
 def _of_motors(robot: Robot, keep: Mask) -> Mask:

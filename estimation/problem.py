@@ -28,8 +28,8 @@ class ReducedProblem:
         factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
         rows: per joint, number of equations.
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
-        shared: of coupled drives, what one joint's torque is of another joint's motor: Q' times it, rows as those
-            of the joint's factor.
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring: Q' times
+            it, rows as those of the joint's factor.
     """
 
     columns: tuple[str, ...]
@@ -74,7 +74,7 @@ class ReducedProblem:
         np.savez(path, **self.arrays())
 
     def arrays(self) -> dict[str, Any]:
-        """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> of coupled drives."""
+        """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""
         return {
             "columns": np.array(self.columns),
             "rows": self.rows,
@@ -138,7 +138,7 @@ def merged(problems: Iterable[ReducedProblem]) -> ReducedProblem:
         if other.columns != first.columns:
             raise ValueError("problems with different columns cannot be merged")
         if [one[:2] for one in other.shared] != [one[:2] for one in first.shared]:
-            raise ValueError("problems of robots with different coupled drives cannot be merged")
+            raise ValueError("problems of robots with different coupled drives or springs cannot be merged")
     if len(problems) == 1:
         return first
     factors, shared = [], list[SharedTorque]()

@@ -1,6 +1,7 @@
-"""Torques of coupled drives: what a joint feels of another joint's motor (9), kept apart beside its equations.
+"""What a joint's right-hand side holds beside its own motor's torque, kept apart beside its equations.
 
-An error of that motor's gain is in both joints' torques. Where drives are not coupled nothing is shared.
+Of coupled drives it is another joint's motor (9): an error of that motor's gain is in both joints' torques. Of a
+known spring it is the spring's torque, which no gain scales. Elsewhere nothing is kept apart.
 """
 
 from collections.abc import Sequence
@@ -9,14 +10,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import qr
 
-from ..model import Robot
+from ..model import Robot, Spring
 from ..model.arrays import Array
 
 
-class SharedTorque(NamedTuple):
-    """The part of a joint's right-hand side Y_j that another joint's motor makes.
+NO_MOTOR = -1
+"""In a motor's place: a known spring makes the torque."""
 
-    ``joint``: whose equations; ``motor``: whose torque, both from 0; ``torque``: row by row as Y_j [N·m or N].
+
+class SharedTorque(NamedTuple):
+    """The part of a joint's right-hand side Y_j that another joint's motor makes, or a known spring.
+
+    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row as Y_j [N·m or N].
     """
 
     joint: int
@@ -24,12 +29,20 @@ class SharedTorque(NamedTuple):
     torque: Array
 
 
+def known_spring(robot: Robot) -> Spring | None:
+    """The spring whose torque is moved to the left-hand side, if there is one."""
+    return robot.spring if robot.spring is not None and not robot.spring.column else None
+
+
 def sharing(robot: Robot) -> tuple[tuple[int, ...], ...]:
-    """Per joint the other joints' motors whose torque it feels, both from 0."""
+    """Per joint (from 0) what else stands in its right-hand side: other joints' motors (from 0), ``NO_MOTOR``."""
     motors: list[tuple[int, ...]] = [()] * robot.n
     if robot.coupling is not None and robot.coupling.rows == "joint":
         j, k = robot.coupling.joints
         motors[j - 1] = (k - 1,)
+    spring = known_spring(robot)
+    if spring is not None:
+        motors[spring.joint - 1] += (NO_MOTOR,)
     return tuple(motors)
 
 
@@ -50,7 +63,7 @@ def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
 
 
 def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
-    """Torques that others' motors make in a joint's equations, side by side, rows x their number."""
+    """What is not of a joint's own motor in its equations, side by side, rows x number of torques."""
     own = [one.torque for one in shared if one.joint == joint]
     return np.column_stack(own) if own else np.zeros((rows, 0))
 

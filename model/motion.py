@@ -48,14 +48,20 @@ class Measurement:
     Attributes:
         motion: the motion.
         torque: joint torques [N·m or N], shape (N, n).
+        spring_before: of a difference of two recordings, the torque of a known spring in the one that was subtracted
+            [N·m], shape (N,); None for one recording, and where there is no such spring.
     """
 
     motion: Motion
     torque: Array
+    spring_before: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the torques and check their shape."""
         object.__setattr__(self, "torque", frozen_array(self.torque, self.motion.q.shape, "torque"))
+        if self.spring_before is not None:
+            before = frozen_array(self.spring_before, self.motion.t.shape, "spring_before")
+            object.__setattr__(self, "spring_before", before)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from ..names import PAYLOAD
 from ..observation import Observer
 from ..problem import ReducedProblem, merged
 from ..reduction import reduced_measurement
+from ..shared_torque import known_spring
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -46,13 +47,13 @@ def difference_problem(
 def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
     """Y_T - Y_wL on the loaded motion.
 
-    The observer moves the spring's torque into Y; in a difference it is there twice already, and is taken out.
+    The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
-    q, torque = unloaded.motion.q, empty(loaded.torque.shape)
-    for part in parts(len(torque), loaded.torque, unloaded.torque, q, torque):
+    torque = empty(loaded.torque.shape)
+    for part in parts(len(torque), loaded.torque, unloaded.torque, torque):
         torque[part] = loaded.torque[part] - unloaded.torque[part]
-        if robot.spring is not None and not robot.spring.column:
-            k = robot.spring.joint - 1
-            torque[part, k] -= robot.spring.torque(q[part, k])
     torque.setflags(write=False)
-    return Measurement(loaded.motion, torque)
+    spring = known_spring(robot)
+    if spring is None:
+        return Measurement(loaded.motion, torque)
+    return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))

@@ -20,19 +20,29 @@ from dynident.estimation import (
     weighted,
 )
 from dynident.estimation.drive_gains import gain_sensitivity, scaled_torque
+from dynident.estimation.identification import base_problem
 from dynident.estimation.names import PAYLOAD
 from dynident.estimation.payload import FixedWeights, payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
 from dynident.estimation.problem import ReducedProblem, merged
 from dynident.estimation.weigh.solve import weigh_gain_covariance
-from dynident.model import InertialParameters, InputError, Motion, Recording, Robot
+from dynident.model import (
+    InertialParameters,
+    InputError,
+    Motion,
+    Processing,
+    Recording,
+    Robot,
+    Spring,
+    base_parameters,
+)
 from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike
 
 Recordings = Callable[[ArrayLike], tuple[Recording, Recording]]
 METHODS = (1, 2, 3, 4)
-MOTORS = [1, 4, 5]  # counted from 0; the last two of the RX90 are coupled
+MOTORS = [1, 4, 5]  # counted from 0; the last two of the RX90 are coupled, a spring acts on the first
 
 
 def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:
@@ -43,7 +53,14 @@ def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:
     return np.asarray(torque @ np.linalg.inv(G).T * np.asarray(factors) @ G.T)
 
 
-@pytest.fixture(scope="module", params=["rx90", "ur10e"])
+def sprung(simulator: Simulator, joint: int) -> Simulator:
+    """The same robot with a gravity spring on a joint."""
+    robot = simulator.robot
+    spring = Spring(joint, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
+    return Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
+
+
+@pytest.fixture(scope="module", params=["rx90", "ur10e", "sprung"])
 def arm(
     request: pytest.FixtureRequest,
     simulated: Callable[[str], Simulator],
@@ -51,7 +68,7 @@ def arm(
     payload: InertialParameters,
 ) -> tuple[Simulator, Recordings]:
     """A simulator, and noisy recordings without and with payload whose torques are scaled motor by motor."""
-    simulator = simulated(request.param)
+    simulator = sprung(simulated("rx90"), 2) if request.param == "sprung" else simulated(request.param)
     noise, motion = [0.5] * 6, wander(6, 4, points=14)
 
     def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
@@ -92,7 +109,10 @@ def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
 def test_it_is_what_rescaled_recordings_give(
     problem: PayloadProblem, rescaled: dict[bytes, PayloadProblem], method: int
 ) -> None:
-    """To 1e-6 of each parameter's own size; and they add up to the payload, which a common error scales."""
+    """To 1e-6 of each parameter's own size.
+
+    They add up to the payload, which a common error scales, unless there is a spring.
+    """
     solver, estimate = method_of(method), identify_payload(problem, method).estimate
     J = payload_gain_sensitivity(problem, solver, estimate)
     assert problem.unloaded is not None
@@ -100,7 +120,8 @@ def test_it_is_what_rescaled_recordings_give(
     expected = brute(lambda factors: solver(rescaled[factors.tobytes()], weights).values)
     size = np.linalg.norm(expected, axis=1)[:, None]
     assert (np.abs(J[:, MOTORS] - expected) < 1e-6 * size).all()
-    assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
+    if problem.robot.spring is None:
+        assert (np.abs(J.sum(axis=1) - estimate.values) < 1e-6 * size[:, 0]).all()
 
 
 def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings], problem: PayloadProblem) -> None:
@@ -122,7 +143,8 @@ def test_a_robots_parameters_by_rescaled_recordings(
     assert problem.unloaded is not None
     estimate = weighted(problem.unloaded)
     J = gain_sensitivity(problem.unloaded, estimate.weights)
-    assert J.sum(axis=1) == pytest.approx(estimate.values, rel=1e-8, abs=1e-10)
+    if problem.robot.spring is None:
+        assert J.sum(axis=1) == pytest.approx(estimate.values, rel=1e-8, abs=1e-10)
 
     def solved(factors: Array) -> Array:
         bare = rescaled[factors.tobytes()].unloaded
@@ -135,12 +157,30 @@ def test_a_robots_parameters_by_rescaled_recordings(
     assert other.values == pytest.approx(estimate.values + 0.5 * J[:, 2], rel=1e-8, abs=1e-10)
 
 
+@pytest.mark.parametrize("joint", [5, 6])
+def test_a_spring_on_a_coupled_joint(
+    simulated: Callable[[str], Simulator], wander: Callable[..., Motion], joint: int
+) -> None:
+    """What joint 5 feels of motor 6 is without the spring on joint 6; decimated, as equations are used."""
+    robot, processing = sprung(simulated("rx90"), joint).robot, Processing(decimate=4)
+    recording, base = Simulator(robot).record(wander(6, 4), None, [0.5] * 6, [9, 0]), base_parameters(robot)
+
+    def reduced(factors: Array) -> ReducedProblem:
+        scaled = replace(recording, torque=rescaled_torque(robot, recording.torque, factors))
+        return base_problem(robot, base, [scaled], processing)
+
+    weights = weighted(reduced(np.ones(6))).weights
+    expected = brute(lambda factors: weighted(reduced(factors), weights).values)
+    J = gain_sensitivity(reduced(np.ones(6)), weights)[:, MOTORS]
+    assert (np.abs(J - expected) < 1e-6 * np.linalg.norm(expected, axis=1)[:, None]).all()
+
+
 def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_path: Path) -> None:
     """Read back, and merged with themselves, they are as sensitive as before."""
     assert problem.unloaded is not None
     problem.unloaded.save(tmp_path / "p.npz")
     read = ReducedProblem.load(tmp_path / "p.npz")
-    assert len(read.shared) == (1 if problem.robot.coupling else 0)
+    assert len(read.shared) == bool(problem.robot.coupling) + bool(problem.robot.spring)
     weights = weighted(read).weights
     J = gain_sensitivity(problem.unloaded, weights)
     for other in (read, merged([read, problem.unloaded])):
@@ -183,9 +223,10 @@ def test_common_and_own_errors(problem: PayloadProblem) -> None:
     alone = sigma(None)
     assert alone == pytest.approx(free.estimate.sigma)
     common = sigma(GainErrors(common=0.03))
-    assert np.sqrt(common[9] ** 2 - alone[9] ** 2) == pytest.approx(0.03 * free.mass, rel=1e-6)
-    assert sigma(GainErrors((0.02,))) == pytest.approx(sigma(GainErrors((0.02,) * 6)))
     J = payload_gain_sensitivity(problem, method_of(4), free.estimate)
+    share = free.mass if problem.robot.spring is None else abs(J[9].sum())
+    assert np.sqrt(common[9] ** 2 - alone[9] ** 2) == pytest.approx(0.03 * share, rel=1e-6)
+    assert sigma(GainErrors((0.02,))) == pytest.approx(sigma(GainErrors((0.02,) * 6)))
     own = 0.02 * np.linalg.norm(J, axis=1)
     both = sigma(GainErrors((0.02,), 0.03))
     assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
