@@ -151,17 +151,17 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
 
 
 def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
-    """Put the numbers of a file of gains in the place of its path; ``gain_covariance`` holds how sure they are."""
+    """Put the numbers of a file of gains in the place of its path; ``stored_gains`` holds how sure they are."""
     from ..estimation.gains import read_stored_gains
 
     given = getattr(arguments, "drive_gains", None)
-    arguments.gain_covariance = arguments.stored_gains = None
+    arguments.stored_gains = None
     if isinstance(given, str):
         arguments.gains_file = given
         stored = read_stored_gains(given)
         stored.check(robot, given)
         arguments.drive_gains = tuple(float(value) for value in stored.values)
-        arguments.gain_covariance, arguments.stored_gains = stored.relative_covariance, stored
+        arguments.stored_gains = stored
 
 
 def log_map(arguments: argparse.Namespace) -> LogMap:

@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     told = set[str]()
     recordings = read_recordings(arguments.data, robot, arguments.drive_gains, told, arguments)
     held_out = read_recordings(arguments.validate, robot, arguments.drive_gains, told, arguments)
-    gains = gain_errors_of(arguments, [], recordings)
+    gains = gain_errors_of(arguments, robot, [], recordings)
     with Console(stderr=True).status("reading") as status:
         rule = essential_rule(arguments)
         result = identify(robot, recordings, processing, held_out, status.update, True, rule, gains)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from ..estimation import Constraint, GainErrors
     from ..estimation.stored import StoredRobot
-    from ..model import Recording
+    from ..model import Recording, Robot
 
 _FROM_ROBOT = (
     "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
@@ -81,27 +81,61 @@ def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
 
 def gain_errors_of(
     arguments: argparse.Namespace,
+    robot: Robot,
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
     stored: StoredRobot | None = None,
+    compared: bool = False,
 ) -> GainErrors | None:
     """The uncertainty of the drive gains; None where nothing is said of it.
 
     What is said now, by options or a file of gains, goes before what was said when the robot was identified: the
     drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
+
+    Args:
+        arguments: the command line.
+        robot: whose drives.
+        loaded: recordings with the payload that is asked for.
+        unloaded: without, or the robot's own.
+        stored: the robot's parameters from a file.
+        compared: whether these are no part of the answer.
+
+    Raises:
+        InputError: if it cannot be used, before any work is done.
     """
-    from ..estimation import GainErrors
+    from ..estimation.drive_gains import NOT_TOLD
+    from ..model import InputError
 
     then = stored.gains if stored is not None else None
-    identified = arguments.gain_covariance.tolist() if arguments.gain_covariance is not None else ()
-    if arguments.gain_sigma is None and arguments.gain_sigma_common is None and not identified:
-        return replace(then, notes=(_FROM_ROBOT,)) if then is not None else None
-    now = GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0, identified)
-    notes = (_INSTEAD,) if then is not None and then != now else ()
-    gains = arguments.stored_gains
+    gains = _told_now(arguments)
+    notes: tuple[str, ...] = (_FROM_ROBOT,)
     if gains is not None:
-        notes = (*gains.recordings.notes(loaded, unloaded, gains.mass), *notes)
-    return replace(now, notes=notes)
+        gains.covariance(robot.n)
+        notes = (_INSTEAD,) if then is not None and not gains.says_as(then, robot.n) else ()
+    elif then is not None:
+        gains = then
+    else:
+        return None
+    if stored is not None and stored.estimate.gain_sensitivity is None and not compared:
+        raise InputError(NOT_TOLD)
+    # The same gains, even if they are told by numbers now.
+    source = then if then is not None and not any(gains.recordings) else gains
+    used = source.recordings.notes(loaded, unloaded, source.mass)
+    return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
+
+
+def _told_now(arguments: argparse.Namespace) -> GainErrors | None:
+    """The uncertainty by options or a file of gains."""
+    from ..estimation import GainErrors
+
+    file = arguments.stored_gains
+    if arguments.gain_sigma is None and arguments.gain_sigma_common is None and file is None:
+        return None
+    told = GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
+    if file is None:
+        return told
+    mass = None if math.isnan(file.mass) else file.mass
+    return replace(told, identified=file.relative_covariance.tolist(), recordings=file.recordings, mass=mass)
 
 
 def six(text: str) -> tuple[float, ...]:

@@ -95,7 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
     unloaded = read_recordings(arguments.unloaded, robot, gains, told, arguments)
     loaded = read_recordings(arguments.loaded, robot, gains, told, arguments)
     held_out = read_recordings(arguments.validate, robot, gains, told, arguments)
-    known, gain_errors = stored.estimate if stored else None, gain_errors_of(arguments, loaded, unloaded, stored)
+    gain_errors = gain_errors_of(arguments, robot, loaded, unloaded, stored)
+    known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
         problem = payload_problem(robot, loaded, unloaded, known, processing, status.update, robust=True)
         status.update("estimating")

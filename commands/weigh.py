@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         read_recordings(paths, robot, arguments.drive_gains, told, arguments)
         for paths in (arguments.loaded, arguments.unloaded)
     )
-    gains = gain_errors_of(arguments, loaded, unloaded, stored)
+    gains = gain_errors_of(arguments, robot, loaded, unloaded, stored, compared=bool(unloaded))
     with Console(stderr=True).status("reading") as status:
         problem, others = _problems(arguments, robot, processing, loaded, unloaded, stored, status.update)
         status.update("estimating")

@@ -11,7 +11,13 @@ import numpy as np
 
 from ..model import InputError
 from ..model.arrays import Array
+from .gain_recordings import GainRecordings
 from .problem import ReducedProblem, triangular
+
+NOT_TOLD = (
+    "the stored robot parameters do not tell how they depend on the drive gains: identify the robot again with "
+    "this version to use an uncertainty of the gains"
+)
 
 
 @dataclass(frozen=True)
@@ -22,12 +28,16 @@ class GainErrors:
         per_joint: of the own error of each joint's motor (0.02 for 2 %); one number stands for all joints.
         common: of an error that all joints share, as from one current sensor or supply.
         identified: covariance of gains that were identified, n x n, which comes on top; empty where they were not.
+        recordings: from which those were.
+        mass: of the payload with which those were [kg]; None where it is not known.
         notes: what else a reader must know of them, one line each.
     """
 
     per_joint: Sequence[float] = (0.0,)
     common: float = 0.0
     identified: Sequence[Sequence[float]] = ()
+    recordings: GainRecordings = GainRecordings()
+    mass: float | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -52,6 +62,10 @@ class GainErrors:
         if known.shape != (n, n):
             raise InputError(f"a covariance of {len(known)} drive gains for {n} joints: identify gains of this arm")
         return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
+
+    def says_as(self, other: "GainErrors", n: int) -> bool:
+        """Whether both are the same uncertainty of n gains, however it is written."""
+        return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
 
 
 def motor_torques(problem: ReducedProblem, motor: int) -> tuple[Array, ...]:

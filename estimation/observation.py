@@ -58,7 +58,8 @@ class Block:
 
     Attributes:
         equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
-            known torques already moved there, and what of it its own motor does not make; (entries + n + shared) x M.
+            known torques already moved there, and what of it its own motor does not make;
+            (entries + n + shared) x M.
         keep: which rows are used, n x M.
         t: time [s], shape (M,).
     """
@@ -194,7 +195,10 @@ class Observer:
 def _equations(
     robot: Robot, columns: Sequence[str], motors: Sequence[Sequence[int]]
 ) -> tuple[ca.Function, tuple[Array, ...]]:
-    """Function of q, qd, qdd, torque (with a known spring: and its torque before) to each joint's entries and torques, and the columns of the entries."""
+    """Function of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
+
+    With a known spring its torque in the recording that was subtracted is one more input.
+    """
     q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
     phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
     inputs, apart = [q, qd, qdd, torque], {motor: torque[motor] for motor in range(robot.n)}

@@ -28,8 +28,8 @@ class ReducedProblem:
         factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
         rows: per joint, number of equations.
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
-        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring: Q' times
-            it, rows as those of the joint's factor.
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring:
+            Q' times it, rows as those of the joint's factor.
     """
 
     columns: tuple[str, ...]

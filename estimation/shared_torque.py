@@ -13,7 +13,6 @@ from scipy.linalg import qr
 from ..model import Robot, Spring
 from ..model.arrays import Array
 
-
 NO_MOTOR = -1
 """In a motor's place: a known spring makes the torque."""
 
@@ -21,7 +20,8 @@ NO_MOTOR = -1
 class SharedTorque(NamedTuple):
     """The part of a joint's right-hand side Y_j that another joint's motor makes, or a known spring.
 
-    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row as Y_j [N·m or N].
+    ``joint``: whose equations; ``motor``: whose torque, both from 0, or ``NO_MOTOR``; ``torque``: row by row
+    as Y_j [N·m or N].
     """
 
     joint: int

@@ -11,6 +11,7 @@ import numpy as np
 from ..model import InputError, Robot
 from .drive_gains import GainErrors
 from .estimate import Estimate, Fit
+from .gain_recordings import GainRecordings
 from .robust import RobustCovariance
 
 
@@ -95,7 +96,14 @@ def _gain_errors(data: dict[str, Any]) -> GainErrors | None:
     told = data.get("gain_sigma")
     if told is None:
         return None
-    return GainErrors(told["per_joint"], float(told["common"]), told.get("identified", ()))
+    recordings, mass = GainRecordings.read(told.get("recordings", {})), told.get("mass")
+    return GainErrors(
+        told["per_joint"],
+        float(told["common"]),
+        told.get("identified", ()),
+        recordings,
+        float(mass) if mass is not None else None,
+    )
 
 
 def _nearest_prior(data: dict[str, Any]) -> StoredPrior | None:

@@ -1,6 +1,5 @@
 """Drive gains as a table, as lines below it, and as JSON."""
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -77,9 +76,13 @@ def gain_error_notes(robot: Robot, gains: GainErrors | None, what: str = "Interv
 
 
 def gain_errors_document(gains: GainErrors) -> dict[str, Any]:
-    """What was said of the gains' errors, and where gains were identified, the covariance they brought."""
-    optional = ("identified", "notes")
-    return {name: value for name, value in asdict(gains).items() if name not in optional or value}
+    """What was said of the gains' errors; where gains were identified, their covariance, recordings and payload."""
+    document: dict[str, Any] = {"per_joint": gains.per_joint, "common": gains.common}
+    if gains.identified:
+        document["identified"] = gains.identified
+    if any(gains.recordings):
+        document |= {"recordings": gains.recordings._asdict(), "mass": gains.mass}
+    return document | ({"notes": gains.notes} if gains.notes else {})
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> dict[str, Any]:

@@ -10,13 +10,13 @@ from ...model.arrays import Array
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ...model.paged import empty, parts
+from ..gain_recordings import GainRecordings
 from ..names import PAYLOAD
 from ..payload.problem import PayloadProblem, payload_problem
 from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
-from .same_recordings import GainRecordings
 
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 

@@ -8,9 +8,9 @@ import numpy as np
 from ...model import InertialParameters
 from ...model.arrays import Array, frozen_array
 from ..estimate import Fit
+from ..gain_recordings import GainRecordings
 from ..robust import RobustCovariance
 from .known_load import KnownLoad
-from .same_recordings import GainRecordings
 
 KNOWN_WELL = 0.05
 """Relative standard deviation up to which a gain counts as identified."""

@@ -3,12 +3,13 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...model import InputError, Robot
 from ...model.arrays import Array, frozen_array
-from .same_recordings import GainRecordings
+from ..gain_recordings import GainRecordings
 
 
 @dataclass(frozen=True)
@@ -69,16 +70,22 @@ def read_stored_gains(path: str | Path) -> StoredGains:
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
         gains = data["drive_gains"]
-        known, used = data.get("load", {}).get("known", {}), data.get("recordings", {})
-        recordings = GainRecordings(*(tuple(map(str, used.get(kind, ()))) for kind in ("unloaded", "loaded")))
         return StoredGains(
             str(data["robot"]),
             np.array(gains["values"]),
             np.array(gains["relative_covariance"]),
-            float(known.get("M_L", "nan")),
-            recordings,
+            _mass(data.get("load", {})),
+            GainRecordings.read(data.get("recordings", {})),
         )
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: not the --json of 'dynident gains' ({error})") from None
+
+
+def _mass(load: Any) -> float:
+    """Of the known payload, absent from files of older versions."""
+    known = load.get("known", {}) if isinstance(load, dict) else None
+    if not isinstance(known, dict):
+        raise ValueError("load: must hold 'known', names with values")
+    return float(known.get("M_L", "nan"))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...model import InputError
 from ...model.arrays import Array
-from ..drive_gains import GainErrors, scaled_torque
+from ..drive_gains import NOT_TOLD, GainErrors, scaled_torque
 from ..estimate import Estimate
 from ..least_squares import weighted
 from .frame import in_payload_frame
@@ -56,10 +56,7 @@ def _changed(problem: PayloadProblem, motor: int, step: float) -> PayloadProblem
     factor, known = 1.0 + step, problem.known
     if known is not None:
         if known.gain_sensitivity is None:
-            raise InputError(
-                "the stored robot parameters do not tell how they depend on the drive gains: identify the robot "
-                "again with this version to use an uncertainty of the gains"
-            )
+            raise InputError(NOT_TOLD)
         known = replace(known, values=known.values + step * known.gain_sensitivity[:, motor])
     bare, difference = problem.unloaded, problem.difference
     return replace(

@@ -9,7 +9,7 @@ from ...model import InputError, PayloadVisibility
 from ...model.arrays import Array
 from ...model.visibility import Resolved
 from ..constraints import KnownMass
-from ..drive_gains import GainErrors, scaled_torque
+from ..drive_gains import NOT_TOLD, GainErrors, scaled_torque
 from ..estimate import Estimate, fit
 from ..least_squares import joint_weights, solve, weighted
 from ..names import PAYLOAD
@@ -198,10 +198,7 @@ def weigh_gain_covariance(
         known = solver.known
         if known is not None:
             if known.gain_sensitivity is None:
-                raise InputError(
-                    "the stored robot parameters do not tell how they depend on the drive gains: identify the "
-                    "robot again with this version to use an uncertainty of the gains"
-                )
+                raise InputError(NOT_TOLD)
             solver.known = replace(known, values=known.values + known.gain_sensitivity[:, j])
         J[:, j] = solver.values(scaled_torque(problem.problem, j, 2.0), weights) - found.estimate.values
         solver.known = known

@@ -166,7 +166,18 @@ def test_gains_from_the_same_pair_confirm_nothing(
     assert status == 0
     assert "as they were identified" in " ".join(out.split())
     assert "identified from it too" not in " ".join(out.split())
+    stored = tmp_path / "robot.json"
+    run("identify", "--robot", "ur10e", "--data", str(other), "--drive-gains", str(gains), "--json", str(stored))
     document = json.loads(gains.read_text())
+    told = json.loads(stored.read_text())["gain_sigma"]
+    assert (told["recordings"], told["mass"]) == (document["recordings"], 6.0)
+    numbers = ",".join(map(repr, document["drive_gains"]["values"]))
+    for more in ((), ("--gain-sigma", "1%")):
+        weighed = ("payload", "--robot-parameters", str(stored), "--drive-gains", numbers, *more)
+        _, out, _ = run(*weighed, "--robot", "ur10e", "--loaded", str(copy), "--json", str(answer))
+        notes_then = json.loads(answer.read_text())["estimates"][-1]["gain_sigma"]["notes"]
+        assert notes_then[0] == same
+        assert "confirms nothing" in " ".join(out.split())
     assert [len(document["recordings"][kind]) for kind in ("unloaded", "loaded")] == [1, 1]
     del document["recordings"]
     gains.write_text(json.dumps(document))
@@ -250,6 +261,18 @@ def test_gains_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) 
     status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
     assert status == 2
     assert "gains of 'x'" in err
+    for part in (
+        {"recordings": [1, 2]},
+        {"recordings": {"loaded": "abc"}},
+        {"load": [1]},
+        {"load": {"known": [1]}},
+    ):
+        gains = {"values": [1.0] * 6, "relative_covariance": np.eye(6).tolist()}
+        path.write_text(json.dumps({"robot": "ur10e", "drive_gains": gains, **part}), encoding="utf-8")
+        status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
+        assert status == 2
+        assert len(err.splitlines()) == 1
+        assert f"not the --json of 'dynident gains' ({next(iter(part))}: must hold" in err
     path.write_text("[]", encoding="utf-8")
     status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
     assert status == 2

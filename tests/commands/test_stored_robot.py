@@ -97,6 +97,8 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     again, text = weighed(stored, "--gain-sigma", "2%")
     assert again == told_then
     assert "another uncertainty" not in text
+    _, text = weighed(stored, "--gain-sigma", "2%,2%,2%,2%,2%,2%")
+    assert "another uncertainty" not in text
     less, text = weighed(stored, "--gain-sigma", "1%")
     assert plain < less < told_now
     assert "identified with another uncertainty of the gains" in text
