@@ -81,7 +81,7 @@ def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     more = [*map(str, outputs), "--plots", str(plots), "--rehearsal", str(slow), "--sample-rate", "50"]
     assert main(["design", *NEAR, "--joints", "2,3,5,6", "--duration", "12", *more]) == 0
     assert {path.name for path in plots.iterdir()} == {
-        "arm.svg", "motion.png", "motion.svg", "poses.png", "poses.svg"
+        "arm.svg", "motion.pdf", "motion.png", "motion.svg", "poses.pdf", "poses.png", "poses.svg"
     }  # fmt: skip
     texts = {name: path.read_text(encoding="utf-8") for name, path in files.items()}
     assert "servoj" in texts["script"]

@@ -61,7 +61,7 @@ def test_in_how_many_parts_it_is_looked_for_does_not_matter(
 def test_a_long_search_takes_little_memory() -> None:
     """A few numbers a sample besides the sample's own; all waves at once would be 235 three times."""
     samples = 100_000
-    t = 1e-3 * np.arange(samples)
+    t = np.asarray(1e-3 * np.arange(samples), dtype=np.float64)
     torque = np.random.default_rng(0).standard_normal(samples)
     rows = ripple._Rows(np.sin(t), np.ones(samples, dtype=bool), 1, 1e-3)
     tracemalloc.start()
