@@ -1,6 +1,7 @@
 """A short motion of an RX90 and its recordings without and with a payload."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,3 +36,9 @@ Record = Callable[..., Pair]
 
 def weighed(robot: Robot, pair: Pair, **options: Any) -> WeighAnswer:
     return answer_weighing(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
+
+
+def cut(recording: Recording, begin: float, end: float) -> Recording:
+    """From a time to a time [s]."""
+    inside = (recording.t >= begin) & (recording.t <= end)
+    return replace(recording, t=recording.t[inside], q=recording.q[inside], torque=recording.torque[inside])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.estimation import GainErrors, WeighProblem, answer_weighing
 from dynident.model import InertialParameters, InputError
-from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, weighed
+from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator
 
 
@@ -56,3 +56,16 @@ def test_gain_errors_widen(record: Record, simulator: Simulator, arm: WeighProbl
     plain, unsure = answer_weighing(arm), answer_weighing(arm, gains=GainErrors((0.0,), 0.02))
     wider = unsure.model.sigma[9] ** 2 - plain.model.sigma[9] ** 2
     assert np.sqrt(wider) == pytest.approx(0.02 * plain.found.ten[9], rel=1e-6)  # common: scales the mass
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> None:
+    """3 s give two blocks: sigma alone would do, but the interval is six times as wide as from many."""
+    pair = Pair(*(cut(one, 2.0, 5.0) for one in record((2, 3, 5, 6), seed)))
+    answer = weighed(simulator.robot, pair)
+    assert answer.model.degrees_of_freedom == 1
+    low, high = answer.mass_interval
+    assert (high - low) / 2.0 > 0.1 * answer.mass
+    assert answer.spread.mass < 0.05 * answer.mass
+    assert answer.judged["mass"].use == "not measured well enough"
+    assert answer.verdict.level == "do_not_use"

@@ -1,12 +1,10 @@
 """Which joints and rows of a short motion count, and which recordings belong together."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from dynident.estimation import WeighProblem, difference_weighing, solve_weighing
-from dynident.model import InputError, Recording
-from dynident.tests.estimation.weigh.recordings import LOAD, Record
+from dynident.model import InputError
+from dynident.tests.estimation.weigh.recordings import LOAD, Record, cut
 from dynident.trajectories import Simulator
 
 
@@ -43,8 +41,3 @@ def test_ends_cut_in_full_motion_do_not_spoil_it(
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
     problem = difference_weighing(simulator.robot, [cut(pair.loaded, begin, end)], [cut(pair.bare, begin, end)])
     assert solve_weighing(problem).ten == pytest.approx(LOAD.vector, abs=5e-4)
-
-
-def cut(recording: Recording, begin: float, end: float) -> Recording:
-    inside = (recording.t >= begin) & (recording.t <= end)
-    return replace(recording, t=recording.t[inside], q=recording.q[inside], torque=recording.torque[inside])
