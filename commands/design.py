@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from .design_problem import Request
 
 
+_SHAPED = ("via_points", "fourier", "duration", "segments", "ramp", "segment_durations", "rest", "starts", "solver")
+"""Options of the motion to be designed, and of the search for it."""
+
+
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("design", help="the most informative motion within the robot's limits")
@@ -57,8 +61,9 @@ def _check(arguments: argparse.Namespace) -> None:
     for option in ("cutoff", "log_map"):
         if arguments.evaluate is None and getattr(arguments, option) is not None:
             raise InputError(f"--{option.replace('_', '-')} has no effect without --evaluate")
-    if arguments.evaluate and arguments.solver is not None:
-        raise InputError("--solver has no effect with --evaluate: nothing is designed")
+    for option in _SHAPED if arguments.evaluate else ():
+        if getattr(arguments, option) not in (None, False):
+            raise InputError(f"--{option.replace('_', '-')} has no effect with --evaluate: nothing is designed")
     if arguments.data_from and arguments.data_length is None and known_length(arguments) is None:
         raise InputError("--data-from needs --data-length: how long will be recorded next?")
 

@@ -33,10 +33,11 @@ def empty(shape: Sequence[int]) -> NDArray[np.float64]:
     if size <= LARGE:
         return np.empty(shape)
     with _room(), tempfile.TemporaryFile() as file:
+        # A full disk is told here, not by a crash later.
         if hasattr(os, "posix_fallocate"):
-            os.posix_fallocate(file.fileno(), 0, size)  # a full disk is told here, not by a crash later
+            os.posix_fallocate(file.fileno(), 0, size)
         else:
-            file.truncate(size)
+            _fill(file, size)
         return _mapped(file, shape)
 
 
@@ -101,6 +102,14 @@ class Growing:
         self._held = []
 
 
+def _fill(file: IO[bytes], size: int) -> None:
+    """Zeros that take their room on the disk."""
+    block = bytes(1 << 20)
+    for start in range(0, size, len(block)):
+        file.write(block[: size - start])
+    file.flush()
+
+
 def _mapped(file: IO[bytes], shape: Sequence[int]) -> NDArray[np.float64]:
     return np.ndarray(tuple(shape), np.float64, mmap.mmap(file.fileno(), 8 * math.prod(shape)))
 
@@ -111,6 +120,6 @@ def _room() -> Iterator[None]:
         yield
     except OSError as error:
         raise InputError(
-            f"{tempfile.gettempdir()}: no room for a long recording's numbers ({error.strerror or error}): free "
-            "some, or name another folder by the environment variable TMPDIR"
+            f"no room for a long recording's numbers in {os.environ.get('TMPDIR', 'the temporary folder')} "
+            f"({error.strerror or error}): free some, or name another folder by the environment variable TMPDIR"
         ) from None

@@ -30,7 +30,7 @@ class Design:
 
     Attributes:
         problem: what was asked.
-        plan: the motion: ``ViaPoints`` or ``Fourier``.
+        plan: the motion: ``ViaPoints``, ``BlendedPoints`` or ``Fourier``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
         seed, starts: where the search began.
         evaluations: of criterion and gradient.

@@ -119,6 +119,8 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
         (("--evaluate", "nowhere.csv"), "no such file"),
         (("--evaluate", "nowhere.csv", "--csv", "x.csv"), "writes a designed motion"),
         (("--evaluate", "nowhere.csv", "--solver", "ipopt"), "--solver has no effect with --evaluate"),
+        (("--evaluate", "nowhere.csv", "--segments", "blend"), "--segments has no effect with --evaluate"),
+        (("--evaluate", "nowhere.csv", "--starts", "3"), "--starts has no effect with --evaluate"),
         (("--solver", "simplex"), "invalid choice"),
         (("--cutoff", "5"), "no effect without --evaluate"),
         (("--joint-names", "a,b"), "no effect without --ros2"),

@@ -55,9 +55,10 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
 def test_trapezoids_of_fixed_durations(run: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
-    goal = (*QUICK, "--criterion", "cond-scaled", "--segments", "trapezoid", "--torque-noise", "1,1,1,1,1,1")
-    options = ("--ramp", "0.2", "--segment-durations", "1,1.5,2", "--csv", names[0], "--json", names[1])
-    status, _, err = run(*goal, *options, "--val3", str(tmp_path / "excite"), "--sample-rate", "1000")
+    goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
+    shape = (*QUICK, "--segments", "trapezoid", "--ramp", "0.2", "--segment-durations", "1,1.5,2")
+    options = ("--csv", names[0], "--json", names[1])
+    status, _, err = run(*goal, *shape, *options, "--val3", str(tmp_path / "excite"), "--sample-rate", "1000")
     assert (status, err) == (0, "")
     data = document(Path(names[1]))
     motion = data["motion"]
@@ -78,8 +79,9 @@ def test_trapezoids_of_fixed_durations(run: Run, tmp_path: Path) -> None:
 def test_passing_trapezoids(run: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV; evaluated again it is what was designed; so is its replay."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
-    goal = (*QUICK, "--criterion", "cond-scaled", "--segments", "blend", "--torque-noise", "1,1,1,1,1,1")
-    options = ("--segment-durations", "1.2", "--csv", names[0], "--json", names[1], "--urscript")
+    goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
+    shape = (*QUICK, "--segments", "blend", "--segment-durations", "1.2")
+    options = (*shape, "--csv", names[0], "--json", names[1], "--urscript")
     files = (str(tmp_path / "m.script"), "--ros2", str(tmp_path / "m.yaml"), "--val3", str(tmp_path / "excite"))
     status, out, err = run(*goal, *options, *files, "--sample-rate", "1000")
     assert (status, err) == (0, "")
@@ -135,17 +137,22 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "goal",
+    ("goal", "shape"),
     [
-        ("--payload-only", "--criterion", "cond", "--via-points", "4"),
-        ("--criterion", "d", "--fourier", "3", "--duration", "6"),
+        (("--payload-only", "--criterion", "cond"), ("--via-points", "4")),
+        (("--criterion", "d"), ("--fourier", "3", "--duration", "6")),
     ],
 )
-def test_a_designed_csv_is_judged_as_the_design_was(run: Run, tmp_path: Path, goal: tuple[str, ...]) -> None:
+def test_a_designed_csv_is_judged_as_the_design_was(
+    run: Run, tmp_path: Path, goal: tuple[str, ...], shape: tuple[str, ...]
+) -> None:
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     noise = ("--torque-noise", "24,30,10.8,5.1,6.6,2.3")
     assert (
-        run(*goal, *noise, "--starts", "1", "--csv", names[0], "--sample-rate", "1000", "--json", names[1])[0] == 0
+        run(*goal, *shape, *noise, "--starts", "1", "--csv", names[0], "--sample-rate", "1000", "--json", names[1])[
+            0
+        ]
+        == 0
     )
     status, out, _ = run(*goal, *noise, "--evaluate", names[0], "--json", names[2])
     assert status == 0
