@@ -12,10 +12,12 @@ from typing import NoReturn
 
 from . import __version__
 from .commands import COMMANDS
-from .commands.arguments import BAD_INPUT, INTERRUPTED, check_target
+from .commands.arguments import BAD_INPUT, INTERRUPTED, check_folder, check_target
 
 _FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
 """Options that name a file to write."""
+_FOLDERS_WRITTEN = ("plots", "val3")
+"""Options that name a folder to write into, made if missing."""
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 """Packages whose versions decide the numbers."""
 
@@ -34,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         for option in _FILES_WRITTEN:
             check_target(option, getattr(arguments, option, None))
+        for option in _FOLDERS_WRITTEN:
+            check_folder(option, getattr(arguments, option, None))
         with warnings.catch_warnings():
             warnings.showwarning = _note
             return int(arguments.run(arguments))

@@ -18,7 +18,7 @@ from dynident.estimation import read_recording
 from dynident.estimation.correlation import autocorrelation_time
 from dynident.estimation.filtering import measurement
 from dynident.estimation.observation import Observation, Observer
-from dynident.estimation.weigh.moving import used_rows
+from dynident.estimation.weigh.moving import telling_rows
 from dynident.model import Robot, base_parameters, load_robot
 from dynident.model.arrays import Array
 from scipy.stats import chi2
@@ -47,7 +47,7 @@ def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | No
     for file in files:
         recording = read_recording(folder / file, robot, GAINS if file.startswith("ur10e") else None)
         data = measurement(recording, robot.processing)
-        keep = used_rows(data.motion, range(1, robot.n + 1), robot.processing)
+        keep = telling_rows(data.motion, range(1, robot.n + 1), robot.processing)
         whole = observer.observe_rows(data, keep, robot.processing.decimate)
         times = np.concatenate(whole.t)
         count = max(1, int(np.ptp(times) / length)) if length else 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -178,6 +179,19 @@ def check_target(option: str, path: str | None) -> None:
 
     if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
         raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
+
+
+def check_folder(option: str, path: str | None) -> None:
+    """Refuse a folder that is none, or cannot be made, before any work is done."""
+    from ..model import InputError
+
+    if path is None:
+        return
+    nearest = Path(path).absolute()
+    while not os.path.lexists(nearest):
+        nearest = nearest.parent
+    if not path or not nearest.is_dir():
+        raise InputError(f"--{option} {path!r}: is not a folder")
 
 
 def read_recordings(

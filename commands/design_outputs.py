@@ -41,13 +41,13 @@ def output_arguments(parser: argparse.ArgumentParser) -> None:
         "--sample-rate", type=positive_number, metavar="HZ", help="of --csv, --ros2 and --rehearsal (default: 250)"
     )
     group.add_argument(
-        "--plots", metavar="DIR", help="figures as PNG and SVG, the moving arm as SVG; made if missing"
+        "--plots", metavar="DIR", help="figures as PNG, SVG and PDF, the moving arm as SVG; made if missing"
     )
     group.add_argument("--report", metavar="F.html", help="a report, one self-contained HTML file")
 
 
 def check_outputs(arguments: argparse.Namespace) -> None:
-    """Refuse options that would be ignored, and folders that are none.
+    """Refuse options that would be ignored.
 
     Raises:
         InputError: one line.
@@ -66,10 +66,6 @@ def check_outputs(arguments: argparse.Namespace) -> None:
         for option in ("csv", "ros2", "val3", "urscript"):
             if getattr(arguments, option):
                 raise InputError(f"--{option} writes a designed motion: leave it out with --evaluate")
-    for option in ("val3", "plots"):
-        folder = getattr(arguments, option)
-        if folder and Path(folder).exists() and not Path(folder).is_dir():
-            raise InputError(f"--{option} {folder!r}: is not a folder")
 
 
 def check_formats(arguments: argparse.Namespace, robot: Robot) -> None:
@@ -127,27 +123,15 @@ def replayed(design: Design) -> Score:
 
 def write_plots(folder: Path, request: Request, score: Score, design: Design | None, motion: Motion) -> None:
     """Write the figures."""
-    import numpy as np
-
     from ..model.files import write_text
-    from ..report.arm import arm_animation, arm_strip
-    from ..report.motion_figures import motion_figure, sigma_figure
-    from ..report.plots import save_figure
+    from ..report.arm import arm_animation
+    from ..report.figures import save_drawings
+    from .design_report import limit_drawings, poses_drawing
 
-    problem = request.problem
-    title = problem.robot.title or problem.robot.name
-    folder.mkdir(parents=True, exist_ok=True)
-    figures = {"motion": motion_figure(problem, motion, f"{title}: motion between its limits")}
-    if np.isfinite(list(score.learnt.sigma.values())).all():
-        figures["predicted_sigma"] = sigma_figure(
-            score, f"{title}: what the motion would teach", request.reference, request.labels
-        )
+    drawings = limit_drawings(request, score, motion)
+    save_drawings(folder, drawings if design is None else [*drawings, poses_drawing(design)])
     if design is not None:
-        figures["poses"] = arm_strip(problem.robot, design.plan)
-        write_text(folder / "arm.svg", arm_animation(problem.robot, design.plan))
-    for name, figure in figures.items():
-        for ending in ("png", "svg"):
-            save_figure(figure, folder / f"{name}.{ending}")
+        write_text(folder / "arm.svg", arm_animation(design.problem.robot, design.plan))
 
 
 def write_design_report(

@@ -49,19 +49,33 @@ def design_page(
     robot = request.problem.robot
     title = f"Motion for the {robot.title or robot.name}"
     tables, lines = told
-    drawings = [Drawing("motion", motion_figure(request.problem, motion, title), _MOTION, _MOTION)]
-    if np.isfinite(list(score.learnt.sigma.values())).all():
-        figure = sigma_figure(score, title, request.reference, request.labels)
-        drawings.append(Drawing("predicted_sigma", figure, _SIGMA, _SIGMA))
+    drawings = limit_drawings(request, score, motion)
     sections = [plain_section("motion", "Motion and what it would teach", tables, lines, drawings)]
     if design is not None:
-        poses = Drawing("poses", arm_strip(robot, design.plan), _POSES, _POSES)
-        moving = plain_section("moving", "The arm in motion", (), (), [poses])
+        moving = plain_section("moving", "The arm in motion", (), (), [poses_drawing(design)])
         arm = tag("div", without_namespaces(arm_animation(robot, design.plan, "moving-arm")), class_="drawing wide")
         sections.append(moving.with_content(arm))
     missed = [f"Limit not kept: {limit}" for limit in score.violations]
     lead = bullets(missed) if missed else Html("<p>The motion keeps every limit.</p>")
     return plain_page(title, lead, sections, provenance(arguments, _files(arguments), {}))
+
+
+def limit_drawings(request: Request, score: Score, motion: Motion) -> list[Drawing]:
+    """The motion between its limits, and what it would teach where it teaches everything."""
+    robot = request.problem.robot
+    title = robot.title or robot.name
+    limits = motion_figure(request.problem, motion, f"{title}: motion between its limits")
+    drawings = [Drawing("motion", limits, _MOTION, _MOTION)]
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        words = f"{title}: what the motion would teach"
+        figure = sigma_figure(score, words, request.reference, request.labels)
+        drawings.append(Drawing("predicted_sigma", figure, _SIGMA, _SIGMA))
+    return drawings
+
+
+def poses_drawing(design: Design) -> Drawing:
+    """The arm along the designed motion."""
+    return Drawing("poses", arm_strip(design.problem.robot, design.plan), _POSES, _POSES)
 
 
 _MOTION = "Positions, speeds and torques of every joint between their limits, over time."

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from ..report.arm import arm_animation, arm_strip
-from ..report.figures import Drawing
+from ..report.figures import Drawing, save_drawings
 from ..report.html import Page, paragraph, plain_page, plain_section, tag, without_namespaces, write_report
 from ..report.motion_figures import motion_figure
 from .report import provenance
@@ -57,12 +57,8 @@ def near_page(
 
 def _write_plots(folder: Path, found: NearDesign) -> None:
     from ..model.files import write_text
-    from ..report.plots import save_figure
 
-    folder.mkdir(parents=True, exist_ok=True)
-    for drawing in _drawings(found):
-        for ending in ("png", "svg"):
-            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
+    save_drawings(folder, _drawings(found))
     write_text(folder / "arm.svg", arm_animation(found.request.robot, found.motion))
 
 

@@ -63,6 +63,7 @@ from .system import ObservationSystem, identification_system, payload_system
 from .verdict import Verdict
 from .weigh import (
     OFFSET_SHARE,
+    RIPPLE_CHANCE,
     Agreement,
     Change,
     Following,
@@ -85,6 +86,7 @@ from .weigh import (
 __all__ = [
     "OFFSET_SHARE",
     "PAYLOAD",
+    "RIPPLE_CHANCE",
     "Active",
     "Agreement",
     "AlignedPair",

@@ -21,6 +21,11 @@ def student95(degrees_of_freedom: float) -> float:
     return float(stdtrit(max(degrees_of_freedom, 1.0), 0.975))
 
 
+def few_blocks(degrees_of_freedom: float) -> float:
+    """By how much an interval from few blocks is wider than one from many, standard deviations being equal."""
+    return student95(degrees_of_freedom) / student95(1e9)
+
+
 @dataclass(frozen=True)
 class RobustCovariance:
     """Covariance of the estimation error whatever the memory of the noise, if shorter than a block.

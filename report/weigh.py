@@ -3,7 +3,7 @@
 import numpy as np
 from rich.table import Table
 
-from ..estimation import OFFSET_SHARE, WeighAnswer, WeighProblem
+from ..estimation import OFFSET_SHARE, RIPPLE_CHANCE, WeighAnswer, WeighProblem
 from ..estimation.verdict.joints import JointReading, worst_joint
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
@@ -153,14 +153,16 @@ def _offsets_note(problem: WeighProblem) -> str:
 
 
 def _ripple_notes(problem: WeighProblem) -> list[str]:
-    """Waves that came with the payload."""
+    """Waves that came with the payload, or are noise."""
     waves = dict.fromkeys((wave.joint, round(wave.waves)) for run in problem.runs for wave in run.ripple)
     if not waves:
         return []
     told = ", ".join(f"joint {joint} {count}" for joint, count in waves)
+    by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(problem.joints) * len(problem.runs))
     return [
-        f"Ripple that came with the payload, waves per turn (or per 2 pi m): {told}. It is estimated too, which "
-        "costs accuracy."
+        f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {told}. It may be chance: "
+        f"noise alone shows a wave in a joint of a recording with a probability of {100 * RIPPLE_CHANCE:.0f} %, "
+        f"here in one or more with {100 * by_noise:.0f} %. It is estimated too, which costs accuracy."
     ]
 
 

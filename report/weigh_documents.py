@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation import PayloadEstimate, WeighAnswer
+from ..estimation import RIPPLE_CHANCE, PayloadEstimate, WeighAnswer
 from ..model import INERTIAL, PayloadVisibility, Processing
 from ..model.arrays import Array
 from .by_joints import mass_by_joints_document
@@ -19,7 +19,8 @@ def weigh_document(answer: WeighAnswer, processing: Processing, drive_gains: Seq
     """What ``dynident weigh --json`` writes.
 
     The fields of ``payload --json`` keep their meaning; what was not determined is null. ``assumed`` holds what was
-    not measured but asked for, and the ten with it.
+    not measured but asked for, and the ten with it. ``probability_by_noise`` of ripple is that of any wave in noise
+    alone, for each joint and recording.
     """
     problem, found = answer.problem, answer.found
     pairs = problem.pairs
@@ -47,7 +48,13 @@ def weigh_document(answer: WeighAnswer, processing: Processing, drive_gains: Seq
         "visibility": visibility_document(problem.visibility),
         "constant_torques": {"joints": [j + 1 for j in problem.held.joints], "sigma": problem.held.sigma},
         "ripple": [
-            {"source": run.source, "joint": one.joint, "waves_per_turn": one.waves, "amplitude": one.amplitude}
+            {
+                "source": run.source,
+                "joint": one.joint,
+                "waves_per_turn": one.waves,
+                "amplitude": one.amplitude,
+                "probability_by_noise": RIPPLE_CHANCE,
+            }
             for run in problem.runs
             for one in run.ripple
         ],

@@ -6,12 +6,14 @@ from .judge import USABLE, Judged
 from .offsets import OFFSET_SHARE
 from .problem import WeighProblem, difference_weighing, known_robot_weighing
 from .repeats import Repeats
+from .ripple import RIPPLE_CHANCE
 from .run import Run
 from .solve import WeighEstimate, solve_weighing, weigh_by_joints
 from .stand_in import StandIn
 
 __all__ = [
     "OFFSET_SHARE",
+    "RIPPLE_CHANCE",
     "USABLE",
     "Agreement",
     "Change",

@@ -25,7 +25,7 @@ from ..problem import merged
 from ..robust import student95
 from ..scaling import POSSIBLE
 from ..verdict import Verdict
-from .judge import Judged, judge_com, judge_inertia, judge_mass, with_scale
+from .judge import Judged, allowing, judge_com, judge_inertia, judge_mass, with_scale
 from .problem import WeighProblem
 from .reasons import verdict_of
 from .repeats import Repeats, repeats_of, widened
@@ -171,11 +171,12 @@ def answer_weighing(
     if constrained is not None:
         ten = np.array(constrained.body.vector)
     spread = payload_spread(ten, scaled[:, 1:], found.places)
+    wide = allowing(spread, model.degrees_of_freedom)
     judged = {
-        "mass": judge_mass(ten[9], spread, found.from_scale),
-        "centre of mass": judge_com(ten, spread),
+        "mass": judge_mass(ten[9], wide, found.from_scale),
+        "centre of mass": judge_com(ten, wide),
         "inertia": judge_inertia(
-            np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), spread
+            np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), wide
         ),
     }
     unexplained = found.unexplained(problem.torque_rms)

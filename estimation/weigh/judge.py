@@ -7,6 +7,7 @@ import numpy as np
 
 from ...model.arrays import Array
 from ...model.payload_spread import PayloadSpread
+from ..robust import few_blocks
 from ..verdict.inertia import INERTIA_SIGMA
 from ..verdict.mass import COM_FLOOR, COM_SIGMA, MASS_SIGMA
 
@@ -14,6 +15,13 @@ Use = Literal["use", "not measured well enough", "not visible", "weighed", "assu
 """``weighed``: not by torques, by a scale."""
 USABLE: tuple[Use, ...] = ("use", "weighed", "assumed")
 """What may be typed in."""
+_COUNTED = " (few blocks of time allowed for)"
+
+
+def allowing(spread: PayloadSpread, degrees_of_freedom: float) -> PayloadSpread:
+    """What quantities are judged by: half a 95 % interval over 1.96, more than 1 sigma if blocks are few."""
+    factor = few_blocks(degrees_of_freedom)
+    return PayloadSpread(factor * spread.mass, factor * spread.com, factor * spread.inertia_com)
 
 
 @dataclass(frozen=True)
@@ -38,8 +46,8 @@ def judge_mass(mass: float, spread: PayloadSpread, from_scale: bool) -> Judged:
         return Judged("use")
     return Judged(
         "not measured well enough",
-        f"1 sigma is {_percent(share)} of it, {100 * MASS_SIGMA:.0f} % at most are allowed: let joint 2 or 3 move, "
-        "widen the range, or weigh the payload",
+        f"1 sigma{_COUNTED} is {_percent(share)} of it, {100 * MASS_SIGMA:.0f} % at most are allowed: let joint "
+        "2 or 3 move, widen the range, record longer, or weigh the payload",
     )
 
 
@@ -57,8 +65,8 @@ def judge_com(values: Array, spread: PayloadSpread) -> Judged:
         return Judged("use")
     return Judged(
         "not measured well enough",
-        f"1 sigma along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm, {1e3 * allowed:.0f} mm at most are "
-        "allowed: turn the wrist farther, or weigh the payload",
+        f"1 sigma{_COUNTED} along {'xyz'[worst]} is {1e3 * spread.com[worst]:.0f} mm, {1e3 * allowed:.0f} mm at "
+        "most are allowed: turn the wrist farther, or weigh the payload",
     )
 
 
@@ -73,8 +81,8 @@ def judge_inertia(moments: Array, spread: PayloadSpread) -> Judged:
         return Judged("use")
     return Judged(
         "not measured well enough",
-        f"1 sigma of {', '.join(vague)}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist faster, "
-        "or give its size by --inertia",
+        f"1 sigma{_COUNTED} of {', '.join(vague)}, {100 * INERTIA_SIGMA:.0f} % at most are allowed: move the wrist "
+        "faster, or give its size by --inertia",
     )
 
 

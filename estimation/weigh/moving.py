@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...model import InputError, Measurement, Motion, Processing
-from ..rows import Mask, moving_parts
+from ..rows import Mask, moving_parts, used_rows
 
 SLOW = 0.03
 """rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""
@@ -43,10 +43,13 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
     return Measurement(Motion(motion.t, q, qd, qdd), data.torque)
 
 
-def used_rows(motion: Motion, moving: Sequence[int], processing: Processing) -> Mask:
-    """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known."""
+def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing) -> Mask:
+    """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
+
+    Ends at which the recording was cut in full motion are left out, as ``used_rows`` does.
+    """
     speed = np.abs(motion.qd)
-    on_the_way = moving_parts(motion, processing.still_speed)
+    on_the_way = used_rows(motion, processing).moving
     least = np.maximum(processing.slow_fraction * speed[on_the_way].max(axis=0, initial=0.0), SLOW)
     keep: Mask = (speed >= least) & on_the_way[:, None]
     keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False

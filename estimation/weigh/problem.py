@@ -31,7 +31,7 @@ from ..problem import ReducedProblem, merged
 from ..progress import Progress, silent
 from ..rows import Mask
 from .friction import coulomb_friction
-from .moving import at_rest, moving_joints, used_rows
+from .moving import at_rest, moving_joints, telling_rows
 from .offsets import held_offsets
 from .ripple import Wave, ripple_of
 from .run import HeldOffsets, Run, free_offsets, observed_friction_free, run_observer, with_columns
@@ -124,7 +124,7 @@ def difference_weighing(
     observations, masks, ripples = [], [], []
     still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
     for a, b in still:
-        keep = used_rows(b.motion, moving, processing) & used_rows(a.motion, moving, processing)
+        keep = telling_rows(b.motion, moving, processing) & telling_rows(a.motion, moving, processing)
         change = torque_change(robot, a, b)
         equations, waves = _observed(observer, change, keep, processing.decimate)
         observations.append(equations)
@@ -172,7 +172,7 @@ def known_robot_weighing(
     moving = _moving(measured, processing, joints, robot)
     observer = run_observer(robot, base)
     still = [at_rest(data, moving) for data in measured]
-    masks = [used_rows(data.motion, moving, processing) for data in still]
+    masks = [telling_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
     pairs = [
         _observed(observer, data, keep, processing.decimate, known.values)

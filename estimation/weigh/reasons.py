@@ -11,7 +11,7 @@ from ..constraints import PossibleBody
 from ..estimate import Estimate
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
-from ..robust import student95
+from ..robust import few_blocks
 from ..verdict import Level, Reason, Verdict
 from ..verdict.joints import by_joints_reasons
 from ..verdict.mass import SIGMAS
@@ -84,7 +84,7 @@ def _unexplained(shares: Array) -> list[Reason]:
 def _allowing(by_joints: ByJoints) -> ByJoints:
     """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
     freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
-    factor = student95(freedom) / student95(1e9)
+    factor = few_blocks(freedom)
     return ByJoints(
         tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.masses),
         tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.shares),

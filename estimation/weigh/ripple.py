@@ -17,13 +17,14 @@ from ..decimation import decimated
 from ..observation import Observation
 from ..rows import Mask
 
-_CHANCE = 0.05
-"""Probability of finding a wave in a joint's noise."""
+RIPPLE_CHANCE = 0.05
+"""Probability of finding a wave in the noise of one joint in one recording."""
 _FINER = 6  # candidates from one whole wave over the range to the next
 _FURTHEST = 40  # waves over the range
 _MOST = 4  # per joint
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
+_AT_ONCE = 2**19  # waves times samples that are held at once, or one wave
 _DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be told from it
 
 
@@ -102,6 +103,11 @@ class _Rows(NamedTuple):
         waves = base * (1.0 + np.arange(_FINER * (_FURTHEST - 1) + 1) / _FINER)
         return np.asarray(waves[waves * self.step < np.pi])
 
+    def parts(self, waves: Array) -> list[Array]:
+        """The waves in groups, so that memory does not grow by their number."""
+        group = max(1, _AT_ONCE // len(self.position))
+        return [waves[k : k + group] for k in range(0, len(waves), group)]
+
 
 def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
     """The clearest wave, then the clearest beside it, ..; those that the memory of the rest could not feign."""
@@ -109,23 +115,28 @@ def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
     most = min(_MOST, len(torque) // _ROWS_EACH)
     if not len(waves) or not most:
         return []
-    phases = waves[:, None] * rows.position
-    sines, cosines = rows.of(np.sin(phases)), rows.of(np.cos(phases))
-    passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(torque)
     Q, found = _basis(W), list[_Found]()
     left = _less(torque, Q)
     while len(found) < most:
-        gains = np.where(passed, _gains(_less(sines, Q), _less(cosines, Q), left, len(torque)), 0.0)
+        gains = np.concatenate([_gains_of(part, rows, Q, left) for part in rows.parts(waves)])
         best = int(np.argmax(gains))
         rest = float(left @ left - gains[best])
-        if _chance(float(gains[best]), rest, len(torque) - Q.shape[1] - 2) * len(waves) > _CHANCE:
+        if _chance(float(gains[best]), rest, len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
             break
         found.append(_found(float(waves[best]), float(gains[best]), rows))
         Q = _basis(np.column_stack([Q, found[-1].columns]))
         left = _less(torque, Q)
     memory = max(1.0, 2.0 * autocorrelation_time([(t, left)], step) / step) if (step := _step(t)) else 1.0
     rest, spare = memory * float(left @ left), len(torque) - Q.shape[1]
-    return [one for one in found if _chance(one.gain, rest, spare) * len(waves) <= _CHANCE]
+    return [one for one in found if _chance(one.gain, rest, spare) * len(waves) <= RIPPLE_CHANCE]
+
+
+def _gains_of(waves: Array, rows: _Rows, Q: Array, left: Array) -> Array:
+    """By how much each wave, with the columns of Q taken out, lowers the sum of squares ``left``."""
+    phases = waves[:, None] * rows.position
+    sines, cosines = rows.of(np.sin(phases)), rows.of(np.cos(phases))
+    passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
+    return np.where(passed, _gains(_less(sines, Q), _less(cosines, Q), left, len(left)), 0.0)
 
 
 def _found(wave: float, gain: float, rows: _Rows) -> _Found:

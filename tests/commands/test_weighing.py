@@ -81,7 +81,7 @@ def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     more = [*map(str, outputs), "--plots", str(plots), "--rehearsal", str(slow), "--sample-rate", "50"]
     assert main(["design", *NEAR, "--joints", "2,3,5,6", "--duration", "12", *more]) == 0
     assert {path.name for path in plots.iterdir()} == {
-        "arm.svg", "motion.png", "motion.svg", "poses.png", "poses.svg"
+        "arm.svg", "motion.pdf", "motion.png", "motion.svg", "poses.pdf", "poses.png", "poses.svg"
     }  # fmt: skip
     texts = {name: path.read_text(encoding="utf-8") for name, path in files.items()}
     assert "servoj" in texts["script"]
@@ -154,7 +154,8 @@ def test_assumed_inertia_is_labelled_down_to_the_controller(
     held = document["constant_torques"]
     assert set(held["joints"]) <= {2, 3}  # the arm's that move
     assert [sigma > 0.0 for sigma in held["sigma"]] == [j in held["joints"] for j in range(1, 7)]
-    assert all(set(one) == {"source", "joint", "waves_per_turn", "amplitude"} for one in document["ripple"])
+    keys = {"source", "joint", "waves_per_turn", "amplitude", "probability_by_noise"}
+    assert all(set(one) == keys for one in document["ripple"])
     assert "box" in document["assumed"]["inertia"]
     flange = ["--flange-frame", "0", "0", "0", "0", "0", "0"]
     for name in ("ur", "abb", "staubli", "urdf", "mjcf"):

@@ -84,6 +84,33 @@ def test_bad_input_is_one_line_and_writes_nothing(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["weigh", "--robot", "rx90", "--loaded", "x.csv", "--unloaded", "y.csv", "--plots"],
+        ["payload", "--robot", "rx90", "--loaded", "x.csv", "--unloaded", "y.csv", "--plots"],
+        ["identify", "--robot", "rx90", "--data", "x.csv", "--plots"],
+        ["check", "x.csv", "--robot", "rx90", "--plots"],
+        ["demo", "--plots"],
+        ["design", "--robot", "rx90", "--plots"],
+        ["design", "--robot", "rx90", "--val3"],
+    ],
+    ids=lambda command: f"{command[0]} {command[-1]}",
+)
+def test_a_folder_that_is_a_file_is_told_before_anything_is_read(
+    run: Run, tmp_path: Path, command: list[str]
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("mine", encoding="utf-8")
+    for wrong in (str(taken), str(taken / "inside"), ""):
+        status, out, err = run(*command, wrong)
+        assert (status, out) == (2, "")
+        assert len(err.splitlines()) == 1
+        assert f"{command[-1]} {wrong!r}: is not a folder" in err
+    assert taken.read_text(encoding="utf-8") == "mine"
+    assert list(tmp_path.iterdir()) == [taken]
+
+
 def test_a_folder_that_is_not_there_is_one_line(run: Run, logs: dict[str, str]) -> None:
     status, _, err = run("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", "/nowhere/result.json")
     assert status == 2
