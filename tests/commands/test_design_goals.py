@@ -105,27 +105,31 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def test_data_from_earlier_recordings(run: Run, tmp_path: Path, identified: dict[str, str]) -> None:
-    """NPZ and JSON hold the same information; with it less is left to learn."""
-    target = tmp_path / "m.json"
+    """NPZ and JSON hold the same information: one motion is worth the same; with it less is left to learn."""
+    target, motion = tmp_path / "m.json", str(tmp_path / "m.csv")
+    shape = ("--fourier", "2", "--duration", "4", "--starts", "1", "--csv", motion, "--sample-rate", "1000")
+    judge = ("--evaluate", motion, "--data-length", "4")
+    npz = ("--data-from", identified["npz"])
     found: dict[str, dict[str, Any]] = {}
-    shape = ("--fourier", "2", "--duration", "4", "--starts", "1")
     for name, options in {
-        "npz": ("--data-from", identified["npz"]),
-        "json": ("--data-from", identified["json"], "--robot-parameters", identified["json"]),
-        "alone": ("--data-length", "4"),
+        "designed": (*npz, *shape),
+        "npz": (*npz, *judge),
+        "json": ("--data-from", identified["json"], "--robot-parameters", identified["json"], *judge),
+        "alone": (*shape, "--data-length", "4"),
     }.items():
         noise = () if name != "alone" else ("--torque-noise", ",".join(map(str, found["npz"]["torque_noise"])))
-        status, _, err = run(*shape, *options, *noise, "--json", str(target))
+        status, _, err = run(*options, *noise, "--json", str(target))
         assert status == 0, err
         found[name] = document(target)
     assert found["json"]["torque_noise"] == pytest.approx(found["npz"]["torque_noise"])
+    assert found["npz"]["criterion_value"] == pytest.approx(found["designed"]["criterion_value"], abs=2e-3)
     # The noise is that of the ordinary solution's errors, the covariance that of the weighted one's.
     assert found["json"]["criterion_value"] == pytest.approx(found["npz"]["criterion_value"], abs=0.03)
     before = [entry["sigma"] for entry in document(Path(identified["json"]))["base_parameters"]]
-    after, alone = (list(found[name]["predicted_sigma"].values()) for name in ("npz", "alone"))
+    after, alone = (list(found[name]["predicted_sigma"].values()) for name in ("designed", "alone"))
     assert (np.array(after) <= 1.0001 * np.array(before)).all()
     # Two motions: one parameter or another may be shown better by the one that has everything to show.
-    assert found["npz"]["criterion_value"] < found["alone"]["criterion_value"] - 0.3
+    assert found["designed"]["criterion_value"] < found["alone"]["criterion_value"] - 0.3
     assert np.median(np.array(after) / np.array(alone)) < 0.9
 
 
