@@ -43,14 +43,18 @@ def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
     return Measurement(Motion(motion.t, q, qd, qdd), data.torque)
 
 
-def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing) -> Mask:
+def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
     """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
-    Ends at which the recording was cut in full motion are left out, as ``used_rows`` does.
+    Args:
+        motion: the motion.
+        moving: numbers of the joints that move.
+        processing: settings.
+        ends: keep also the ends at which a recording was cut in full motion, which ``used_rows`` leaves out.
     """
     speed = np.abs(motion.qd)
-    on_the_way = used_rows(motion, processing).moving
-    least = np.maximum(processing.slow_fraction * speed[on_the_way].max(axis=0, initial=0.0), SLOW)
-    keep: Mask = (speed >= least) & on_the_way[:, None]
+    whole = moving_parts(motion, processing.still_speed) if ends else used_rows(motion, processing).moving
+    least = np.maximum(processing.slow_fraction * speed[whole].max(axis=0, initial=0.0), SLOW)
+    keep: Mask = (speed >= least) & whole[:, None]
     keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False
     return keep
