@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from dynident.model import load_robot
 from dynident.report.paper import paper_tables
+from dynident.tests.trajectories.design_problems import BOUNDS, ROBOT
 from dynident.trajectories import (
     DesignProblem,
     FourierShape,
     Goal,
-    JointBounds,
     Score,
     ViaPointShape,
     build_design,
@@ -18,10 +17,6 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.criterion import Kind
 
-ROBOT = load_robot("rx90")
-TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
-STRONG = [3.0 * joint.limits.speed for joint in ROBOT.joints]
-BOUNDS = JointBounds.of(ROBOT, acceleration=STRONG, torque=TORQUE)
 TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
 SPEEDS = 0.95 ** np.arange(30)
 NOISE = tuple(0.1 * TABLE2[f"FS{j}"] for j in range(1, 7))
