@@ -19,13 +19,13 @@ from dynident.estimation import (
 from dynident.estimation.payload import FixedWeights
 from dynident.estimation.payload.by_joints import joint_groups
 from dynident.model import InputError
-from dynident.tests.estimation import gallery
+from dynident.tests.estimation import mistakes
 
 
 def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = True) -> PayloadProblem:
     """The gallery's good recordings, one joint's torque scaled."""
-    _, bare, loaded, _ = gallery.good(name)
-    change = gallery.scaled(joint, factor)
+    _, bare, loaded, _ = mistakes.good(name)
+    change = mistakes.scaled(joint, factor)
     return payload_problem(invented.robot(name), [change(loaded)], [change(bare)], robust=blocks)
 
 
@@ -49,7 +49,7 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
         assert masses[joints].mass is None
         assert masses[joints].interval95 is None
         assert np.isnan(masses[joints].sigma)
-    truth = gallery.good(name)[3].mass
+    truth = mistakes.good(name)[3].mass
     for joints in ((1,), (2,), (3,), (1, 2, 3)):
         low, high = masses[joints].interval95 or (np.nan, np.nan)
         assert low - 0.02 * truth < truth < high + 0.02 * truth
@@ -58,7 +58,7 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
 def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, PayloadProblem]) -> None:
     found = seen(problems["ur10e"])
     assert [one.mass is not None for one in found.masses] == [True] * 4 + [False] * 2 + [True] * 2
-    truth = gallery.good("ur10e")[3].mass
+    truth = mistakes.good("ur10e")[3].mass
     assert all(abs(one.mass / truth - 1.0) < 0.05 for one in found.masses if one.mass is not None)
 
 
@@ -88,7 +88,7 @@ def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dic
     assert problem.unloaded is not None
     known = replace(problem, unloaded=None, difference=None, blocks=None, known=weighted(problem.unloaded))
     apart = replace(problem, difference=None, blocks=None)
-    truth = gallery.good("rx90")[3].mass
+    truth = mistakes.good("rx90")[3].mass
     for one, other in zip(seen(known).masses, seen(apart).masses, strict=True):
         assert (one.mass is None) == (other.mass is None)
         if one.mass is not None and other.mass is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import verdicts
 from dynident.model.arrays import Array
-from dynident.tests.estimation import gallery
+from dynident.tests.estimation import gallery, mistakes
 
 CASES = {case.name: case for case in gallery.cases()}
 
@@ -17,7 +17,7 @@ def test_the_gallery_is_large_and_its_good_recordings_are_good() -> None:
     """The cases are made from recordings which, as they are, give the mass and no contradiction."""
     assert len(CASES) >= 45
     for name in ("rx90", "ur10e", "tx40"):
-        good = gallery.both(name, "as it is", "", gallery.same)
+        good = gallery.both(name, "as it is", "", mistakes.same)
         end = gallery.ending(good)
         assert end.level in ("use", "mass_and_com_only"), end.text
         assert "joint" not in end.text
