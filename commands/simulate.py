@@ -94,8 +94,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Reference]:
     """What to run, by name."""
-    from ..estimation import read_trajectory
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.recordings import read_trajectory
     from ..trajectories import SampledTrajectory, plan_point_to_point, random_points
 
     found: dict[str, Reference] = {}
@@ -115,7 +115,7 @@ def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Refe
 
 
 def _disturbances(robot: Robot, noise: str, references: Sequence[Reference]) -> Disturbances:
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .criterion import ORDERS
 from .lagrangian import Multipliers
 from .minimise import minimised

@@ -6,7 +6,7 @@ point and w that of the move from it, q - p, qd and qdd are a u + c w, with a an
 
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .blend_times import Times
 
 TIMES = ((-1, 1), (0, 1), (-1, 0), (0, 0), (1, 0))

@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import InputError, Motion
-from ..model.arrays import Array, frozen_array
+from ..common.arrays import Array, frozen_array
+from ..common.errors import InputError
+from ..model import Motion
 
 _ROUNDING = 1e-9  # of a move's time: blends that overlap by less do fit
 

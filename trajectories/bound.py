@@ -10,8 +10,8 @@ from functools import partial
 
 import numpy as np
 
+from ..common.arrays import Array
 from ..model import Robot
-from ..model.arrays import Array
 from .bounds import JointBounds
 from .criterion import ORDERS
 from .design import Design

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..model import InertialParameters, InputError, Robot, base_parameters, payload_columns, standard_columns
-from ..model.arrays import Array
-from ..model.base.parameters import BaseParameters
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import BaseParameters, InertialParameters, Robot, base_parameters, standard_columns
+from ..model.regressors import payload_columns
 from .bounds import JointBounds
 from .collision import Clearance, Scene
 from .goal import Goal

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .limits import Limit, Slopes, State, StateLimit
 from .margins import Margins
 from .problem import DesignProblem

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..model import InputError, Motion
+from ..common.errors import InputError
+from ..model import Motion
 from .augmented import search_augmented
 from .criterion import STARTS
 from .interior import search_interior

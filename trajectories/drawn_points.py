@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .bounds import JointBounds
 from .samples import Clear
 

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..model import InputError, Robot
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import Robot
 from .blend_phases import TIMES, coefficients, derivatives, lengths
 from .blend_times import BlendTimes, FixedTimes, FreeTimes, Times, TimeSlopes
 from .blends import BlendedPoints

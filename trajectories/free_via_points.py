@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..model import InputError, Robot
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import Robot
 from .bounds import JointBounds
 from .drawn_points import as_drawn, reachable_points
 from .samples import Clear, Jacobian, Samples, everywhere

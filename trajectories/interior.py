@@ -1,6 +1,6 @@
 """The way from random starts to a motion that keeps every limit: an interior point method."""
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .constraints import Constraints
 from .criterion import ORDERS
 from .ipopt import Ipopt

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .constraints import Constraints
 from .margins import Margins
 from .problem import DesignProblem

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .observation import RegressorKernel
 from .samples import Samples
 

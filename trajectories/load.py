@@ -1,7 +1,7 @@
 """Torques on a motion, for every load that a design reckons with."""
 
+from ..common.arrays import Array
 from ..model import Motion, standard_columns
-from ..model.arrays import Array
 from .limits import State, TorqueLimit
 from .problem import DesignProblem
 from .samples import Samples

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .limits import Limit, State
 
 

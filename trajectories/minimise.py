@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .problem import DesignProblem
 
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps

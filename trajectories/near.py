@@ -6,21 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import (
-    InertialParameters,
-    InputError,
-    PayloadVisibility,
-    Robot,
-    base_parameters,
-    friction_columns,
-    payload_columns,
-    payload_visibility,
-)
-from ..model.arrays import Array
-from ..model.base.rank import leftmost_independent
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import InertialParameters, Robot, base_parameters
+from ..model.base import leftmost_independent
 from ..model.names import parameter_kind
 from ..model.payload_spread import PayloadSpread
-from ..model.visibility import checked_joints
+from ..model.regressors import payload_columns
+from ..model.visibility import PayloadVisibility, checked_joints, friction_columns, payload_visibility
 from .bounds import JointBounds
 from .build import Loads, load_coefficients, regressor_columns
 from .collision import Clearance, Scene

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import null_space
 
+from ..common.arrays import Array, frozen_array
 from ..model import Motion
-from ..model.arrays import Array, frozen_array
 from .bounds import JointBounds
 from .fourier import fourier_basis
 from .limits import Slopes, State

@@ -4,17 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..model import (
-    InertialParameters,
-    Motion,
-    Robot,
-    friction_columns,
-    payload_columns,
-    visibility_of,
-)
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..model import InertialParameters, Motion, Robot
 from ..model.payload_spread import PayloadSpread, payload_spread
-from ..model.visibility import without
+from ..model.regressors import payload_columns
+from ..model.visibility import friction_columns, visibility_of, without
 from .observation import regressor_kernel
 from .samples import Samples
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import InputError
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..common.errors import InputError
 from ..model.payload_spread import PayloadSpread
 from .near import SHARES, NearRequest, near_family, spread_of
 

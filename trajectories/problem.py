@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import InputError, Robot
-from ..model.arrays import Array
-from ..model.base.rank import base_parameters_of
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import Robot
+from ..model.base import base_parameters_of
 from .bounds import JointBounds
 from .collision import Clearance
 from .criterion import Criterion

@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.arrays import Array
 from ..model import Motion
-from ..model.arrays import Array
 
 Clear = Callable[[Array], bool]
 """Whether the robot may take all of some poses, (N, n) [rad or m]."""

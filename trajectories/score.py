@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from ..common.arrays import Array
 from ..model import Motion
-from ..model.arrays import Array
 from .criterion import condition_numbers
 from .limits import LimitCheck, State, check
 from .problem import DesignProblem

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .margins import Margins
 from .problem import DesignProblem
 from .score import Score

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from ..model.arrays import Array
+from ..common.arrays import Array
 from .limits import excess
 from .margins import Margins
 from .problem import DesignProblem

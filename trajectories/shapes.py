@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from ..model import InputError, Robot
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..model import Robot
 from .bounds import JointBounds
 from .fourier import FreeFourier
 from .free_blends import FreeBlends

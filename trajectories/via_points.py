@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.arrays import Array, frozen_array
 from ..model import Motion, Robot
-from ..model.arrays import Array, frozen_array
 from .point_to_point import random_points
 from .segments import QUINTIC, Segment
 

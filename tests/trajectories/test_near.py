@@ -5,16 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.model import InertialParameters, InputError, Kernel, Motion, load_robot, payload_regressor
-from dynident.model.arrays import Array
-from dynident.trajectories import (
-    JointBounds,
-    NearDesign,
-    NearRequest,
-    design_near,
-    predicted_spread,
-    second_pose,
-)
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, Motion, load_robot, payload_regressor
+from dynident.model.kernel import Kernel
+from dynident.trajectories import JointBounds, NearDesign, NearRequest, design_near, predicted_spread, second_pose
 from dynident.trajectories.near import near_problem
 from dynident.trajectories.near_motion import FreeNearMotion
 

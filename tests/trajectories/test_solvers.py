@@ -7,8 +7,9 @@ from typing import cast
 import numpy as np
 import pytest
 import scipy.sparse
-from dynident.model import InputError, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import load_robot
 from dynident.tests.trajectories.design_problems import GOALS, SHAPES, problem
 from dynident.trajectories import (
     BlendedPoints,
