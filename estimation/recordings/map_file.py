@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ...common.errors import InputError
-from .layout import Layout, spread
-from .mapping import QUANTITIES, REFERENCES, FilePart, LogMap, Quantity
-from .pose_columns import ToolColumns
-from .units import factor, is_share
+from .map import FilePart, LogMap
+from .quantity import QUANTITIES, REFERENCES, Quantity, ToolColumns, factor, is_share
+from .table import Layout, spread
 
 _LAYOUT = ("delimiter", "decimal", "names", "skip_lines", "numbers_per_row", "topic")
 _QUANTITY = ("columns", "unit", "side", "sign", "zero_deg", "zero_m", "rated")
