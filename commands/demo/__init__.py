@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .report import report_arguments
-from .values import positive, share, whole
+from ..report import report_arguments
+from ..values import positive, share, whole
 
 
 def add_parser(commands: Any) -> None:
@@ -40,17 +40,17 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..common.errors import InputError
+    from ...common.errors import InputError
 
     if arguments.repeat is None:
-        from .paper_experiment import run_demo
+        from .experiment import run_demo
 
         return run_demo(arguments, arguments.gain_error or 0.0)
     if arguments.noise != "paper":
         raise InputError("--repeat runs every noise: leave --noise out")
     if arguments.report or arguments.plots:
         raise InputError("--report and --plots belong to one experiment: leave --repeat out")
-    from .repeated_experiment import run_repeated
+    from .repeated import run_repeated
 
     gain_error = 0.02 if arguments.gain_error is None else arguments.gain_error
     folder, seed = Path(arguments.out), arguments.seed

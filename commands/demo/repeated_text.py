@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimation.repetition import Outcome, Repetition
-from ..model import InertialParameters
-from .documents import Document
+from .repetition import Outcome, Repetition
+from ...model import InertialParameters
+from ...report.documents import Document
 from .paper import PaperTables
 
 ROBOT = "robot"

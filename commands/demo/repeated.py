@@ -6,16 +6,16 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from ..common.files import write_text
-from ..estimation.repetition import Outcome
-from ..model import InertialParameters
-from ..report.documents import write_json
-from ..report.experiment import Scenario, repeated_document, repeated_numbers
-from ..report.paper import paper_tables
-from ..report.repetition_plot import save_repetitions
-from .paper_analysis import outcome
-from .paper_setup import TRAJECTORIES, levels, paper_robot, simulate_paper
-from .progress import bar
+from ...common.files import write_text
+from .repetition import Outcome
+from ...model import InertialParameters
+from ...report.documents import write_json
+from .repeated_text import Scenario, repeated_document, repeated_numbers
+from .paper import paper_tables
+from .repeated_figure import save_repetitions
+from .analysis import outcome
+from .setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from ..progress import bar
 
 WORKERS = 2
 

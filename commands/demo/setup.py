@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import InertialParameters, Robot, Spring, load_robot
-from ..trajectories import (
+from ...model import InertialParameters, Robot, Spring, load_robot
+from ...trajectories import (
     Disturbances,
     Experiment,
     Task,
@@ -40,7 +40,7 @@ def paper_robot() -> Robot:
 
 def levels(noise: str, gain_error: float = 0.0) -> Disturbances:
     """Disturbances by name: paper, slow or none."""
-    from ..trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE
+    from ...trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE
 
     named = {"paper": RX90_DISTURBANCES, "slow": RX90_SLOW_NOISE, "none": no_disturbances(6)}
     return replace(named[noise], gain_error=gain_error)

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from ..common.arrays import Array
-from ..common.progress import Progress, silent
-from ..estimation import (
+from ...common.arrays import Array
+from ...common.progress import Progress, silent
+from ...estimation import (
     PAYLOAD,
     Estimate,
     Identification,
@@ -21,11 +21,11 @@ from ..estimation import (
     identify,
     payload_problem,
 )
-from ..estimation.fit import Fit, fit, weighted
-from ..estimation.payload import combined, essential_combined, loaded_problem, robust_covariance, selected
-from ..estimation.repetition import Answer, Outcome, answer_of
-from ..estimation.signals import measurement
-from ..trajectories import Experiment, mean_friction
+from ...estimation.fit import Fit, fit, weighted
+from ...estimation.payload import combined, essential_combined, loaded_problem, robust_covariance, selected
+from .repetition import Answer, Outcome, answer_of
+from ...estimation.signals import measurement
+from ...trajectories import Experiment, mean_friction
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""
