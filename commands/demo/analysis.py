@@ -23,9 +23,9 @@ from ...estimation import (
 )
 from ...estimation.fit import Fit, fit, weighted
 from ...estimation.payload import combined, essential_combined, loaded_problem, robust_covariance, selected
-from .repetition import Answer, Outcome, answer_of
 from ...estimation.signals import measurement
 from ...trajectories import Experiment, mean_friction
+from .repetition import Answer, Outcome, answer_of
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""

@@ -9,9 +9,9 @@ from ...estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
 from ...estimation.fit import Fit
 from ...estimation.payload import PayloadEstimate
 from ...model import INERTIAL, InertialParameters
+from ...report.tables import empty_table, residual_text
 from ...trajectories import Experiment
 from .paper import PaperTables, Printed
-from ...report.tables import empty_table, residual_text
 
 _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")

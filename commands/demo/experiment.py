@@ -9,14 +9,14 @@ from ...estimation.equations import Observer
 from ...estimation.payload import payload_map
 from ...estimation.signals import measurement
 from ...report.documents import identification_document, payload_document, write_json
-from .paper import paper_tables
-from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
 from ...report.plots import save_torques
 from ...report.tables import console, payload_notes
-from .analysis import Analysis, analyse
-from .page import write_paper_report
-from .setup import levels, paper_robot, simulate_paper
 from ..progress import bar
+from .analysis import Analysis, analyse
+from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
+from .page import write_paper_report
+from .paper import paper_tables
+from .setup import levels, paper_robot, simulate_paper
 
 
 def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:

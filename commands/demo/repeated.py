@@ -7,15 +7,15 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from ...common.files import write_text
-from .repetition import Outcome
 from ...model import InertialParameters
 from ...report.documents import write_json
-from .repeated_text import Scenario, repeated_document, repeated_numbers
+from ..progress import bar
+from .analysis import outcome
 from .paper import paper_tables
 from .repeated_figure import save_repetitions
-from .analysis import outcome
+from .repeated_text import Scenario, repeated_document, repeated_numbers
+from .repetition import Outcome
 from .setup import TRAJECTORIES, levels, paper_robot, simulate_paper
-from ..progress import bar
 
 WORKERS = 2
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .repetition import Repetition
 from ...report.plots import save_figure
+from .repetition import Repetition
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _SHOWN = ("M", "MZ", "XX", "YY", "ZZ")
