@@ -15,18 +15,26 @@ FREE = 1e-7
 """Least squares alone: share of sigma, or of the size."""
 CONSTRAINED = 1e-3
 """From a solver of cones: share of the free estimate's sigma, or of the size."""
+ITERATED = (1e-3, 5e-3)
+"""Gains and load found in turns until they stand still: share of sigma, else of the size."""
 ZERO = 1e-6
 """What a constraint makes zero is zero: share of the size of what it belongs to."""
+UNDECIDED = 0.05
+"""Share of the size, for what the data leave open: how far links that are not at their bound are from it."""
+FLOOR = 1e-12
+"""Zero, for a solver, in SI units."""
 SCORE = 1e-9
 """Of a motion that is not searched: share of the size."""
 _MANY = 60
 """Longer lists are thinned to about this many numbers."""
 _UNCERTAIN_TIMES = ("cpu_s",)
 _MADE_ZERO = ("min_pseudo_inertia_eigenvalue", "min_eigenvalues")
+_BY_TURNS = "drive_gains/"
 _BY_SOLVER = ("constrained", "quantities", "agreement", "assumed")
 _SIGMA = {
     "parameters": "sigma",
     "value": "sigma",
+    "values": "sigma",
     "mass": "sigma",
     "com": "com_sigma",
     "inertia_com": "inertia_com_sigma",
@@ -76,6 +84,8 @@ def changes(old: Leaves, new: Leaves, share: float = FREE) -> list[Change]:
             found.append(Change(path, was, "(gone)", "exact"))
         elif not path.endswith(_UNCERTAIN_TIMES):
             now = new[path]
+            if was is now or (type(was) is type(now) and was == now):
+                continue
             if isinstance(was, float) and isinstance(now, float | int) and not isinstance(now, bool):
                 allowed = tolerance(path, old, share)
                 if not abs(now - was) <= allowed:
@@ -90,12 +100,15 @@ def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
     value = abs(_number(frozen, path) or 0.0)
     parts = path.split("/")
     estimate = _estimate(parts, frozen)
-    if any(name in parts for name in _MADE_ZERO) and (_solved(parts, frozen)):
-        return ZERO * _largest_parameter(estimate, frozen) + CONSTRAINED * value
-    solved = _solved(parts, frozen) and not any(part.startswith("sigma") for part in parts)
-    share = CONSTRAINED if solved else share
     sigma = _sigma(parts, frozen)
-    return share * (sigma if sigma else _size(parts, frozen))
+    if any(other.startswith(_BY_TURNS) for other in frozen):
+        return ITERATED[0] * sigma if sigma else ITERATED[1] * _size(parts, frozen)
+    solved = _solved(parts, frozen)
+    if solved and any(name in parts for name in _MADE_ZERO):
+        return ZERO * _largest_parameter(estimate, frozen) + UNDECIDED * value
+    if solved and not any(part.startswith("sigma") for part in parts):
+        return max(CONSTRAINED * (sigma or _size(parts, frozen)), FLOOR)
+    return share * (sigma or _size(parts, frozen))
 
 
 def _same_words(old: Leaf, new: Leaf) -> bool:
@@ -128,7 +141,8 @@ def _estimate(parts: list[str], frozen: Leaves) -> str:
 def _sigma(parts: list[str], frozen: Leaves) -> float | None:
     """Standard deviation of the value at a path, of the free estimate where there is one."""
     free = _estimate(parts, frozen).split("/")
-    for place in [parts] + ([[*free, *parts[2:]]] if len(free) == 2 else []):
+    free_place = [*free, *parts[2:]] if len(free) == 2 else parts[1:]
+    for place in (parts, free_place):
         for i, part in enumerate(place):
             name = _SIGMA.get(part.removesuffix("_interval95").removesuffix("_robust"))
             if part.startswith("interval95"):
@@ -141,11 +155,11 @@ def _sigma(parts: list[str], frozen: Leaves) -> float | None:
 
 
 def _size(parts: list[str], frozen: Leaves) -> float:
-    """Largest number of the list or matrix that holds the value, or the value alone."""
+    """Largest number of the list or matrix that holds the value; of a variance or a single value its own."""
     stem = list(parts)
     while stem and stem[-1].isdigit():
         stem.pop()
-    if len(stem) == len(parts):
+    if len(stem) == len(parts) or stem[0].startswith("covariance"):
         return abs(_number(frozen, "/".join(parts)) or 0.0)
     start = "/".join(stem) + "/"
     numbers = (_number(frozen, path) for path in frozen if path.startswith(start))

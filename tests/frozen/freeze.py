@@ -9,7 +9,6 @@ import contextlib
 import io
 import json
 import os
-import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,8 +21,6 @@ from dynident.tests.frozen.runs import RUNS, Run
 from dynident.tests.frozen.texts import Text, take_apart, text_of_html
 
 FOLDER = Path(__file__).parent / "data"
-WITHOUT_COMPILER = Path(__file__).parent / "without_compiler"
-"""What is not the same there without a C compiler."""
 TERMINAL = "terminal"
 _ROWS = 10
 """Of a time series every tenth row is kept."""
@@ -106,24 +103,11 @@ def write(folder: Path, run: Run, frozen: Frozen) -> None:
     (folder / f"{run.name}.json").write_text(text + "\n", encoding="utf-8")
 
 
-def read(run: Run, variant: str = "compiled", folder: Path = FOLDER) -> Frozen:
-    """What :func:`write` wrote; ``numpy``: what is to come where there is no C compiler."""
+def read(run: Run, folder: Path = FOLDER) -> Frozen:
+    """What :func:`write` wrote."""
     content = json.loads((folder / f"{run.name}.json").read_text(encoding="utf-8"))
     texts = {name: Text(**text) for name, text in content["texts"].items()}
-    other = WITHOUT_COMPILER / f"{run.name}.json"
-    if variant == "numpy" and other.exists():
-        changed = json.loads(other.read_text(encoding="utf-8"))
-        texts |= {name: Text(**text) for name, text in changed["texts"].items()}
-        for name, numbers in changed["documents"].items():
-            content["documents"][name] |= numbers
     return Frozen(content["status"], texts, content["documents"])
-
-
-def variant() -> str:
-    """Which of the frozen numbers hold here."""
-    off = os.environ.get("DYNIDENT_NO_COMPILER", "") not in ("", "0")
-    found = os.environ.get("CC") or any(map(shutil.which, ("cc", "gcc", "clang")))
-    return "numpy" if off or not found else "compiled"
 
 
 def freeze(names: list[str], into: Path) -> None:

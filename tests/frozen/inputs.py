@@ -17,7 +17,7 @@ from pathlib import Path
 
 from dynident.cli import main
 
-FOLDER = Path(__file__).parent / "inputs"
+FOLDER = Path(__file__).parent / "given"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 """Torque per current of the UR10e's drives [N·m/A]."""
@@ -28,6 +28,7 @@ BODIES = {
 _EXCITING = "--torque-limits none --via-points 6 --starts 1 --criterion cond-scaled --max-duration"
 MOTIONS = {
     "rx_arm": f"--robot rx90 {_EXCITING} 5",
+    "rx_short": "--robot rx90 --payload-only --via-points 4 --starts 1",
     "ur_arm": f"--robot ur10e.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
     "tx_arm": f"--robot tx40.toml {_EXCITING} 4 --torque-noise 3,3,2,1,1,0.5",
     "six_arm": f"--robot six_axis.toml {_EXCITING} 5 --torque-noise 10,10,8,3,3,3",
@@ -110,7 +111,7 @@ def make() -> None:
     with folder_of_inputs() as folder:
         for name, line in MOTIONS.items():
             dynident(f"design {line} --sample-rate 125 --csv {name}.csv")
-        for name in ("rx_arm", "rx_near"):
+        for name in ("rx_arm", "rx_short"):
             keep(folder / f"{name}.csv")
         for line in RECORDINGS:
             dynident(f"simulate {line} --out .")

@@ -126,8 +126,8 @@ RUNS = (
     ),
     Run(
         "simulate_rx90",
-        "simulate --robot rx90 --trajectory rx_near.csv --payload box.toml --rate 25 --seed 7 --out out",
-        ("out/rx_near_unloaded.csv", "out/rx_near_loaded.csv", "out/truth.toml"),
+        "simulate --robot rx90 --trajectory rx_short.csv --payload box.toml --rate 50 --seed 7 --out out",
+        ("out/rx_short_unloaded.csv", "out/rx_short_loaded.csv", "out/truth.toml"),
     ),
     Run(
         "real_payload_ur10e",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from dynident.tests.frozen.compare import differences, told
-from dynident.tests.frozen.freeze import FOLDER, outputs, read, variant
+from dynident.tests.frozen.freeze import FOLDER, outputs, read
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.frozen.runs import RUNS, Run
 
@@ -26,7 +26,7 @@ def inputs() -> Iterator[Path]:
 def test_a_run_gives_what_is_frozen(run: Run, inputs: Path) -> None:
     if run.real and not os.environ.get("DYNIDENT_DATA"):
         pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
-    rows = differences(run, read(run, variant()), outputs(run))
+    rows = differences(run, read(run), outputs(run))
     assert not rows, told(run, rows)
 
 
@@ -37,11 +37,7 @@ def test_runs_without_a_compiler_give_what_is_frozen(tmp_path: Path) -> None:
     program = [sys.executable, "-m", "dynident.tests.frozen.freeze", "--into", str(tmp_path)]
     subprocess.run(program, check=True, env=environment, capture_output=True)
     found = [run for run in RUNS if (tmp_path / f"{run.name}.json").exists()]
-    texts = [
-        told(run, rows)
-        for run in found
-        if (rows := differences(run, read(run, "numpy"), read(run, "compiled", tmp_path)))
-    ]
+    texts = [told(run, rows) for run in found if (rows := differences(run, read(run), read(run, tmp_path)))]
     assert found
     assert not texts, "\n\n".join(texts)
 

@@ -10,12 +10,14 @@ _LOCAL = (
     (re.compile(r"[^\s\"'()=,;]*/(?=(?:model/robots|examples)/)"), ""),  # where the package lies
     (re.compile(r"\b[0-9a-f]{64}\b"), "@"),  # checksums
     (re.compile(r"\b[0-9]+\.[0-9]+\.[0-9]+(?:\.?[a-z]+[0-9]*)*\b|\bnot installed\b"), "@"),  # versions
+    (re.compile(r"─{2,}"), "──"),  # as wide as the numbers
     (re.compile(r"\b[0-9]{4}-[0-9]{2}-[0-9]{2}(?:[T ][0-9]{2}:[0-9]{2}(?::[0-9]{2})?)?"), "@"),  # dates
 )
 """What differs from one machine or day to the next."""
 _FINE = 9
 """A number with more digits than this was not rounded for reading, and keeps noise of the arithmetic."""
 _NOISE = 1e-9
+_ZERO = 1e-12
 
 
 class Text(NamedTuple):
@@ -43,7 +45,7 @@ def same_printed(old: str, new: str) -> bool:
     was, now = float(old), float(new)
     if not (_rounded(old) or _rounded(new)):
         return was == now
-    allowed = max(_unit(old), _unit(new))
+    allowed = max(_unit(old), _unit(new), _ZERO)
     if _digits(old) > _FINE:
         allowed = max(allowed, _NOISE * max(1.0, abs(was)))
     return abs(now - was) <= 1.000001 * allowed
