@@ -115,7 +115,7 @@ def make() -> None:
             keep(folder / f"{name}.csv")
         for line in RECORDINGS:
             dynident(f"simulate {line} --out .")
-        recordings = sorted(folder.glob("*_*loaded.csv"))
+        recordings = sorted(path for path in folder.glob("*loaded.csv") if "currents" not in path.name)
         for path in recordings:
             round_recording(path)
             keep(path)
