@@ -6,9 +6,8 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from ... import model, report
 from ...common.files import write_text
-from ...model import InertialParameters
-from ...report.documents import write_json
 from ..progress import bar
 from .analysis import outcome
 from .paper import paper_tables
@@ -55,13 +54,13 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
             f"drive gains wrong by {100 * gain_error:g} %": scenarios["gains"].payload,
         },
     )
-    write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
+    report.documents.write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
     print(document)
     return 0
 
 
 def one_experiment(
-    payload: InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
+    payload: model.InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
 ) -> dict[str, Outcome]:
     """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
     robot = paper_robot()
