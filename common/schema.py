@@ -286,7 +286,7 @@ def _words(node: inspect.Type, many: bool = False) -> str:
             return " or ".join(_words(one, many) for one in types if isinstance(one, _TOLD))
         case inspect.FloatType() | inspect.IntType():
             kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
-            bound = "" if node.ge in (None, -_LARGEST) else f" of at least {node.ge:g}"
+            bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"
             bound = bound if node.gt is None else f" above {node.gt:g}"
             return (f"{kind}s" if many else f"a {kind}") + bound
         case inspect.TupleType(item_types=items):
