@@ -1,7 +1,7 @@
-"""TOML and JSON files by their types: each key is declared once, and what is wrong with a file is told in one line.
+"""TOML and JSON files by their types: each key is declared once, what is wrong with a file is told in one line.
 
-A kind of file is a ``Table``: its fields are the keys, their types what may stand there, their defaults what is meant
-where a key is left out. Keys that are not declared are refused.
+A kind of file is a ``Table``: its fields are the keys, their types what may stand there, their defaults what is
+meant where a key is left out. Keys that are not declared are refused.
 """
 
 import json
@@ -31,16 +31,16 @@ Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
 """Numbers in a row; null stands for one that is not finite."""
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 """Rows of numbers."""
-_NUMBERS = {Vector: tuple[float | None, ...], Matrix: tuple[tuple[float | None, ...], ...]}
+_NUMBERS: dict[Any, Any] = {Vector: tuple[float | None, ...], Matrix: tuple[tuple[float | None, ...], ...]}
 
 
-class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A table of a file; ``advice`` says of a key what no type tells."""
 
     advice: ClassVar[Mapping[str, str]] = {}
 
 
-class Wrong(ValueError):
+class WrongKeyError(ValueError):
     """What is wrong with one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 
     def __init__(self, key: str, problem: str) -> None:
@@ -64,10 +64,10 @@ def at(key: str) -> Iterator[None]:
     """Say of whatever is wrong inside at which key it is."""
     try:
         yield
-    except Wrong as fault:
-        raise Wrong(f"{key}.{fault.key}", fault.problem) from None
+    except WrongKeyError as fault:
+        raise WrongKeyError(f"{key}.{fault.key}", fault.problem) from None
     except ValueError as error:
-        raise Wrong(key, str(error)) from None
+        raise WrongKeyError(key, str(error)) from None
 
 
 _Kind = TypeVar("_Kind")
@@ -140,7 +140,7 @@ def convert(data: Any, kind: type[_Kind]) -> _Kind:
     """A table of plain values as one of its kind.
 
     Raises:
-        Wrong: names the key.
+        WrongKeyError: names the key.
     """
     try:
         return msgspec.convert(data, kind, dec_hook=_array)
@@ -228,12 +228,12 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]
-    for word, problem in (("required", _missing), ("unknown", _unknown)):
+    for word, told in (("required", _missing), ("unknown", _unknown)):
         if found := re.search(rf"{word} field `(.*)`", text):
-            return Wrong(f"{key}.{found[1]}"[1:], problem(_chosen(kind, data), found[1]))
+            return WrongKeyError(f"{key}.{found[1]}"[1:], told(_chosen(kind, data), found[1]))
     problem = advice or f"must be {words(kind)}"
-    told = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
-    return Wrong(key[1:], told) if key else ValueError(told)
+    problem = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
+    return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 
 def _missing(table: type[Table], key: str) -> str:
@@ -275,15 +275,10 @@ def words(kind: Any) -> str:
     return _words(inspect.type_info(kind))
 
 
-_TOLD = (inspect.FloatType, inspect.IntType, inspect.StrType, inspect.BoolType, inspect.LiteralType, inspect.TupleType,
-         inspect.VarTupleType, inspect.CustomType, inspect.StructType, inspect.DictType)  # fmt: skip
-"""What is told of several kinds; null is not."""
-
-
 def _words(node: inspect.Type, many: bool = False) -> str:
     match node:
         case inspect.UnionType(types=types):
-            return " or ".join(_words(one, many) for one in types if isinstance(one, _TOLD))
+            return " or ".join(_words(one, many) for one in types if not isinstance(one, inspect.NoneType))
         case inspect.FloatType() | inspect.IntType():
             kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
             bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"

@@ -1,7 +1,8 @@
 """Reads a scene from TOML: what stands in the way of a motion."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from msgspec import Meta, structs
 
@@ -11,7 +12,12 @@ from .collision import Capsule, HalfSpace, Scene
 _Name = Annotated[str, Meta(min_length=1)]
 
 
-class _Body(Table):
+class _Body(Table, frozen=True):
+    advice: ClassVar[Mapping[str, str]] = {
+        "link": "must be a whole number, 0 for the world",
+        "radius": "must be a number [m]",
+    }
+
     name: _Name
     link: int
     radius: Real
@@ -19,13 +25,21 @@ class _Body(Table):
     end: Triple | None = None
 
 
-class _Surface(Table):
+class _Surface(Table, frozen=True):
     name: _Name
     normal: Triple = (0.0, 0.0, 1.0)
     offset: Real = 0.0
 
 
-class _Scene(Table):
+class _Scene(Table, frozen=True):
+    advice: ClassVar[Mapping[str, str]] = {
+        "bodies": "must be tables [[bodies]]",
+        "surfaces": "must be tables [[surfaces]]",
+        "pairs": "must be pairs of names",
+        "may_touch": "must be pairs of names",
+        "clearance": "must be a number [m]",
+    }
+
     bodies: tuple[_Body, ...] = ()
     surfaces: tuple[_Surface, ...] = ()
     pairs: tuple[tuple[str, str], ...] = ()

@@ -8,8 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
-from ...common.schema import Real, Wrong, naming, read_toml
-from ...model import InertialParameters
+from ...common.schema import Real, WrongKeyError, naming, read_toml
 from ...model.files import BodyTable
 from ..equations.names import PAYLOAD
 
@@ -64,7 +63,7 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     return KnownLoad(("M_L",), np.array([mass]), sigma)
 
 
-class _LoadTable(BodyTable, kw_only=True):
+class _LoadTable(BodyTable, frozen=True, kw_only=True):
     mass: Real
     mass_sigma: Real = 0.0
 
@@ -82,11 +81,13 @@ def read_known_load(path: str | Path) -> KnownLoad:
     with naming(path):
         load, body = known_mass(table.mass, table.mass_sigma), table.body()
         if table.com is None and table.inertia_com is not None:
-            raise Wrong("com", "missing: give the centre of mass [m], three numbers, where inertia_com is given")
+            raise WrongKeyError(
+                "com", "missing: give the centre of mass [m], three numbers, where inertia_com is given"
+            )
         if table.com is None:
             return load
         if table.inertia_com is None:
             return KnownLoad(PAYLOAD[6:], body.vector[6:], table.mass_sigma)
         if not body.physically_consistent:
-            raise Wrong("inertia_com", "no body has this inertia at its centre of mass: correct it")
+            raise WrongKeyError("inertia_com", "no body has this inertia at its centre of mass: correct it")
         return KnownLoad(PAYLOAD, body.vector, table.mass_sigma)

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from msgspec import Meta
 
-from ...common.schema import Real, Table, Wrong, at, naming, read_toml
+from ...common.schema import Real, Table, WrongKeyError, at, naming, read_toml
 from .layout import Layout, spread
 from .mapping import QUANTITIES, REFERENCES, FilePart, LogMap, Quantity
 from .pose_columns import ToolColumns
@@ -18,7 +18,7 @@ _Numbers = tuple[Real, ...]
 _Count = Annotated[int, Meta(ge=0)]
 
 
-class _Layout(Table):
+class _Layout(Table, frozen=True):
     delimiter: str = ""
     decimal: str = "."
     names: _Texts = ()
@@ -31,23 +31,23 @@ class _Layout(Table):
         return Layout(self.delimiter, self.decimal, names, self.skip_lines, self.numbers_per_row, self.topic)
 
 
-class _File(_Layout, kw_only=True):
+class _File(_Layout, frozen=True, kw_only=True):
     name: str
 
 
-class _Time(Table):
+class _Time(Table, frozen=True):
     column: str | None = None
     unit: str | None = None
     rate_hz: Real | None = None
 
 
-class _Coupling(Table):
+class _Coupling(Table, frozen=True):
     motor: int
     joint: int
     ratio: Real | None = None
 
 
-class _Motor(Table):
+class _Motor(Table, frozen=True):
     gear_ratios: _Numbers
     coupling: tuple[_Coupling, ...] = ()
 
@@ -58,13 +58,13 @@ class _Motor(Table):
         for number, coupling in enumerate(self.coupling, start=1):
             motor, joint = coupling.motor, coupling.joint
             if not (1 <= motor <= n and 1 <= joint <= n) or motor == joint:
-                raise Wrong(f"coupling[{number}]", f"motor {motor} and joint {joint} are no two of {n}")
+                raise WrongKeyError(f"coupling[{number}]", f"motor {motor} and joint {joint} are no two of {n}")
             ratio = self.gear_ratios[motor - 1] if coupling.ratio is None else coupling.ratio
             rows[motor - 1][joint - 1] = ratio
         return tuple(map(tuple, rows))
 
 
-class _Pose(Table):
+class _Pose(Table, frozen=True):
     columns: _Texts
     unit: str = "m"
     rotation: _Texts = ()
@@ -76,7 +76,7 @@ class _Pose(Table):
         return ToolColumns(columns, self.unit, rotation, self.form, self.rotation_unit)
 
 
-class _Quantity(Table):
+class _Quantity(Table, frozen=True):
     columns: _Texts = ()
     unit: _Texts = ()
     side: Literal["joint", "motor"] = "joint"
@@ -91,7 +91,7 @@ class _Quantity(Table):
         return Quantity(kind, columns, unit, self.side, self.sign, zero, self.rated)
 
 
-class _Reference(Table):
+class _Reference(Table, frozen=True):
     advice: ClassVar[Mapping[str, str]] = {"columns": "name the columns"}
 
     columns: _Texts
@@ -100,15 +100,15 @@ class _Reference(Table):
     def reference(self, kind: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
         columns, units = spread(_listed(self.columns)), _listed(self.unit)
         if not columns:
-            raise Wrong("columns", "name the columns")
+            raise WrongKeyError("columns", "name the columns")
         for unit in units:
             if is_share(unit):
-                raise Wrong("unit", "percent of what is not said: give N·m")
+                raise WrongKeyError("unit", "percent of what is not said: give N·m")
             factor(REFERENCES[kind], unit)
         return kind, columns, units
 
 
-class _Map(Table):
+class _Map(Table, frozen=True):
     title: str = ""
     joints: _Texts = ()
     file: _Layout = _Layout()
@@ -138,7 +138,7 @@ def read_log_map(path: str | Path) -> LogMap:
 def _log_map(source: str, table: _Map) -> LogMap:
     time, quantities, references = table.time, [], []
     if time.rate_hz is not None and (time.column, time.unit) != (None, None):
-        raise Wrong("time", "give rate_hz, or column and unit")
+        raise WrongKeyError("time", "give rate_hz, or column and unit")
     with at("file"):
         layout = table.file.layout()
     files = []

@@ -19,8 +19,8 @@ TenTable = defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], b
 """Khalil's ten about the frame's origin."""
 
 
-class BodyTable(Table):
-    """A body by its centre of mass; ``inertia_com`` about it: Ixx, Ixy, Ixz, Iyy, Iyz, Izz, entries of the matrix."""
+class BodyTable(Table, frozen=True):
+    """A body by its centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
 
     mass: _Bounded = 0.0
     com: Three | None = None

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from msgspec import Meta, field, structs
 
-from ...common.schema import Real, Table, Triple, Wrong, at
+from ...common.schema import Real, Table, Triple, WrongKeyError, at
 from ..drives import Coupling, Drives, Spring
 from ..pose import Pose
 from ..processing import Processing
@@ -20,7 +20,7 @@ _LIMITS = {"position": "position_{}", "speed": "speed_{}_s", "acceleration": "ac
 _Pair = tuple[Real, Real]
 
 
-class PoseTable(Table):
+class PoseTable(Table, frozen=True):
     """A frame in another one."""
 
     xyz: Triple = (0.0, 0.0, 0.0)
@@ -37,7 +37,7 @@ class PoseTable(Table):
         return Pose.from_rpy(self.xyz, [math.radians(angle) for angle in self.rpy_deg])
 
 
-class JointTable(Table):
+class JointTable(Table, frozen=True):
     """A joint; ``d`` and ``r`` are lengths or names of lengths, the limits' units go by the joint's kind."""
 
     advice: ClassVar[Mapping[str, str]] = {
@@ -87,7 +87,7 @@ class JointTable(Table):
         given: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
         for name, key in _LIMITS.items():
             if getattr(self, key.format(other)) is not None:
-                raise Wrong(key.format(other), f"a {self.kind} joint takes {key.format(unit)}")
+                raise WrongKeyError(key.format(other), f"a {self.kind} joint takes {key.format(unit)}")
             value = getattr(self, key.format(unit))
             if value is not None:
                 given[name] = tuple(end * scale for end in value) if name == "position" else value * scale
@@ -100,18 +100,18 @@ class JointTable(Table):
         if not isinstance(value, str):
             return value, ""
         if value not in lengths:
-            raise Wrong(key, f"no length {value!r} in [lengths]")
+            raise WrongKeyError(key, f"no length {value!r} in [lengths]")
         return lengths[value], value
 
 
-class CouplingTable(Table):
+class CouplingTable(Table, frozen=True):
     """Two coupled drives."""
 
     joints: tuple[int, int]
     coulomb: Literal["sum", "paper"] = "sum"
 
 
-class SpringTable(Table):
+class SpringTable(Table, frozen=True):
     """A gravity spring, by its law or by a table of [angle in degrees, torque in N·m]."""
 
     advice: ClassVar[Mapping[str, str]] = {"table": "must be a list of [angle in degrees, torque in N·m]"}
@@ -127,8 +127,7 @@ class SpringTable(Table):
     def of(spring: Spring) -> "SpringTable":
         """Table of a spring."""
         rows = tuple((_degrees(angle), torque) for angle, torque in spring.table)
-        law = {} if rows else {"stiffness": spring.stiffness, "length": spring.length, "arms": spring.arms}
-        return SpringTable(joint=spring.joint, zero_deg=_degrees(spring.zero), table=rows, **law)
+        return SpringTable(spring.joint, spring.stiffness, spring.length, spring.arms, _degrees(spring.zero), rows)
 
     def spring(self) -> Spring:
         """The spring."""
@@ -136,7 +135,7 @@ class SpringTable(Table):
         return Spring(self.joint, self.stiffness, self.length, self.arms, math.radians(self.zero_deg), rows)
 
 
-class DrivesTable(Table):
+class DrivesTable(Table, frozen=True):
     """What the model has of each drive; keys that are left out go by the side where torque is measured."""
 
     side: Literal["motor", "link"] = "motor"
@@ -162,7 +161,7 @@ class DrivesTable(Table):
         """The drives."""
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
-                raise Wrong(key, "sensors on the link side do not see it: leave it out")
+                raise WrongKeyError(key, "sensors on the link side do not see it: leave it out")
         given = {name: getattr(self, name) for name in ("rotor_inertia", "friction", "offsets")}
         drives = replace(_usual(self.side), **{key: value for key, value in given.items() if value is not None})
         if self.coupling:
@@ -174,7 +173,7 @@ class DrivesTable(Table):
         return drives
 
 
-class ProcessingTable(Table):
+class ProcessingTable(Table, frozen=True):
     """How recordings are treated."""
 
     rate: Real | None = field(default=Processing.rate, name="rate_hz")
@@ -185,7 +184,7 @@ class ProcessingTable(Table):
     max_mismatch: Real = Processing.max_mismatch
 
 
-class RobotTable(Table, kw_only=True):
+class RobotTable(Table, frozen=True, kw_only=True):
     """A robot."""
 
     advice: ClassVar[Mapping[str, str]] = {"joints": "give one [[joints]] table for each joint"}
@@ -198,11 +197,11 @@ class RobotTable(Table, kw_only=True):
     rated_payload_kg: Real | None = None
     flange: PoseTable = PoseTable()
     base: PoseTable = PoseTable()
-    lengths: dict[str, Real] = {}
+    lengths: dict[str, Real] = field(default_factory=dict)
     joints: Annotated[tuple[JointTable, ...], Meta(min_length=1)]
     drives: DrivesTable = DrivesTable()
     processing: ProcessingTable = ProcessingTable()
-    parameters: dict[str, Real] = {}
+    parameters: dict[str, Real] = field(default_factory=dict)
 
     @staticmethod
     def of(robot: Robot, source: str) -> "RobotTable":
@@ -229,7 +228,7 @@ class RobotTable(Table, kw_only=True):
         """The robot.
 
         Raises:
-            Wrong: names the key.
+            WrongKeyError: names the key.
         """
         joints = []
         for number, table in enumerate(self.joints, start=1):
@@ -256,7 +255,7 @@ class RobotTable(Table, kw_only=True):
         known = standard_columns(robot.with_offsets(True))
         for key in robot.parameters:
             if key not in known:
-                raise Wrong(f"parameters.{key}", "not a standard parameter of this robot")
+                raise WrongKeyError(f"parameters.{key}", "not a standard parameter of this robot")
         return robot
 
 
@@ -272,4 +271,6 @@ def _degrees(angle: float) -> float:
     """As few digits as give the angle back to 1e-14 rad."""
     degrees = math.degrees(angle)
     short = (round(degrees, digits) + 0.0 for digits in range(14))
-    return next((value for value in short if abs(math.radians(value) - angle) <= 1e-14 * max(1.0, abs(angle))), degrees)
+    return next(
+        (value for value in short if abs(math.radians(value) - angle) <= 1e-14 * max(1.0, abs(angle))), degrees
+    )
