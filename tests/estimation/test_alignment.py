@@ -53,13 +53,14 @@ def test_a_lag_between_samples_is_found(lag: float) -> None:
 
     To 1/1000 of a step without noise, to 1/50 with noise of 1 mrad.
     """
-    draw, t, step = np.random.default_rng(3), 0.01 * np.arange(3000), 0.01
+    draw, t, step = np.random.default_rng(3), np.asarray(0.01 * np.arange(3000), dtype=np.float64), 0.01
     w, phase = 2 * np.pi * draw.uniform(0.05, 0.6, (4, 3)), draw.uniform(0.0, 6.0, (4, 3))
 
-    def positions(times: np.ndarray) -> np.ndarray:
-        return 0.3 * np.sin(w * times[:, None, None] + phase).sum(axis=1)
+    def run(delay: float, noise: float) -> Recording:
+        exact = 0.3 * np.sin(w * (t - delay)[:, None, None] + phase).sum(axis=1)
+        q = np.asarray(exact + noise * draw.standard_normal(exact.shape), dtype=np.float64)
+        return Recording(t, q, q)
 
     for noise, most in ((0.0, step / 1000), (1e-3, step / 50)):
-        runs = [positions(t - delay) + noise * draw.standard_normal((len(t), 3)) for delay in (0.0, lag)]
-        pair = aligned(*(Recording(t, q, q) for q in runs), rate=100.0, max_mismatch=0.02)
+        pair = aligned(run(0.0, noise), run(lag, noise), rate=100.0, max_mismatch=0.02)
         assert pair.lag == pytest.approx(lag, abs=most)

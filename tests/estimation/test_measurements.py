@@ -34,9 +34,9 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
 
 def test_each_pair_is_aligned_once(recordings: list[Recording]) -> None:
     measurements = Measurements(SETTINGS)
-    pair = measurements.pair(*recordings)
-    again = measurements.pair(*recordings)
+    pair = measurements.pair(recordings[0], recordings[1])
+    again = measurements.pair(recordings[0], recordings[1])
     assert again is pair
     assert measurements.of(pair.loaded) is measurements.of(again.loaded)
-    assert pair.lag == aligned(*recordings, 100.0, SETTINGS.max_mismatch).lag
+    assert pair.lag == aligned(recordings[0], recordings[1], 100.0, SETTINGS.max_mismatch).lag
     assert measurements.pair(recordings[1], recordings[0]).lag == pytest.approx(-pair.lag, abs=1e-6)
