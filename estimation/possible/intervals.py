@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.arrays import Array
+from ...model.inertia import inertia_gradient
 from ..equations.names import PAYLOAD
 from ..fit.robust import student95
 from .constrained import ConstrainedEstimate
@@ -136,7 +137,7 @@ def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]
     known = sign * _inertias(problem.full(np.array(points)))[:, i, j]
     first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
     for _ in range(_ROUNDS):
-        gradient = problem.select @ _gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+        gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
         if not gradient.any():  # all it depends on was eliminated
             break
         tried = z + _STEPS[:, None] * (profile.farthest(sign * gradient) - z)
@@ -167,7 +168,7 @@ def _moments(result: ConstrainedEstimate, half: float) -> Array:
             for k, v in enumerate(directions)
             for j, w in enumerate(directions[: k + 1])
         ]
-        J = np.array([factor * _gradient(result.values, v, w)[places] for v, w, factor in pairs])
+        J = np.array([factor * inertia_gradient(result.values, v, w)[places] for v, w, factor in pairs])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])
@@ -183,12 +184,3 @@ def _inertias(x: Array) -> Array:
     h, M = x[:, 6:9], x[:, 9, None, None]
     squares = (h * h).sum(axis=1)[:, None, None] * np.eye(3) - h[:, :, None] * h[:, None, :]
     return np.asarray(x[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]] - squares / M)
-
-
-def _gradient(x: Array, v: Array, w: Array) -> Array:
-    """Of v' I w by the ten at x, (10,)."""
-    h, M = x[6:9], x[9]
-    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
-    turned = np.trace(V) * h - V @ h
-    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
-    return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])

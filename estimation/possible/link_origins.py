@@ -8,7 +8,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.frames import bodies_in_link_frames
-from ...model.inertia import skew
+from ...model.inertia import gradients
 from ...model.names import parameter_kind
 from .data_share import Gauge, Origin, origins, origins_of
 
@@ -91,15 +91,5 @@ def _numbers(body: InertialParameters) -> list[float]:
 
 def _gradients(body: InertialParameters) -> Array:
     """Derivatives of a body's numbers by its ten; of the mass alone where there is none."""
-    rows = [np.eye(10)[9]]
-    if body.mass != 0.0:
-        rows += [(np.eye(10)[6 + k] - body.com[k] * rows[0]) / body.mass for k in range(3)]
-        c = skew(body.com)
-        # I_com = I + h^ h^ / M, h^ the cross product with h = M c.
-        change = [InertialParameters(unit) for unit in np.eye(10)]
-        of_inertia = [
-            one.inertia + skew(one.first_moments) @ c + c @ skew(one.first_moments) - one.mass * c @ c
-            for one in change
-        ]
-        rows += list(np.array([inertia[np.triu_indices(3)] for inertia in of_inertia]).T)
-    return np.array(rows)
+    mass = np.eye(len(INERTIAL))[-1:]
+    return mass if body.mass == 0.0 else np.vstack([mass, gradients(body.vector)])
