@@ -14,8 +14,8 @@ from ...common.arrays import Array
 from ...model.inertia import inertia_gradient
 from ..equations.names import PAYLOAD
 from ..fit.robust import student95
-from .constrained import ConstrainedEstimate
 from .profile import ProfileSet
+from .result import Possible
 from .scaling import ScaledProblem
 
 WIDENING = 1.2
@@ -64,7 +64,7 @@ NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2),
 """Where constraints contradict the data."""
 
 
-def profile_intervals(result: ConstrainedEstimate) -> Intervals:
+def profile_intervals(result: Possible) -> Intervals:
     """Intervals of the ten and of what follows from them.
 
     The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
@@ -151,7 +151,7 @@ def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]
             break
 
 
-def _moments(result: ConstrainedEstimate, half: float) -> Array:
+def _moments(result: Possible, half: float) -> Array:
     """Principal moments of the constrained body by the delta method, 3 x 2.
 
     Of moments that may be equal, being closer than their own intervals, V' dI V decides, V their directions: its
