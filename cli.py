@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from . import __version__
 from .commands import COMMANDS
-from .commands.arguments import BAD_INPUT, INTERRUPTED, check_folder, check_target
+from .commands.arguments import BAD_INPUT, BROKEN_PIPE, INTERRUPTED, check_folder, check_target
 from .common.errors import InputError
 
 _FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
@@ -27,8 +27,6 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
     words = tuple(sys.argv[1:] if argv is None else argv)
-    arguments = _parser(words).parse_args(words)
-    arguments.argv = words
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):
@@ -36,6 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
 
     try:
+        arguments = _parser(words).parse_args(words)
+        arguments.argv = words
         for option in _FILES_WRITTEN:
             check_target(option, getattr(arguments, option, None))
         for option in _FOLDERS_WRITTEN:
@@ -43,6 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.showwarning = _note
             return int(arguments.run(arguments))
+    except BrokenPipeError:  # whoever reads has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
     except (InputError, OSError) as error:
         message = " ".join(str(error).split())
         print(f"dynident: error: {message}", file=sys.stderr)

@@ -7,7 +7,6 @@ from . import gains as gains
 from . import payload as payload
 from . import possible as possible
 from . import recordings as recordings
-from . import repetition as repetition
 from . import robot as robot
 from . import signals as signals
 from . import weigh as weigh
@@ -33,9 +32,9 @@ from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
+from .recordings.map import LogMap as LogMap
 from .recordings.map_file import read_log_map as read_log_map
-from .recordings.mapping import LogMap as LogMap
-from .recordings.recording import read_recording as read_recording
+from .recordings.read import read_recording as read_recording
 from .robot.identification import Identification as Identification
 from .robot.identification import identify as identify
 from .weigh.stand_in import StandIn as StandIn

@@ -6,11 +6,15 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from .. import estimation, model, report
-from ..common.files import write_text
-from .paper_analysis import outcome
-from .paper_setup import TRAJECTORIES, levels, paper_robot, simulate_paper
-from .progress import bar
+from ... import model, report
+from ...common.files import write_text
+from ..progress import bar
+from .analysis import outcome
+from .paper import paper_tables
+from .repeated_figure import save_repetitions
+from .repeated_text import Scenario, repeated_document, repeated_numbers
+from .repetition import Outcome
+from .setup import TRAJECTORIES, levels, paper_robot, simulate_paper
 
 WORKERS = 2
 
@@ -26,8 +30,8 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
         gain_error: standard deviation of the drive gains in the scenario with gain errors, relative.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    payload = report.paper.paper_tables().payload
-    results: dict[int, dict[str, estimation.repetition.Outcome]] = {}
+    payload = paper_tables().payload
+    results: dict[int, dict[str, Outcome]] = {}
     # A new interpreter each: a copy of this one would share its compiled code's state.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, bar("experiments") as progress:
@@ -39,14 +43,10 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    scenarios = {
-        name: report.experiment.Scenario.of([results[k][name] for k in range(count)]) for name in results[0]
-    }
-    document = report.experiment.repeated_document(
-        scenarios, report.paper.paper_tables(), trajectories, range(seed, seed + count), gain_error
-    )
+    scenarios = {name: Scenario.of([results[k][name] for k in range(count)]) for name in results[0]}
+    document = repeated_document(scenarios, paper_tables(), trajectories, range(seed, seed + count), gain_error)
     write_text(folder / "simulated_experiment.md", document)
-    report.repetition_plot.save_repetitions(
+    save_repetitions(
         folder / "simulated_experiment.png",
         {
             "noise as on the paper's robot": scenarios["paper"].payload,
@@ -54,14 +54,14 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
             f"drive gains wrong by {100 * gain_error:g} %": scenarios["gains"].payload,
         },
     )
-    report.documents.write_json(folder / "simulated_experiment.json", report.experiment.repeated_numbers(scenarios))
+    report.documents.write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
     print(document)
     return 0
 
 
 def one_experiment(
     payload: model.InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
-) -> dict[str, estimation.repetition.Outcome]:
+) -> dict[str, Outcome]:
     """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
     robot = paper_robot()
     experiment = simulate_paper(robot, payload, levels("paper"), seed, trajectories)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import model, trajectories
+from ... import model, trajectories
 
 TRAJECTORIES = 18
 """For identification, as in the paper; one more is held out."""

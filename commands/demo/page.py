@@ -8,9 +8,9 @@ from pathlib import Path
 
 from rich.table import Table
 
-from .. import estimation, report
-from .paper_analysis import Analysis
-from .report import provenance, settings_in_words, write_page
+from ... import estimation, report
+from ..report import provenance, settings_in_words, write_page
+from .analysis import Analysis
 
 
 def write_paper_report(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..model import INERTIAL, InertialParameters
+from ...model import INERTIAL, InertialParameters
 
 
 class Printed(NamedTuple):

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..estimation.repetition import Outcome, Repetition
-from ..model import InertialParameters
-from .documents import Document
+from ...model import InertialParameters
+from ...report.documents import Document
 from .paper import PaperTables
+from .repetition import Outcome, Repetition
 
 ROBOT = "robot"
 """Name of the robot's parameters among the answers: method 4, all base parameters."""

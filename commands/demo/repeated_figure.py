@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation.repetition import Repetition
-from .plots import save_figure
+from ...report.plots import save_figure
+from .repetition import Repetition
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _SHOWN = ("M", "MZ", "XX", "YY", "ZZ")

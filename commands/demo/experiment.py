@@ -5,11 +5,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from .. import estimation, report
-from .paper_analysis import Analysis, analyse
-from .paper_report import write_paper_report
-from .paper_setup import levels, paper_robot, simulate_paper
-from .progress import bar
+from ... import estimation, report
+from ..progress import bar
+from .analysis import Analysis, analyse
+from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
+from .page import write_paper_report
+from .paper import paper_tables
+from .setup import levels, paper_robot, simulate_paper
 
 
 def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
@@ -23,25 +25,23 @@ def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
     """
     folder, disturbances = Path(arguments.out), levels(arguments.noise, gain_error)
     folder.mkdir(parents=True, exist_ok=True)
-    robot, paper = paper_robot(), report.paper.paper_tables()
+    robot, paper = paper_robot(), paper_tables()
     with bar("simulating") as progress:
         experiment = simulate_paper(
             robot, paper.payload, disturbances, arguments.seed, arguments.trajectories, progress
         )
     with Console(stderr=True).status("reducing") as status:
         analysis = analyse(experiment, status.update)
-    first = report.paper_comparison.table1(analysis.answer, paper)
+    first = table1(analysis.answer, paper)
     tables = [
         *([first] if first else []),
-        report.paper_comparison.table2(analysis.joint, analysis.essential, analysis.truth, paper),
-        report.tables.paper_payload_table(analysis.answer.estimates, paper.payload, paper),
-        report.paper_comparison.constrained_table(analysis.answer, paper.payload),
+        table2(analysis.joint, analysis.essential, analysis.truth, paper),
+        paper_payload_table(analysis.answer.estimates, paper.payload, paper),
+        constrained_table(analysis.answer, paper.payload),
     ]
     terminal = report.tables.console(*tables)
     terminal.print(*tables)
-    notes = report.paper_comparison.experiment_notes(
-        experiment, analysis.robot, analysis.joint, analysis.held_out, paper
-    )
+    notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
     for line in [*notes, *report.tables.payload_notes(analysis.answer)]:
         terminal.print(line, markup=False, highlight=False)
     _save(folder, analysis)

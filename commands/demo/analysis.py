@@ -8,9 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from .. import estimation, trajectories
-from ..common.arrays import Array
-from ..common.progress import Progress, silent
+from ... import estimation, trajectories
+from ...common.arrays import Array
+from ...common.progress import Progress, silent
+from .repetition import Answer, Outcome, answer_of
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""
@@ -99,28 +100,26 @@ def true_values(experiment: trajectories.Experiment, problem: estimation.Payload
     )
 
 
-def outcome(experiment: trajectories.Experiment, robot: bool = True) -> estimation.repetition.Outcome:
+def outcome(experiment: trajectories.Experiment, robot: bool = True) -> Outcome:
     """Each estimator's answer beside the truth, and what kind of data it is; ``robot``: its parameters too."""
     problem = reduced_experiment(experiment)
     assert problem.unloaded is not None
     truth = true_values(experiment, problem)
     answer = estimation.answer_payload(problem)
-    found: dict[str, estimation.repetition.Answer] = {}
+    found: dict[str, Answer] = {}
     if robot:
         joint = robust_joint(problem)
-        found["robot"] = estimation.repetition.answer_of(joint, _of(truth, joint.names))
+        found["robot"] = answer_of(joint, _of(truth, joint.names))
     for estimate in answer.estimates:
-        found[f"method {estimate.method}"] = estimation.repetition.answer_of(
-            estimate.estimate, _of(truth, estimation.PAYLOAD)
-        )
+        found[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, estimation.PAYLOAD))
     for payload in answer.constrained:
         low, high = payload.intervals.parameters.T
-        body = estimation.repetition.Answer(
+        body = Answer(
             estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
         )
         found[f"method {payload.method}, constrained"] = body
     alone = estimation.fit.weighted(problem.unloaded).fit
-    return estimation.repetition.Outcome(
+    return Outcome(
         found,
         alone.relative,
         tuple(alone.relative_per_joint.tolist()),

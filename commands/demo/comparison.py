@@ -5,12 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from rich.table import Table
 
-from ..estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
-from ..estimation.fit import Fit
-from ..model import INERTIAL, InertialParameters
-from ..trajectories import Experiment
+from ...estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
+from ...estimation.fit import Fit
+from ...estimation.payload import PayloadEstimate
+from ...model import INERTIAL, InertialParameters
+from ...report.tables import empty_table, residual_text
+from ...trajectories import Experiment
 from .paper import PaperTables, Printed
-from .tables import empty_table, residual_text, short_value
 
 _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")
@@ -53,6 +54,20 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
             name not in PAYLOAD and names[names.index(name) + 1 :][:1] and names[names.index(name) + 1] in PAYLOAD
         )
         table.add_row(name, *own, _number(joint.values[k]), *_printed(printed.get(name)), end_section=bool(last))
+    return table
+
+
+def paper_payload_table(
+    estimates: Sequence[PayloadEstimate], truth: InertialParameters, paper: PaperTables
+) -> Table:
+    """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
+    headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
+    table = empty_table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
+    for k, kind in enumerate(INERTIAL):
+        cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
+        rows = [paper.table1.get(kind), paper.table2.get(kind)]
+        cells += [short_value(row.value, row.two_sigma) if row else "" for row in rows]
+        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
     return table
 
 
@@ -110,6 +125,15 @@ def experiment_notes(
             "'dynident payload --gain-sigma' widens the intervals accordingly."
         )
     return lines
+
+
+def short_value(value: float, spread: float) -> str:
+    """Three decimals, as the paper prints; a spread that they do not show is left out."""
+    text = f"{round(value, 3) + 0.0:.3f}"
+    if spread < 0.0005:
+        return text
+    parts = (text, f"{spread:.3f}")
+    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
 
 
 def _own(estimate: Estimate, k: int, truth: float) -> tuple[str, ...]:

@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..common.errors import InputError
-from . import COMMANDS
-from .paper_experiment import run_demo
-from .repeated_experiment import run_repeated
-from .report import report_arguments
-from .values import positive, share, whole
+from ...common.errors import InputError
+from .. import COMMANDS
+from ..report import report_arguments
+from ..values import positive, share, whole
+from .experiment import run_demo
+from .repeated import run_repeated
 
 
 def add_parser(commands: Any) -> None:
