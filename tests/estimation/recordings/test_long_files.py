@@ -70,5 +70,5 @@ def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, c
 def test_rows_that_are_not_plain_numbers_are_refused(tmp_path: Path, row: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text(f"t,q1,tau1\n0,1,2\n{row}\n")
-    with pytest.raises(InputError, match="line 3|cannot be read"):
+    with pytest.raises(InputError, match=r"line 3|cannot be read"):
         list(open_log(path, LogMap()).blocks(("t", "q1", "tau1")))
