@@ -1,86 +1,17 @@
-"""How a log's columns become a recording: which columns, unit, side, sign."""
+"""How a log becomes a recording: its layout, columns, units, sides and signs, by a file or the command line."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .layout import Layout
-from .pose_columns import ToolColumns
-from .units import DEFAULT, factor, is_share
+from .quantity import REFERENCES, Quantity, ToolColumns, factor
+from .table import Layout
 
-QUANTITIES = ("position", "velocity", "torque", "current")
-"""What is measured of each joint."""
-REFERENCES = {"position_reference": "position", "torque_reference": "torque"}
-"""What the controller wanted of each joint, and the quantity it belongs to; read by ``read_following``."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One measured quantity of all joints.
-
-    Attributes:
-        kind: of ``QUANTITIES``.
-        columns: one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
-            less one, "{joint}" for its name. Empty: the standard names q1, qd1, tau1, i1.
-        unit: one for all joints, or one for each.
-        side: "motor": before the gears.
-        sign: 1 or -1 for each joint; of the column, before anything else.
-        zero: added to joint-side positions [rad or m], one for each joint.
-        rated: what 100 percent is, in N·m, N or A on the column's own side, one for each joint.
-    """
-
-    kind: str
-    columns: tuple[str, ...] = ()
-    unit: tuple[str, ...] = ()
-    side: Literal["joint", "motor"] = "joint"
-    sign: tuple[float, ...] = ()
-    zero: tuple[float, ...] = ()
-    rated: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Refuse what contradicts itself."""
-        if self.side not in ("joint", "motor"):
-            raise ValueError(f"side {self.side!r}: give 'joint' or 'motor'")
-        if self.side == "motor" and self.kind == "current":
-            raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
-        if any(abs(sign) != 1.0 for sign in self.sign):
-            raise ValueError("sign must be 1 or -1")
-        if self.zero and self.kind != "position":
-            raise ValueError("only positions have a zero")
-        shares = [is_share(unit) for unit in self.units]
-        if any(shares) != bool(self.rated):
-            raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
-        for unit in self.units:
-            factor(self.kind, unit)
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """The units that are given, or the SI one."""
-        return self.unit or (DEFAULT[self.kind],)
-
-    def factors(self, n: int) -> Array:
-        """What each column is multiplied by, shape (n,)."""
-        factors = np.array([factor(self.kind, unit) for unit in self.units]) * np.ones(n)
-        for values in (self.sign, self.rated):
-            if values:
-                factors = factors * values
-        return factors
-
-    def check(self, n: int, source: str) -> None:
-        """Refuse lists that are not as long as the robot has joints.
-
-        Raises:
-            InputError: names the list.
-        """
-        lists = {"unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero, "rated": self.rated}
-        lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
-        for name, values in lists.items():
-            if values and len(values) != n:
-                raise InputError(f"{source}: {self.kind}.{name} has {len(values)} entries, the robot {n} joints")
+_SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
 
 
 @dataclass(frozen=True)
@@ -100,7 +31,7 @@ class LogMap:
         layout: of a text file.
         files: the files of a log that is a folder.
         time: column of time; empty with ``rate``.
-        time_unit: of ``units.TIME``.
+        time_unit: "s", "ms", "us" or "ns".
         rate: even sampling rate [Hz] of a log without a column of time.
         quantities: what the log holds; kinds that are absent go by the standard names.
         joints: names of the joints, base to tip.
@@ -115,7 +46,7 @@ class LogMap:
     time: str = "t"
     time_unit: str = "s"
     rate: float | None = None
-    quantities: tuple[Quantity, ...] = field(default=())
+    quantities: tuple[Quantity, ...] = ()
     joints: tuple[str, ...] = ()
     gears: tuple[tuple[float, ...], ...] = ()
     pose: ToolColumns | None = None
@@ -145,19 +76,19 @@ class LogMap:
         return next((q for q in self.quantities if q.kind == kind), Quantity(kind))
 
     def reference(self, kind: str) -> Quantity:
-        """What is said of a reference: side, sign and zero are those of the measured quantity, a torque's side is
-        the joint's; units are a position's own, N·m or N for a torque, unless they are given.
+        """What is said of a reference, of ``REFERENCES``: sign, side and zero are those of the measured quantity.
 
-        Args:
-            kind: of ``REFERENCES``.
+        A torque's side is the joint's. Units are a position's own, N·m or N for a torque, unless they are given.
         """
-        own = self.quantity(REFERENCES[kind])
+        measured = self.quantity(REFERENCES[kind])
         if kind == "torque_reference":
-            own = Quantity("torque", sign=own.sign)
-        _, columns, units = next((one for one in self.references if one[0] == kind), (kind, (), ()))
-        return replace(own, columns=columns, unit=units or own.unit, rated=() if units else own.rated)
+            measured = Quantity("torque", sign=measured.sign)
+        _, columns, units = next((entry for entry in self.references if entry[0] == kind), (kind, (), ()))
+        return replace(
+            measured, columns=columns, unit=units or measured.unit, rated=() if units else measured.rated
+        )
 
-    def told(self, kind: str) -> bool:
+    def names(self, kind: str) -> bool:
         """Whether columns of a quantity are named."""
         return bool(self.quantity(kind).columns)
 
@@ -183,13 +114,63 @@ class LogMap:
         return self.converted(self.quantity(kind), raw)
 
     def converted(self, quantity: Quantity, raw: Array) -> Array:
-        """The same for any quantity."""
+        """Numbers of any quantity's columns as joint-side SI values, rows x n."""
         values = raw * quantity.factors(raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
             values = values @ self.G if quantity.kind == "torque" else values @ np.linalg.inv(self.G).T
         return values + quantity.zero if quantity.zero else values
 
     def with_quantity(self, quantity: Quantity) -> "LogMap":
-        """The same with another entry for one quantity."""
+        """A map with another entry for one quantity."""
         others = tuple(q for q in self.quantities if q.kind != quantity.kind)
         return replace(self, quantities=(*others, quantity))
+
+
+def with_flags(
+    log_map: LogMap,
+    joints: Sequence[str] = (),
+    units: Sequence[str] = (),
+    signs: Sequence[float] = (),
+    topic: str = "",
+) -> LogMap:
+    """A log map with what the command line says instead.
+
+    Args:
+        log_map: from a file, or the standard.
+        joints: names, base to tip.
+        units: "q=deg", "tau=mN·m", "t=ms", ...
+        signs: 1 or -1 for each joint, of positions, speeds, torques and currents alike: its sense is turned.
+        topic: of a ROS bag.
+
+    Raises:
+        InputError: says which entry cannot be.
+    """
+    try:
+        for entry in units:
+            name, _, unit = entry.partition("=")
+            if name not in _SHORT or not unit:
+                raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
+            kind = _SHORT[name]
+            if kind == "time":
+                log_map = replace(log_map, time_unit=unit)
+            else:
+                log_map = log_map.with_quantity(replace(log_map.quantity(kind), unit=(unit,)))
+        if signs:
+            for kind in _SHORT.values():
+                if kind != "time":
+                    log_map = log_map.with_quantity(_turned(log_map.quantity(kind), signs))
+        if joints:
+            log_map = replace(log_map, joints=tuple(joints))
+        if topic:
+            log_map = replace(log_map, layout=replace(log_map.layout, topic=topic))
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"command line: {error}") from None
+    return log_map
+
+
+def _turned(quantity: Quantity, signs: Sequence[float]) -> Quantity:
+    if quantity.sign:
+        raise InputError("--signs and a sign in the log map: give only one of them")
+    return replace(quantity, sign=tuple(signs))

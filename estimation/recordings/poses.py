@@ -8,13 +8,11 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from .columns import check_missing, position_columns
-from .mapping import LogMap
-from .opening import open_log
-from .pose_columns import ToolColumns, standard_pose
-from .recording import check_finite
+from .columns import Naming, check_missing
+from .map import LogMap
+from .quantity import ToolColumns, factor, standard_pose
+from .read import opened
 from .table import RawLog
-from .units import factor
 
 
 class ToolPoses(NamedTuple):
@@ -41,19 +39,13 @@ def read_tool_poses(path: str | Path, robot: Robot, log_map: LogMap | None = Non
         InputError: names the file and column of whatever cannot be used.
     """
     log_map = log_map or LogMap()
-    log_map.check(robot.n)
-    raw = open_log(path, log_map)
+    raw = opened(path, robot, log_map)
     pose = log_map.pose or standard_pose(raw.names)
     if pose is None:
         return None
-    joints = position_columns(raw, log_map, robot)
-    wanted = (*joints, *pose.all)
-    check_missing(raw, wanted)
-    parts: list[Array] = []
-    for table in raw.blocks(wanted):
-        check_finite(raw, table, sum(map(len, parts)))
-        parts.append(table.columns(wanted))
-    values = np.concatenate(parts) if parts else np.empty((0, len(wanted)))
+    columns = (*Naming(raw, log_map, robot).columns("position"), *pose.all)
+    check_missing(raw, columns)
+    values = raw.whole(columns)
     if len(values) < 4:
         raise InputError(f"{raw.path}: {len(values)} rows of numbers: a tool pose is compared from 4 on")
     q, place, turn = np.split(values, [robot.n, robot.n + 3], axis=1)
