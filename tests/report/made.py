@@ -12,7 +12,7 @@ from dynident.estimation.possible import ConstrainedBase, ConstrainedRobot
 from dynident.model import InertialParameters, Processing
 
 RNG = np.random.default_rng(17)
-PROCESSING = Processing(rate=101.0, cutoff=11.0, decimate=7, still_speed=0.003, slow_fraction=0.04, max_mismatch=0.05)
+PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, max_mismatch=0.05)
 FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
 DRIVES = SimpleNamespace(offsets=True)
@@ -48,9 +48,8 @@ def estimate(names: tuple[str, ...], values: Any = None, n: int = 3) -> Estimate
     c = len(names)
     robust = RobustCovariance(covariance(c), 8, 6, 1.75)
     values = numbers(c) if values is None else values
-    return Estimate(
-        names, values, covariance(c), 301.5, FIT, numbers(n), robust, 0.1 * numbers(c, n), 1e-4 * np.diag(numbers(n))
-    )
+    gains = 0.1 * numbers(c, n), 1e-4 * np.diag(numbers(n))
+    return Estimate(names, values, covariance(c), 301.5, FIT, numbers(n), robust, *gains)
 
 
 def base() -> Any:
@@ -103,7 +102,9 @@ def possible_robot(free: Estimate) -> Any:
         def decided_by(self) -> str:
             return f"by {self.kind}"
 
-    origins = {"M1": Origin(kind="prior", base=(), share=0.0), "A": Origin(kind="identified", base=("AR",), share=1.0)}
+    prior, data = ("prior", (), 0.0), ("identified", ("AR",), 1.0)
+    keys = ("kind", "base", "share")
+    origins = {name: Origin(**dict(zip(keys, told, strict=True))) for name, told in (("M1", prior), ("A", data))}
     return made(
         ConstrainedRobot, free=free, nearest=possible_base(free), values=numbers(2), chi2_rise=5.25,
         active=(holding(),), status="prior", min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,

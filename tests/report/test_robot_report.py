@@ -89,7 +89,7 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     assert document["gauge"] == "prior"
     labelled = {entry["name"]: entry for entry in document["parameters"]}
     assert (labelled["M1"]["kind"], labelled["XY3"]["kind"]) == ("prior", "identified")
-    assert labelled["MX2"]["base"] == ("MX2R",)
+    assert labelled["MX2"]["base"] == ["MX2R"]
     assert set(document["min_eigenvalues"]) == set("123456")
     assert document["base_parameters"][0]["free"] == estimate.values[0]
     assert len(document["unidentifiable"]) == 26
