@@ -15,7 +15,7 @@ from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.weigh import WeighAnswer as WeighAnswer
 from .answers.weigh import answer_weighing as answer_weighing
-from .diagnosis.verdict.verdict import Verdict as Verdict
+from .diagnosis.finding import Verdict as Verdict
 from .equations.names import PAYLOAD as PAYLOAD
 from .fit.drive_gains import GainErrors as GainErrors
 from .fit.essential import SigmaBound as SigmaBound

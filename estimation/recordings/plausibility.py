@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array, equal
 from ...common.errors import InputError
 from ...common.paged import parts
-from ...model import Recording, Robot
+from ...model import Joint, Recording, Robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
 _BEYOND_LIMITS = 0.1  # of the range
@@ -61,9 +61,7 @@ def _check_positions(robot: Robot, recording: Recording) -> None:
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
             continue
-        low, high = joint.limits.position
-        margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
-        low, high = max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
+        low, high = position_range(joint)
         if lows[j] < low or highs[j] > high:
             worst = max(lows[j], highs[j], key=abs)
             guess = "degrees" if abs(worst) > 2 * np.pi else "another zero or another joint"
@@ -72,6 +70,13 @@ def _check_positions(robot: Robot, recording: Recording) -> None:
                 f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
                 "be in rad, as the robot file counts them"
             )
+
+
+def position_range(joint: Joint) -> tuple[float, float]:
+    """Where a revolute joint may stand [rad], with a margin: no arm's joint goes further."""
+    low, high = joint.limits.position
+    margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
+    return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
 
 
 def _check_torques(robot: Robot, recording: Recording) -> None:

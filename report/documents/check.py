@@ -7,8 +7,8 @@ from msgspec import UNSET, UnsetType, field, structs
 
 from ...common.schema import Document
 from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck
-from ...estimation.diagnosis.log_check.check import Excited
-from ...estimation.diagnosis.log_check.signals import JointFacts, TimeFacts
+from ...estimation.diagnosis.facts import JointFacts, TimeFacts
+from ...estimation.diagnosis.log_check import Excited
 from ...estimation.files.parts import Number
 from ...estimation.weigh import FollowingChange
 from ...model import Pose, Robot
@@ -18,7 +18,7 @@ class FindingDocument(Document, frozen=True):
     """Something that speaks against a log, or is worth knowing."""
 
     severity: Literal["error", "warning", "note"]
-    words: str
+    text: str = field(name="words")
 
 
 class LogDocument(Document, frozen=True):

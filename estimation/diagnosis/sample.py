@@ -1,13 +1,15 @@
 """A thin sample of one recording, on which many wrong assumptions can be tried in a moment."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....model import Processing, Recording
-from ...signals.filtering import lowpass, measurement
-from ...signals.rows import Mask, kept_rows
+from ...common.arrays import Array
+from ...model import Processing, Recording
+from ...model.motion import Measurement
+from ..signals.filtering import lowpass, measurement
+from ..signals.rows import Mask, kept_rows
 
 _SAMPLES = 200
 _STUCK = 0.5  # s
@@ -41,9 +43,9 @@ class Sample:
     all_torque: Array
 
     @staticmethod
-    def of(recording: Recording, processing: Processing) -> "Sample":
-        """Take some 200 instants, evenly over the moving part."""
-        data = measurement(recording, processing)
+    def of(recording: Recording, processing: Processing, filtered: Measurement | None = None) -> "Sample":
+        """Take some 200 instants, evenly over the moving part; ``filtered`` is their measurement if it is there."""
+        data = filtered or measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
         keep = kept_rows(motion, processing)
         moving = np.flatnonzero(keep.any(axis=1))
@@ -56,8 +58,18 @@ class Sample:
             _stuck(recording, motion.t[at]), motion.t, torque,
         )  # fmt: skip
 
+    @staticmethod
+    def joined(samples: Sequence["Sample"]) -> "Sample":
+        """Samples of several recordings as one."""
+        arrays = {
+            field.name: np.concatenate([getattr(sample, field.name) for sample in samples])
+            for field in fields(Sample)
+            if field.name != "source"
+        }
+        return Sample(", ".join(sample.source for sample in samples), **arrays)
+
     def later(self, delay: "float | Array") -> "Sample":
-        """The same motion with the torque that was written ``delay`` [s] later."""
+        """This motion with the torque that was written ``delay`` [s] later."""
         times = self.t + delay
         torque = np.column_stack([np.interp(times, self.all_t, channel) for channel in self.all_torque.T])
         return replace(self, torque=torque)
@@ -68,6 +80,18 @@ class Sample:
         return replace(
             self, t=self.t[own], q=self.q[own], qd=self.qd[own], qdd=self.qdd[own], torque=self.torque[own],
             keep=self.keep[own], stuck=self.stuck[own],
+        )  # fmt: skip
+
+    def turned(self, sign: Array) -> "Sample":
+        """Motion times +1 or -1 of each joint, (n,); torques stay."""
+        return replace(self, q=self.q * sign, qd=self.qd * sign, qdd=self.qdd * sign)
+
+    def reordered(self, order: Sequence[int]) -> "Sample":
+        """Joints in another order, torques with them."""
+        order = list(order)
+        return replace(
+            self, q=self.q[:, order], qd=self.qd[:, order], qdd=self.qdd[:, order],
+            keep=self.keep[:, order], torque=self.torque[:, order],
         )  # fmt: skip
 
 

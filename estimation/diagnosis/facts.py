@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....common.arrays import Array
-from ....model import Processing, Recording, Robot
-from ...recordings.plausibility import still_joints
-from ...signals.filtering import measurement
-from ...signals.rows import moving_parts
+from ...common.arrays import Array
+from ...model import Motion, Processing, Recording
+from ..recordings.plausibility import still_joints
+from ..signals.rows import moving_parts
 
 _UNEVEN = 0.05  # of the mean step: larger deviations are jitter
 _WHOLE = 0.05  # of a step: closer differences are whole multiples of it
@@ -64,14 +63,9 @@ class JointFacts:
     saturated: float
 
 
-def time_facts(recording: Recording, processing: Processing) -> TimeFacts:
-    """Facts about time.
-
-    Raises:
-        InputError: if the recording is too short to be filtered.
-    """
+def time_facts(recording: Recording, motion: Motion, processing: Processing) -> TimeFacts:
+    """Facts about time; ``motion`` is the recording's, filtered."""
     steps = np.diff(recording.t)
-    motion = measurement(recording, processing).motion
     moving = motion.t[moving_parts(motion, processing.still_speed)]
     return TimeFacts(
         samples=len(recording.t),
@@ -83,21 +77,21 @@ def time_facts(recording: Recording, processing: Processing) -> TimeFacts:
     )
 
 
-def joint_facts(robot: Robot, recording: Recording, processing: Processing) -> tuple[JointFacts, ...]:
-    """Facts about each joint's signals."""
+def joint_facts(recording: Recording, motion: Motion) -> tuple[JointFacts, ...]:
+    """Facts about each joint's signals; ``motion`` is the recording's, filtered."""
     still = still_joints([recording])
-    speed = np.abs(measurement(recording, processing).motion.qd).max(axis=0)
+    speeds = np.abs(motion.qd).max(axis=0)
     return tuple(
         JointFacts(
-            moves=j + 1 not in still,
-            position=_range(recording.q[:, j]),
-            speed=float(speed[j]),
-            torque=_range(recording.torque[:, j]),
-            position_step=smallest_step(recording.q[:, j]),
-            torque_step=smallest_step(recording.torque[:, j]),
-            saturated=share_at_extreme(recording.torque[:, j]),
+            moves=j not in still,
+            position=_range(q),
+            speed=float(speed),
+            torque=_range(torque),
+            position_step=smallest_step(q),
+            torque_step=smallest_step(torque),
+            saturated=share_at_extreme(torque),
         )
-        for j in range(robot.n)
+        for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, speeds, strict=True), 1)
     )
 
 

@@ -1,0 +1,370 @@
+"""Every key of every JSON document holds the number it is named after, and is read back as it was written."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.common.schema import Document, convert
+from dynident.estimation.diagnosis import robot_verdict
+from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
+from dynident.estimation.files.parts import PossibleRobotDocument
+from dynident.estimation.weigh import RIPPLE_CHANCE
+from dynident.model import INERTIAL
+from dynident.report import documents
+from dynident.tests.report import made
+from dynident.tests.report.written import written
+
+
+def plain(value: Any) -> Any:
+    """As JSON has it: lists, null for what is not finite."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def ten(values: Any) -> dict[str, Any]:
+    """Ten numbers by name."""
+    return dict(zip(INERTIAL, values, strict=True))
+
+
+def same(document: Document, expected: dict[str, Any]) -> None:
+    """Key for key what is expected, and what the document's own type takes."""
+    read = written(document)
+    assert set(read) == set(expected)
+    for key, value in plain(expected).items():
+        assert read[key] == value, key
+    assert written(convert(read, type(document))) == read
+
+
+PROCESSING = {
+    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
+    "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
+}  # fmt: skip
+GAINS = {
+    "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
+    "recordings": {"unloaded": ["u"], "loaded": ["l"]}, "mass": 6.5, "notes": ["said"],
+}  # fmt: skip
+VERDICT = {"level": "mass_and_com_only", "reasons": ["why"]}
+
+
+def residual(fit: Any) -> dict[str, Any]:
+    return {"all": fit.relative, "per_joint": fit.relative_per_joint}
+
+
+def robust(estimate: Any) -> dict[str, Any]:
+    told = estimate.robust
+    return {"blocks": 8, "block_length_s": 1.75, "degrees_of_freedom": 6, "warning": told.warning}
+
+
+def elimination(found: Any, label: dict[str, str], warnings: list[str]) -> dict[str, Any]:
+    estimate = found.estimate
+    return {
+        "rule": "ratio",
+        "description": found.rule.description,
+        "essential": 1,
+        "sigma_ratio": 1.01,
+        "largest_relative_sigma_percent": 5.0,
+        "relative_residual": estimate.fit.relative,
+        "parameters": [
+            {
+                "name": label.get("B", "B"),
+                "value": estimate.values[0],
+                "sigma": estimate.sigma[0],
+                "sigma_robust": estimate.sigma_robust[0],
+                "sigma_by_gains": estimate.sigma_by_gains[0],
+                "relative_sigma_percent": estimate.relative_sigma_percent[0],
+            }
+        ],
+        "path": [
+            {"eliminated": name, "remaining": left, "sigma_ratio": ratio, "largest_relative_sigma_percent": percent}
+            for name, left, ratio, percent in (
+                (None, 2, 1.0, 90.0), (label.get("A", "A"), 1, 1.01, 5.0), (label.get("B", "B"), 0, 2.5, 0.0)
+            )
+        ],
+        "warnings": warnings,
+    }  # fmt: skip
+
+
+def free_payload(result: Any) -> dict[str, Any]:
+    estimate, body = result.estimate, result.body
+    return {
+        "estimator": "wls",
+        "method": result.method,
+        "parameters": ten(estimate.values),
+        "sigma": ten(estimate.sigma),
+        "sigma_robust": ten(estimate.sigma_robust),
+        "interval95": ten(estimate.interval95),
+        "interval95_robust": ten(estimate.robust_interval95),
+        "robust": robust(estimate),
+        "com": body.com,
+        "com_sigma": result.sigma_com,
+        "com_sigma_robust": result.sigma_com_robust,
+        "inertia_com": body.inertia_com,
+        "inertia_com_sigma": result.sigma_inertia_com,
+        "inertia_com_sigma_robust": result.sigma_inertia_com_robust,
+        "min_pseudo_inertia_eigenvalue": body.min_pseudo_inertia_eigenvalue,
+        "physically_consistent": True,
+        "relative_residual": estimate.fit.relative,
+    }
+
+
+def possible_payload(payload: Any) -> dict[str, Any]:
+    free, intervals = payload.free.estimate, payload.intervals
+    return {
+        "estimator": "constrained",
+        "method": payload.method,
+        "parameters": ten(payload.result.values),
+        "sigma": ten(free.sigma),
+        "sigma_robust": ten(free.sigma_robust),
+        "sigma_with_gains": ten(payload.sigma),
+        "gain_sigma": GAINS,
+        "interval95": ten(intervals.parameters),
+        "interval95_by": "jackknife",
+        "com": payload.body.com,
+        "com_interval95": intervals.com,
+        "inertia_com": payload.body.inertia_com,
+        "inertia_com_interval95": intervals.inertia_com,
+        "principal_moments": payload.principal_moments,
+        "principal_moments_interval95": intervals.principal_moments,
+        "min_pseudo_inertia_eigenvalue": 0.0021,
+        "physically_consistent": True,
+        "constraints": ["mass from 1 kg"],
+        "active": [{"constraint": "mass from 1 kg", "multiplier": 0.33, "p_value": 0.0625}],
+        "chi2_rise": 2.125,
+        "p_value": 0.4375,
+        "conflict": False,
+        "weighed": [
+            {"mass": 3.1, "sigma": 0.05, "identified": 3.2, "identified_sigma": 0.06, "degrees_of_freedom": 7.5,
+             "z": 1.28, "p_value": 0.21}
+        ],
+        "solver_status": "Solved",
+    }  # fmt: skip
+
+
+MASS_BY_JOINTS = [
+    {"joints": [1], "visible": True, "mass": 3.01, "sigma": 0.11, "interval95": [2.8, 3.3], "share": 0.98,
+     "share_sigma": 0.015},
+    {"joints": [2], "visible": False, "mass": None, "sigma": None, "interval95": None, "share": None,
+     "share_sigma": None},
+    {"joints": [1, 2], "visible": True, "mass": 3.02, "sigma": 0.12, "interval95": [2.7, 3.4]},
+]  # fmt: skip
+PAIRS = {"lag_s": 0.011, "lags_s": [0.011, 0.012], "max_position_mismatch_rad": 0.0072}
+
+
+def test_identify() -> None:
+    result = made.identification()
+    estimate = result.estimate
+    groupings = ("AR = A + C", "BR = B - D")
+    document = documents.identification_document(result, made.PROCESSING, (2.5, 3.5), None, ["warned"])
+    same(
+        document,
+        {
+            "robot": "arm",
+            "robot_fingerprint": "f00",
+            "processing": PROCESSING,
+            "data": {
+                "equations": 96,
+                "rows_per_joint": [31, 32, 33],
+                "degrees_of_freedom": 301.5,
+                "error_norms": [1.1, 1.2, 1.3],
+                "torque_norms": [21.0, 22.0, 23.0],
+                "weights": estimate.weights,
+            },
+            "columns": ["A", "B"],
+            "covariance": estimate.covariance,
+            "covariance_robust": estimate.robust.covariance,
+            "robust": robust(estimate),
+            "base_parameters": [
+                {
+                    "name": ("AR", "BR")[k],
+                    "grouping": groupings[k],
+                    "value": estimate.values[k],
+                    "sigma": estimate.sigma[k],
+                    "relative_sigma_percent": estimate.relative_sigma_percent[k],
+                    "sigma_robust": estimate.sigma_robust[k],
+                    "interval95": estimate.interval95[k],
+                    "interval95_robust": estimate.robust_interval95[k],
+                    "sigma_by_gains": estimate.sigma_by_gains[k],
+                    "interval95_with_gains": estimate.interval95_with_gains[k],
+                    "essential": bool(k),
+                }
+                for k in range(2)
+            ],
+            "elimination": elimination(result.elimination, {"A": "AR", "B": "BR"}, ["warned"]),
+            "constrained": None,
+            "chi2_by": "jackknife",
+            "condition_number": 41.5,
+            "condition_number_scaled": 4.25,
+            "gain_sensitivity": estimate.gain_sensitivity,
+            "gain_sigma": GAINS,
+            "relative_residual": residual(made.FIT),
+            "validation": residual(made.CHECK),
+            "reasons_against_use": robot_verdict(estimate.fit).reasons,
+        },
+    )
+    stored = convert(written(document), StoredRobot)
+    for name in ("values", "covariance", "weights", "gain_sensitivity"):
+        assert np.array_equal(getattr(stored.estimate, name), getattr(estimate, name)), name
+    assert (stored.estimate.names, stored.estimate.degrees_of_freedom) == (("A", "B"), 301.5)
+    assert stored.estimate.robust is not None
+    assert np.array_equal(stored.estimate.robust.covariance, estimate.robust.covariance)
+    assert (stored.drive_gains, stored.fingerprint, stored.robot) == ((2.5, 3.5), "f00", "arm")
+    assert stored.gains is not None
+    assert (stored.gains.recordings, stored.gains.mass) == (made.GAINS.recordings, 6.5)
+
+
+@pytest.mark.parametrize("prior", [False, True])
+def test_a_robot_that_can_exist(prior: bool) -> None:
+    free = made.estimate(("A", "B"))
+    result = made.possible_robot(free) if prior else made.possible_base(free)
+    moved = (result.values - free.values) / free.sigma
+    expected: dict[str, Any] = {
+        "gauge": "prior" if prior else "base",
+        "status": result.status,
+        "chi2_rise": result.chi2_rise,
+        "p_value": result.p_value,
+        "active": [{"description": "link 2", "multiplier": 0.125}],
+        "min_eigenvalues": {"1": result.min_eigenvalues[0], "2": result.min_eigenvalues[1]},
+        "base_parameters": [
+            {"name": name, "value": result.values[k], "free": free.values[k], "moved_in_sigma": moved[k]}
+            for k, name in enumerate(("AR", "BR"))
+        ],
+        "unidentifiable": ["M1"],
+    }
+    if prior:
+        expected["prior"] = {"source": "data sheet", "budget": 2.75, "weight": 0.875, "distances": [0.5, 0.75]}
+        expected["parameters"] = [
+            {"name": "M1", "value": 4.5, "kind": "prior", "base": [], "share": 0.0, "decided_by": "by prior"},
+            {"name": "A", "value": 5.5, "kind": "identified", "base": ["AR"], "share": 1.0,
+             "decided_by": "by identified"},
+        ]  # fmt: skip
+    document = documents.constrained_document(result, made.base())
+    same(document, expected)
+    if prior:
+        stored = convert(written(document), PossibleRobotDocument)
+        assert (stored.standard, stored.source) == ({"M1": 4.5, "A": 5.5}, "data sheet")
+
+
+def test_payload() -> None:
+    answer = made.payload()
+    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5), ["warned"])
+    same(
+        document,
+        {
+            "robot": "arm",
+            "frame": "flange: plain",
+            "processing": PROCESSING,
+            "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
+            "data": {
+                "equations": 120, "equations_loaded": 130, "rate_hz": 99.5, "cutoff_hz": 11.0, **PAIRS,
+                "condition_number": 42.5, "condition_number_scaled": 4.5, "base_parameters": 2,
+            },
+            "estimates": [free_payload(answer.estimates[0]), possible_payload(answer.constrained[0])],
+            "recommended": {"method": 3, "estimator": "constrained"},
+            "mass_by_joints": MASS_BY_JOINTS,
+            "essential": elimination(answer.elimination, {"A": "AR", "B": "BR"}, ["warned"]),
+            "left_out": {"2": "no pair"},
+            "verdict": VERDICT,
+        },
+    )  # fmt: skip
+    assert isinstance(document, StoredPayload)
+
+
+@pytest.mark.parametrize("possible", [True, False])
+def test_weigh(possible: bool) -> None:
+    answer = made.weighing(possible)
+    estimate = answer.found.estimate
+    some = {
+        "estimator": "wls", "method": 1,
+        "parameters": {kind: {"MX": 0.03, "MY": 0.06, "M": 3.05}.get(kind) for kind in INERTIAL},
+        "sigma": dict.fromkeys(INERTIAL) | dict(zip(("MX", "MY", "M"), estimate.sigma, strict=False)),
+        "sigma_robust": dict.fromkeys(INERTIAL)
+        | dict(zip(("MX", "MY", "M"), estimate.sigma_robust, strict=False)),
+        "interval95": None, "com": answer.com, "com_sigma": answer.spread.com, "inertia_com": None,
+        "physically_consistent": None,
+    }  # fmt: skip
+    all_ten = possible and [free_payload(answer.constrained.free), possible_payload(answer.constrained)]
+    shown = answer.constrained.body if possible else answer.assumed
+    document = documents.weigh_document(answer, made.PROCESSING, (2.5, 3.5))
+    same(
+        document,
+        {
+            "robot": "arm",
+            "frame": "flange: plain",
+            "joints": [1, 2],
+            "processing": PROCESSING,
+            "relative_residual": {
+                "all": estimate.fit.relative, "per_joint": answer.found.unexplained(answer.problem.torque_rms),
+                "validation": None,
+            },
+            "data": {
+                "equations": 140, "rate_hz": 98.5, "cutoff_hz": 11.0, **PAIRS, "condition_number": 43.5,
+                "condition_number_scaled": 4.75,
+            },
+            "visibility": {"joints": [1, 2], "rank": 3, "parameters": {"M": "alone"}, "combinations": ["MZ + M"]},
+            "constant_torques": {"joints": [1, 2], "sigma": [0.21, 0.22]},
+            "ripple": [
+                {"source": "a.csv", "joint": 2, "waves_per_turn": 36.0, "amplitude": 0.75,
+                 "probability_by_noise": RIPPLE_CHANCE}
+            ],
+            "quantities": {
+                "mass": {"use": "use mass", "why": "why mass", "value": 3.05, "interval95": [2.9, 3.2],
+                         "sigma": 0.07},
+                "centre_of_mass": {"use": "use centre of mass", "why": "why centre of mass", "value": answer.com,
+                                   "interval95": answer.com_interval, "sigma": answer.spread.com},
+                "inertia": {
+                    "use": "use inertia", "why": "why inertia", "value": shown.inertia_com,
+                    "interval95": answer.constrained.intervals.inertia_com if possible else None,
+                    "sigma": answer.spread.inertia_com if possible else None,
+                },
+            },
+            "estimates": all_ten or [some],
+            "recommended": {"method": 1, "estimator": "constrained" if possible else "wls"},
+            "mass_from_scale": not possible,
+            "agreement": [{"name": "difference", "mass": 3.06, "com": answer.agreement[0].com}],
+            "mass_by_joints": MASS_BY_JOINTS,
+            "repeats": {
+                "sources": ["a.csv", "b.csv"], "masses": [3.03, 3.04], "sigmas": [0.13, 0.14], "spread": 0.05,
+                "excess": 1.5, "drift_per_recording": 0.001, "drift_sigma": 0.002, "drifts": False,
+            } if possible else None,
+            "assumed": None if possible else {"inertia": "a box", "parameters": answer.assumed.named()},
+            "verdict": {"level": "use", "reasons": []},
+        },
+    )  # fmt: skip
+    assert isinstance(document, StoredWeighing)
+
+
+def test_gains() -> None:
+    gains = made.drive_gains()
+    document = documents.gains_document(gains, made.PROCESSING)
+    same(
+        document,
+        {
+            "robot": "arm",
+            "processing": {"rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "slow_fraction": 0.04},
+            "load": {"known": {"M_L": 6.1}, "mass_sigma": 0.015, "identified": ten(gains.payload.vector)},
+            "drive_gains": {
+                "values": gains.values,
+                "sigma": gains.values * gains.larger_relative_sigma,
+                "relative_sigma": gains.larger_relative_sigma,
+                "relative_sigma_formula": gains.relative_sigma,
+                "relative_sigma_robust": gains.relative_sigma_robust,
+                "relative_covariance": gains.larger_relative_covariance,
+                "without_constraints": gains.free_values,
+                "identified": [True, True, False],
+                "rests_on": ["gravity", "speed", "nothing"],
+            },
+            "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
+            "robust": {"blocks": 9, "block_length_s": 1.25},
+            "relative_residual": residual(made.FIT),
+        },
+    )
+    stored = convert(written(document), StoredGains)
+    assert np.array_equal(stored.values, gains.values)
+    assert np.array_equal(stored.relative_covariance, gains.larger_relative_covariance)
+    assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
