@@ -14,7 +14,7 @@ from ...estimation.files.parts import (
     PriorDocument,
 )
 from ...estimation.files.stored import RobotData
-from ...estimation.possible import ConstrainedBase, ConstrainedRobot
+from ...estimation.possible import PossibleRobot, PriorRobot
 from ...model import BaseParameters, Processing
 from .parts import (
     elimination_document,
@@ -29,7 +29,7 @@ def identification_document(
     result: Identification,
     processing: Processing,
     drive_gains: Sequence[float] | None,
-    constrained: ConstrainedBase | ConstrainedRobot | None = None,
+    constrained: PossibleRobot | None = None,
     warnings: Sequence[str] = (),
 ) -> StoredRobot:
     """What ``dynident identify --json`` writes.
@@ -96,13 +96,12 @@ def _base_parameters(result: Identification) -> tuple[ParameterDocument, ...]:
     return tuple(ParameterDocument(**row) for row in rows)
 
 
-def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseParameters) -> PossibleRobotDocument:
+def constrained_document(result: PossibleRobot, base: BaseParameters) -> PossibleRobotDocument:
     """The nearest robot that can exist: base parameters, and with a prior the standard ones, labelled."""
     free = result.free
-    nearest = result.nearest if isinstance(result, ConstrainedRobot) else result
     moved = (result.values - free.values) / free.sigma
     prior: dict[str, Any] = {}
-    if isinstance(result, ConstrainedRobot):
+    if isinstance(result, PriorRobot):
         prior["prior"] = PriorDocument(result.prior.source, result.budget, result.weight, result.distances)
         prior["parameters"] = tuple(
             PossibleParameter(name, value, **origin._asdict(), decided_by=origin.decided_by())
@@ -118,6 +117,6 @@ def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseP
         active=tuple(ActiveDocument(holding.multiplier, holding.description) for holding in result.active),
         min_eigenvalues={str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
         base_parameters=tuple(map(PossibleParameter, base.names, result.values, free.values, moved)),
-        unidentifiable=nearest.unidentifiable,
+        unidentifiable=result.unidentifiable,
         **prior,
     )

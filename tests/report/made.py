@@ -8,7 +8,7 @@ from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.gain_recordings import GainRecordings
 from dynident.estimation.payload import PayloadEstimate
-from dynident.estimation.possible import ConstrainedBase, ConstrainedRobot
+from dynident.estimation.possible import PossibleRobot, PriorRobot
 from dynident.model import InertialParameters, Processing
 
 RNG = np.random.default_rng(17)
@@ -87,7 +87,7 @@ def holding() -> Any:
 def possible_base(free: Estimate) -> Any:
     """The nearest robot that can exist."""
     return made(
-        ConstrainedBase, free=free, values=numbers(2), chi2_rise=3.25, active=(holding(),), status="Solved",
+        PossibleRobot, free=free, values=numbers(2), chi2_rise=3.25, active=(holding(),), status="Solved",
         min_eigenvalues=(0.01, 0.02), unidentifiable=("M1",), p_value=0.375,
     )  # fmt: skip
 
@@ -106,7 +106,7 @@ def possible_robot(free: Estimate) -> Any:
     keys = ("kind", "base", "share")
     origins = {name: Origin(**dict(zip(keys, told, strict=True))) for name, told in (("M1", prior), ("A", data))}
     return made(
-        ConstrainedRobot, free=free, nearest=possible_base(free), values=numbers(2), chi2_rise=5.25,
+        PriorRobot, free=free, unidentifiable=("M1",), values=numbers(2), chi2_rise=5.25,
         active=(holding(),), status="prior", min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
         distances=(0.5, 0.75), prior=SimpleNamespace(source="data sheet"), parameters={"M1": 4.5, "A": 5.5},
         origins=origins,
@@ -132,7 +132,7 @@ def possible_payload(free: PayloadEstimate) -> Any:
         values=numbers(10),
         min_pseudo_inertia_eigenvalue=0.0021,
         constraints=(constraint,),
-        active=(SimpleNamespace(constraint=constraint, multiplier=0.33),),
+        active=(SimpleNamespace(constraint=constraint, description="mass from 1 kg", multiplier=0.33),),
         chi2_rise=2.125,
         p_value=0.4375,
         status="Solved",

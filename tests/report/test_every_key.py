@@ -1,12 +1,17 @@
 """Every key of every JSON document holds the number it is named after, and is read back as it was written."""
 
 import math
+from dataclasses import asdict
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from dynident import __version__
 from dynident.common.schema import Document, convert
-from dynident.estimation.diagnosis import robot_verdict
+from dynident.estimation.diagnosis import Finding, robot_verdict
+from dynident.estimation.diagnosis.facts import JointFacts, TimeFacts
+from dynident.estimation.diagnosis.log_check import Excited
 from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.weigh import RIPPLE_CHANCE
@@ -14,6 +19,7 @@ from dynident.model import INERTIAL
 from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.written import written
+from dynident.trajectories import BlendedPoints, Fourier, Trapezoid, ViaPoints
 
 
 def plain(value: Any) -> Any:
@@ -368,3 +374,166 @@ def test_gains() -> None:
     assert np.array_equal(stored.values, gains.values)
     assert np.array_equal(stored.relative_covariance, gains.larger_relative_covariance)
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
+
+
+LIMIT = SimpleNamespace(
+    name="speed", worst="joint 2", value=1.5, limit=2.0, violation=0.25, relative=0.125, room=0.5
+)
+
+
+def score(value: float) -> Any:
+    """A motion judged."""
+    learnt = SimpleNamespace(condition_number=51.0 + value, condition_number_scaled=5.5 + value, log_det=33.0 + value,
+                             sigma={"A": 0.1 + value, "B": 0.2 + value})  # fmt: skip
+    return SimpleNamespace(
+        value=value, learnt=learnt, duration=12.0 + value, limits=(LIMIT,), max_violation=0.125 + value,
+        feasible=False, violations=(f"too fast by {value}",), relative_sigma=lambda reference: {"A": 0.75},
+    )  # fmt: skip
+
+
+SEARCH = {"seed": 7, "starts": 8, "solver": "augmented", "evaluations": 900, "cpu_s": 6.5, "interrupted": True}
+POINTS, TIMES, SPEEDS, STEEP = (made.numbers(*shape) for shape in ((3, 2), (2,), (3, 2), (3, 2)))
+BLENDS, A, B = (made.numbers(*shape) for shape in ((3,), (2, 4), (2, 4)))
+VIA = {"kind": "via points", "points": POINTS, "durations": TIMES}
+PLANS = [
+    (
+        made.made(
+            ViaPoints, points=POINTS, durations=TIMES, speeds=SPEEDS, accelerations=STEEP, segment=Trapezoid(0.3)
+        ),
+        VIA | {"speeds": SPEEDS, "accelerations": STEEP, "segments": Trapezoid(0.3).name, "ramp": 0.3,
+               "blends": None},
+    ),
+    (
+        made.made(BlendedPoints, points=POINTS, durations=TIMES, blends=BLENDS),
+        VIA | {"speeds": None, "accelerations": None, "segments": "blend", "ramp": None, "blends": BLENDS},
+    ),
+    (
+        made.made(Fourier, offset=TIMES, a=A, b=B, period=8.5),
+        {"kind": "fourier", "offset": TIMES, "a": A, "b": B, "period": 8.5},
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("plan", "motion"), [*PLANS, (None, {})])
+def test_design(plan: Any, motion: dict[str, Any]) -> None:
+    goal = SimpleNamespace(rate=14.0, data_length=60.0)
+    problem: Any = SimpleNamespace(
+        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal
+    )
+    found: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
+    floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
+    document = documents.design_document(
+        problem, score(0.03), {"A": 2.0}, design=found, floor=floor, evaluated="log.csv", replay=score(0.05)
+    )  # fmt: skip
+    same(
+        document,
+        {
+            "robot": "arm", "robot_fingerprint": "f00", "criterion": "a", "criterion_value": 0.03,
+            "condition_number": 51.03, "condition_number_scaled": 5.53, "log_det": 33.03,
+            "predicted_sigma": {"A": 0.13, "B": 0.23}, "predicted_sigma_percent": {"A": 75.0, "B": None},
+            "torque_noise": [1.5, 2.5], "independent_rate_hz": 14.0, "data_length_s": 60.0, "duration_s": 12.03,
+            "limits": {"max_violation": 0.155, "met": False, "nearest": [vars(LIMIT)]},
+            "floor": {"criterion_value": 0.04, "gap": 0.06, "states": 300},
+            "evaluated": "log.csv",
+            "val3_replay": {
+                "criterion_value": 0.05, "condition_number": 51.05, "condition_number_scaled": 5.55,
+                "duration_s": 12.05, "limits_met": False, "violations": ["too fast by 0.05"],
+            },
+            "version": __version__,
+            **(SEARCH | {"motion": motion} if motion else {}),
+        },
+    )  # fmt: skip
+
+
+def test_near() -> None:
+    poses, ranges = made.numbers(2, 3), made.numbers(3)
+    request = SimpleNamespace(
+        robot=made.ROBOT, joints=(2, 3), poses=poses, ranges=ranges, torque_limited=True
+    )  # fmt: skip
+    motion = SimpleNamespace(
+        period=2.5, repeats=4, transfer=1.25, duration=23.0,
+        slowed=lambda speed: SimpleNamespace(duration=1.0 / speed),
+    )  # fmt: skip
+    visibility = SimpleNamespace(joints=(2, 3), rank=5, parameters={"M": "alone"}, combinations=())
+    spread = SimpleNamespace(mass=0.011, com=made.numbers(3), inertia_com=made.numbers(3, 3))
+    found: Any = SimpleNamespace(
+        request=request, motion=motion, visibility=visibility, spread=spread,
+        design=SimpleNamespace(score=score(0.07), cpu_s=3.5, seed=9),
+    )  # fmt: skip
+    same(
+        documents.near_document(found),
+        {
+            "robot": "arm", "criterion": "a",
+            "near": {"poses": poses, "joints": [2, 3], "ranges": ranges, "period_s": 2.5, "repeats": 4,
+                     "transfer_s": 1.25},
+            "visibility": {"joints": [2, 3], "rank": 5, "parameters": {"M": "alone"}, "combinations": []},
+            "predicted_sigma": {"mass": 0.011, "com": spread.com, "inertia_com": spread.inertia_com},
+            "condition_number": 51.07, "condition_number_scaled": 5.57, "duration_s": 23.0, "rehearsal_s": 10.0,
+            "cpu_s": 3.5, "limits": {"max_violation": 0.195, "torque_checked": True}, "seed": 9,
+        },
+    )  # fmt: skip
+
+
+def test_check() -> None:
+    time = TimeFacts(1000, 9.9, 101.0, (0.009, 0.011), 0.002, (0.5, 9.5))
+    facts: list[Any] = [True, (-1.0, 1.1), 2.2, (-30.0, 31.0), 0.001, 0.05, 0.01]
+    joint = JointFacts(*facts)
+    look: Any = SimpleNamespace(
+        recording=SimpleNamespace(source="a.csv", notes=("resampled",)), currents=True, usable=False, time=time,
+        findings=(Finding("warning", "joint 1", "saturates"),), joints=(joint,), relative_residual=0.0125,
+        excitation=(Excited("AR", 1.25, 3.5),), condition_number_scaled=12.5,
+    )  # fmt: skip
+    robot: Any = made.ROBOT
+    same(
+        documents.check_document(robot, [look]),
+        {
+            "robot": "arm",
+            "logs": [{
+                "source": "a.csv", "notes": ["resampled"], "currents": True, "usable": False,
+                "findings": [{"severity": "warning", "words": "saturates"}], "time": asdict(time),
+                "joints": [asdict(joint)],
+                "excitation": [{"name": "AR", "value": 1.25, "relative_sigma_percent": 3.5}],
+                "relative_residual": 0.0125, "condition_number_scaled": 12.5,
+            }],
+        },
+    )  # fmt: skip
+
+
+def test_verify() -> None:
+    joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
+    total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
+    found: Any = SimpleNamespace(
+        kind="following error", lag=0.015, joints=(SimpleNamespace(**joint),), total=SimpleNamespace(**total)
+    )  # fmt: skip
+    expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
+    same(documents.following_document(found), expected)
+
+
+def test_robot_check() -> None:
+    reading = SimpleNamespace(
+        order=(1, 0), sign=(1, -1), quarters=(0, 3), torque=(-1, 1), told=lambda: "swap 1 and 2"
+    )
+    ranked = SimpleNamespace(reading=reading, residual=0.035)
+    check: Any = SimpleNamespace(
+        ranked=(ranked,), unit="share", as_recorded=SimpleNamespace(residual=0.45), suggested=ranked
+    )  # fmt: skip
+    rows = {
+        "unit": "share", "as_recorded": 0.45, "suggested": "swap 1 and 2",
+        "ranked": [{"residual": 0.035, "order": [2, 1], "sign": [1, -1], "zero_deg": [0, 270],
+                    "torque_sign": [-1, 1]}],
+    }  # fmt: skip
+    pose: Any = SimpleNamespace(
+        reproduced=False, rms=0.006, errors=np.array([0.007, 0.008]), rms_angle=None, as_is=0.9, determined=True,
+        angles=None, base=SimpleNamespace(origin=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
+        tool=SimpleNamespace(origin=(0.7, 0.8, 0.9), rpy=(1.0, 1.1, 1.2)),
+    )  # fmt: skip
+    robot: Any = made.ROBOT
+    log = {
+        "log": "a.csv", "reproduced": False, "rms_m": 0.006, "largest_m": 0.008, "rms_angle_rad": None,
+        "as_is_m": 0.9, "base": {"xyz_m": [0.1, 0.2, 0.3], "rpy_rad": [0.4, 0.5, 0.6]},
+        "tool": {"xyz_m": [0.7, 0.8, 0.9], "rpy_rad": None}, "base_and_tool_determined": True,
+    }  # fmt: skip
+    logs = [documents.pose_document("a.csv", pose, readings) for readings in (check, None)]
+    expected = [log | {"readings": rows}, log | {"readings": None}]
+    same(documents.robot_check_document(robot, logs, check), {"robot": "arm", "poses": expected, **rows})
+    same(documents.robot_check_document(robot, logs[:1], None), {"robot": "arm", "poses": expected[:1]})
