@@ -130,6 +130,7 @@ def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: PayloadP
     assert caught.value.problem.R.shape == (10, 10)
 
 
+@pytest.mark.long
 def test_a_true_constraint_is_rarely_called_a_conflict(
     problem: PayloadProblem, payload: InertialParameters
 ) -> None:
