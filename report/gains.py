@@ -1,78 +1,12 @@
-"""Drive gains as a table, as lines below it, and as JSON."""
+"""Drive gains as JSON."""
 
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from ..estimation import GainErrors
 from ..estimation.gains import DriveGains
-from ..model import INERTIAL, Processing, Robot
-
-
-def gains_table(gains: DriveGains) -> Table:
-    """One row a joint."""
-    table = Table(title=f"Drive gains of {gains.robot}", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("motor", no_wrap=True)
-    for heading in ("N·m/A", "sigma", "%", "residual %"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("rests on", overflow="fold")
-    sigma = gains.larger_relative_sigma
-    for j, words in enumerate(gains.identifiability):
-        table.add_row(
-            str(j + 1),
-            f"{gains.values[j]:.3f}",
-            f"{gains.values[j] * sigma[j]:.2g}",
-            f"{100 * sigma[j]:.2g}",
-            f"{100 * gains.fit.relative_per_joint[j]:.1f}",
-            words,
-        )
-    return table
-
-
-def gains_notes(gains: DriveGains) -> list[str]:
-    """Lines below the table."""
-    com = gains.payload.com
-    lines = [
-        f"Payload: {gains.load.mass:.4g} kg as given (sigma {gains.load.mass_sigma:.2g} kg), centre of mass "
-        f"{com[0]:.4f} {com[1]:.4f} {com[2]:.4f} m"
-        + (" as given." if not gains.load.free or "MX_L" in gains.load.known else ", estimated."),
-        f"Relative residual of the currents: {100 * gains.fit.relative:.2f} %.",
-        "Without the constraint that robot and payload can exist: "
-        + " ".join(f"{value:.3f}" for value in gains.free_values)
-        + ".",
-    ]
-    if gains.robust is None:
-        lines.append(f"sigma by the formula for white noise alone: {gains.without_robust}")
-    else:
-        lines.append(
-            f"sigma: the larger of the formula's and that of a jackknife over {gains.robust.blocks} blocks of "
-            f"{gains.robust.block_length:.2g} s or more."
-        )
-        lines += [gains.robust.warning] * bool(gains.robust.warning)
-    return lines
-
-
-def scales_in_words(robot: Robot) -> str:
-    """What a robot's torques are to scale by: torque sensors on the link side have scales, motors have gains."""
-    return "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
-
-
-def gain_error_notes(robot: Robot, gains: GainErrors | None, what: str = "Intervals") -> list[str]:
-    """What ``what`` hold of the gains' errors, and what else there is to know of them."""
-    scales, each = scales_in_words(robot), "motor" if robot.coupling else "joint"
-    if gains is None:
-        return [f"{scales.capitalize()} are taken as exact: --gain-sigma 2% adds what no residual shows."]
-    if gains.identified:
-        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        told = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        line = f"{what} include errors of the drive gains as they were identified: {told} % per {each}."
-    else:
-        own = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
-        common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        line = f"{what} include errors of the {scales}: {own} % per {each}{common}."
-    return [line, *gains.notes]
+from ..model import INERTIAL, Processing
 
 
 def gain_errors_document(gains: GainErrors) -> dict[str, Any]:

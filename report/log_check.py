@@ -1,75 +1,9 @@
-"""A look at a log as lines, tables and JSON."""
+"""A look at a log as JSON."""
 
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-from rich import box
-from rich.table import Table
-
 from ..estimation.diagnosis import Finding, LogCheck
-from ..model import Robot
-
-_MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
-_A_ROW = 4  # parameters side by side
-
-
-def check_lines(check: LogCheck) -> list[str]:
-    """What was understood, then what was found, worst first."""
-    recording, time = check.recording, check.time
-    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
-    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
-    lines = ["", f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
-    if time is not None:
-        steps = "even" if time.even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
-        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
-        lines.append(
-            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
-            f"{100 * time.jitter:.2g} %); {moving}"
-        )
-    if check.relative_residual is not None:
-        lines.append(
-            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
-            f"columns scaled {check.condition_number_scaled:.3g}"
-        )
-    lines += [f"{_MARKS[finding.severity]}: {finding.words}" for finding in check.findings]
-    return lines if check.findings else [*lines, "nothing looks wrong"]
-
-
-def check_tables(robot: Robot, check: LogCheck) -> list[Table]:
-    """Joints, then excitation."""
-    tables = []
-    if check.joints:
-        load = "current A" if check.currents else "torque N·m"
-        table = Table(box=box.SIMPLE_HEAD, padding=(0, 1))
-        for heading in ("joint", "moves"):
-            table.add_column(heading, no_wrap=True)
-        for heading in ("position", "step", "speed", "of limit", load, "step", "at extreme"):
-            table.add_column(heading, justify="right", no_wrap=True)
-        for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=True), 1):
-            table.add_row(
-                str(j),
-                "yes" if facts.moves else "no",
-                f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
-                _step(facts.position_step),
-                f"{facts.speed:.3g}",
-                f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else "",
-                f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
-                _step(facts.torque_step),
-                f"{100 * facts.saturated:.2f} %",
-            )
-        tables.append(table)
-    if check.excitation:
-        title = "Excitation: relative sigma of each base parameter from this log, %"
-        table = Table(title=title, title_justify="left", box=None, padding=(0, 1), show_header=False)
-        for _ in range(_A_ROW):
-            table.add_column(no_wrap=True)
-            table.add_column(justify="right", no_wrap=True)
-        cells = [(entry.name, f"{entry.relative_sigma_percent:.3g}") for entry in check.excitation]
-        for start in range(0, len(cells), _A_ROW):
-            table.add_row(*(text for pair in cells[start : start + _A_ROW] for text in pair))
-        tables.append(table)
-    return tables
 
 
 def check_document(check: LogCheck) -> dict[str, Any]:
@@ -90,7 +24,3 @@ def check_document(check: LogCheck) -> dict[str, Any]:
 
 def _finding(finding: Finding) -> dict[str, str]:
     return {"severity": finding.severity, "words": finding.words}
-
-
-def _step(step: float) -> str:
-    return f"{step:.2g}" if step > 0.0 else ""

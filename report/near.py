@@ -1,78 +1,10 @@
-"""A motion near a pose: what will be visible, what it will tell, what its file says about it."""
+"""A motion near a pose as JSON."""
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-from rich.table import Table
-
-from .. import __version__
-from ..model import INERTIAL, InertialParameters
 from ..model.payload_spread import PayloadSpread
-from ..model.visibility import PayloadVisibility
-from ..trajectories import NearDesign, NearRequest
-from .tables import empty_table
+from ..trajectories import NearDesign
 from .weigh_documents import visibility_document
-
-_DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
-
-
-def visibility_table(found: PayloadVisibility) -> Table:
-    """Each of the ten, before any motion."""
-    joints = ", ".join(map(str, found.joints))
-    title = f"Visible to joint{'s' * (len(found.joints) > 1)} {joints}: {found.rank} of 10"
-    table = empty_table(title, ("parameter", "visible", "as part of"), ())
-    for kind in INERTIAL:
-        table.add_row(kind, found.parameters[kind], found.combination(kind))
-    return table
-
-
-def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Table:
-    """Standard deviations to come."""
-    place = ", ".join(f"{1e3 * x:g}" for x in expected.com)
-    table = empty_table(f"Predicted for {expected.mass:g} kg at ({place}) mm", ("quantity", "unit"), ("sigma",))
-    rows = [("mass", "kg", spread.mass)]
-    rows += [(f"centre of mass {axis}", "mm", 1e3 * x) for axis, x in zip("xyz", spread.com, strict=True)]
-    rows += [(f"inertia {a}{a} at com", "kg m²", x) for a, x in zip("XYZ", spread.moments, strict=True)]
-    for name, unit, sigma in rows:
-        table.add_row(name, unit, f"{sigma:.{_DIGITS[unit]}f}" if np.isfinite(sigma) else "not visible")
-    return table
-
-
-def near_notes(found: NearDesign) -> list[str]:
-    """Duration, speeds, limits; where the prediction comes from."""
-    motion, request = found.motion, found.request
-    two = (
-        f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
-    )
-    lines = [
-        f"{motion.duration:.1f} s: {motion.repeats} periods of {motion.period:.2f} s{two}; "
-        f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s.",
-        "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
-        "recordings have 1.6 to 4 times as much.",
-    ]
-    if not request.torque_limited:
-        lines.append(
-            "Torque limits are NOT checked: the description has no torque limits or no parameters "
-            "(--robot-parameters); the rehearsal does not show them either."
-        )
-    return lines
-
-
-def near_head(found: NearDesign, speed: float) -> tuple[str, ...]:
-    """Lines of plain ASCII at the head of a motion's file."""
-    request, motion = found.request, found.motion if speed == 1.0 else found.motion.slowed(speed)
-    kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    joints = ", ".join(map(str, request.joints))
-    name = (request.robot.title or request.robot.name).encode("ascii", "replace").decode("ascii")
-    lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
-    for k, pose in enumerate(request.poses, 1):
-        lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
-    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in request.ranges)}.")
-    lines.append(f"Duration {motion.duration:.6g} s; seed {found.design.seed}.")
-    if not request.torque_limited:
-        lines.append("Torque limits were not checked.")
-    return tuple(lines)
 
 
 def near_document(found: NearDesign, criterion: str = "a") -> dict[str, Any]:
@@ -104,12 +36,3 @@ def near_document(found: NearDesign, criterion: str = "a") -> dict[str, Any]:
 def spread_document(spread: PayloadSpread) -> dict[str, Any]:
     """Standard deviations; null where not visible."""
     return {"mass": spread.mass, "com": spread.com, "inertia_com": spread.inertia_com}
-
-
-def second_pose_note(request: NearRequest, second: Sequence[float]) -> str:
-    """Where a second pose would be."""
-    turns = np.degrees(np.asarray(second) - request.pose)
-    told = " and ".join(f"joint {j + 1} by {turn:+.0f} deg" for j, turn in enumerate(turns) if abs(turn) > 1.0)
-    return (
-        f"A second wrist pose ({told}) would tell clearly more: add --second-pose auto if the robot may go there."
-    )
