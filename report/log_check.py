@@ -23,4 +23,4 @@ def check_document(check: LogCheck) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> dict[str, str]:
-    return {"severity": finding.severity, "words": finding.words}
+    return {"severity": finding.severity, "words": finding.text}

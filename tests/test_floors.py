@@ -27,7 +27,6 @@ FLOORS = {
 KNOWN = {
     ("estimation.payload.impossible", "estimation.answers.payload"),
     ("estimation.payload.prediction", "estimation.answers.payload"),
-    ("estimation.diagnosis.log_check.torque", "estimation.answers.gains"),
 }
 """Steps up that the fold has not removed yet."""
 

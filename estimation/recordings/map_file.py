@@ -8,10 +8,9 @@ from typing import Annotated, ClassVar, Literal
 from msgspec import Meta
 
 from ...common.schema import Real, Table, WrongKeyError, at, naming, read_toml
-from .layout import Layout, spread
-from .mapping import QUANTITIES, REFERENCES, FilePart, LogMap, Quantity
-from .pose_columns import ToolColumns
-from .units import factor, is_share
+from .map import FilePart, LogMap
+from .quantity import QUANTITIES, REFERENCES, Quantity, ToolColumns, factor, is_share
+from .table import Layout, spread
 
 _Texts = str | tuple[str, ...]
 _Numbers = tuple[Real, ...]

@@ -38,7 +38,7 @@ def _lines(check: LogCheck) -> list[str]:
             f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
             f"columns scaled {check.condition_number_scaled:.3g}"
         )
-    lines += [f"{_MARKS[finding.severity]}: {finding.words}" for finding in check.findings]
+    lines += [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     return lines if check.findings else [*lines, "nothing looks wrong"]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...estimation import WeighAnswer
-from ...estimation.diagnosis import JointReading, worst_joint
+from ...estimation.diagnosis import Finding, worst_joint
 from ...estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ...model import INERTIAL
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
@@ -221,7 +221,7 @@ def _agreement_notes(answer: WeighAnswer) -> list[str]:
     ]
 
 
-def _worst_note(worst: JointReading | None) -> str:
+def _worst_note(worst: Finding | None) -> str:
     """The joint that agrees least, in words."""
     if worst is None:
         return "No joint can be compared with the others."

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem, read_recording
+from dynident.estimation.diagnosis import Finding
 from dynident.model import load_robot
 from dynident.report import Provenance, payload_page
 from dynident.report.controllers import FORMATS, load_of_document
@@ -47,7 +48,7 @@ def document(answer: PayloadAnswer) -> dict[str, Any]:
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str], answer: PayloadAnswer) -> None:
-    judged = replace(answer, verdict=Verdict(level, ("a <b>reason</b>",)))
+    judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
     document = payload_document(judged, answer.problem.robot.processing)
     text = page_html(payload_page(judged, document, [], None, PROVENANCE))
     page = read(text)
