@@ -49,5 +49,5 @@ def run(arguments: argparse.Namespace) -> int:
         gains = estimation.identify_gains(problem, load)
     report.print_blocks(report.gains_screen(gains))
     if arguments.json:
-        report.documents.write_json(arguments.json, report.gains.gains_document(gains, processing))
+        report.documents.write_json(arguments.json, report.documents.gains_document(gains, processing))
     return ANSWERED if any(gains.identified) else DO_NOT_USE

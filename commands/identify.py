@@ -106,7 +106,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _constrained(
     arguments: argparse.Namespace, result: estimation.Identification
-) -> estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None:
+) -> estimation.possible.PossibleRobot | None:
     """The robot that can exist, as asked for."""
     if arguments.constrained == "none":
         return None
@@ -125,7 +125,7 @@ def _constrained(
 def _page(
     arguments: argparse.Namespace,
     result: estimation.Identification,
-    constrained: estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None,
+    constrained: estimation.possible.PossibleRobot | None,
     recordings: Sequence[model.Recording],
     held_out: Sequence[model.Recording],
     processing: model.Processing,

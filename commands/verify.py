@@ -14,7 +14,7 @@ from .values import gains_or_file
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("verify", help=COMMANDS["verify"])
-    robot_argument(parser)
+    robot_argument(parser, weight=False)
     told = (
         "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
         "--log-map names"
@@ -38,5 +38,5 @@ def run(arguments: argparse.Namespace) -> int:
     found = estimation.weigh.following_change(before, after, robot.processing.still_speed)
     report.print_blocks(report.following_screen(found))
     if arguments.json:
-        report.documents.write_json(arguments.json, report.following.following_document(found))
+        report.documents.write_json(arguments.json, report.documents.following_document(found))
     return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

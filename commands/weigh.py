@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     report.print_blocks(report.weigh_screen(answer, measured, arguments.details))
     if arguments.json:
         report.documents.write_json(
-            arguments.json, report.weigh_documents.weigh_document(answer, processing, arguments.drive_gains)
+            arguments.json, report.documents.weigh_document(answer, processing, arguments.drive_gains)
         )
     write_page(arguments, lambda: _page(arguments, answer, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
@@ -112,7 +112,7 @@ def _page(
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
     settings_told = settings_in_words(answer.problem.robot, processing, gains)
-    document = report.weigh_documents.weigh_document(answer, processing, gains)
+    document = report.documents.weigh_document(answer, processing, gains)
     page = report.weigh_page(answer, document, provenance(arguments, files, settings_told))
     if arguments.plots and not page.drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")

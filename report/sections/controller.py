@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from ...common.errors import InputError
+from ...estimation.files import StoredPayload
 from ..blocks import Block, Code, Details, Text
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
 from ..controllers.form import six
@@ -18,11 +18,11 @@ _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fan
 """Word in a robot's title -> its format."""
 
 
-def controller_blocks(document: dict[str, Any], name: str, title: str) -> list[Block]:
+def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Block]:
     """The recommended payload in the formats of controllers; the robot's own maker's is open.
 
     Args:
-        document: of ``dynident payload --json``.
+        document: what ``dynident payload --json`` writes.
         name: what the formats call its source.
         title: of the robot, in which its maker is looked for.
     """

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...estimation import PayloadAnswer, PayloadProblem
+from ...estimation.files import StoredPayload
 from ...estimation.payload import Excitation, PayloadEstimate, TorquePrediction
 from ...model import INERTIAL
 from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns
@@ -120,7 +120,7 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
 
 def payload_page(
     answer: PayloadAnswer,
-    document: dict[str, Any],
+    document: StoredPayload,
     predictions: Sequence[TorquePrediction],
     excitation: Excitation | None,
     provenance: Provenance,

@@ -9,7 +9,7 @@ import numpy as np
 from ...estimation import Identification
 from ...estimation.diagnosis import robot_verdict
 from ...estimation.payload import Excitation, TorquePrediction
-from ...estimation.possible import ConstrainedBase, ConstrainedRobot
+from ...estimation.possible import PossibleRobot, PriorRobot
 from ...model import INERTIAL
 from ...model.names import parameter_kind
 from ..blocks import Banner, Block, Cell, Column, Notes, Page, Section, Table, Text, columns
@@ -22,7 +22,7 @@ from .gains import gain_error_notes
 from .torques import residual_text, torques_section, worst_joint
 from .verdict import VERDICTS, verdict_lines
 
-Constrained = ConstrainedBase | ConstrainedRobot | None
+Constrained = PossibleRobot | None
 _MOST_NAMED = 8
 _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
@@ -57,7 +57,7 @@ def robot_table(result: Identification, constrained: Sequence[float] | None = No
     return Table(f"Base parameters of {result.robot.title or result.robot.name}, SI units", headings, rows)
 
 
-def standard_table(result: ConstrainedRobot, title: str) -> Table:
+def standard_table(result: PriorRobot, title: str) -> Table:
     """Standard parameters of the robot nearest to the prior, and who decides each."""
     priors = {
         f"{kind}{link}": value
@@ -121,19 +121,18 @@ def constrained_notes(result: Constrained) -> list[str]:
         f"Constrained: the nearest robot that can exist; chi2 rises by {result.chi2_rise:.3g} ({p_value}); "
         f"smallest eigenvalue of a link {min(result.min_eigenvalues):.2g}; {result.status}."
     ]
-    if isinstance(result, ConstrainedRobot):
+    if isinstance(result, PriorRobot):
         lines.append(
             f"Prior: {result.prior.source}; chi2 {result.chi2_rise - result.nearest.chi2_rise:.3g} above the "
             f"constrained minimum of {result.nearest.chi2_rise:.3g}. What the prior decides is not identified."
         )
     if result.active:
-        named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in result.active[:_MOST_NAMED]]
+        named = [f"{active.description} ({active.multiplier:.2g})" for active in result.active[:_MOST_NAMED]]
         more = len(result.active) - len(named)
         lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    nearest = result.nearest if isinstance(result, ConstrainedRobot) else result
-    alone = [text for text in nearest.unidentifiable if " " not in text]
+    alone = [text for text in result.unidentifiable if " " not in text]
     lines.append(
-        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(nearest.unidentifiable) - len(alone)} "
+        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(result.unidentifiable) - len(alone)} "
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines
@@ -173,7 +172,7 @@ def robot_section(result: Identification, constrained: Constrained) -> Section:
 
 def _tables(result: Identification, constrained: Constrained) -> list[Table]:
     tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, ConstrainedRobot):
+    if isinstance(constrained, PriorRobot):
         tables.append(standard_table(constrained, result.robot.title or result.robot.name))
     return tables
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...estimation import WeighAnswer
 from ...estimation.diagnosis import Finding, worst_joint
+from ...estimation.files import StoredWeighing
 from ...estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ...model import INERTIAL
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
@@ -234,7 +233,7 @@ def _assumed_notes(answer: WeighAnswer) -> list[str]:
     return [f"Inertia ASSUMED, not measured: {answer.stand_in.description}."]
 
 
-def weigh_page(answer: WeighAnswer, document: dict[str, Any], provenance: Provenance) -> Page:
+def weigh_page(answer: WeighAnswer, document: StoredWeighing, provenance: Provenance) -> Page:
     """First screen for the one who types the number in, the rest for the one who asks why.
 
     Args:

@@ -10,8 +10,8 @@ from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, a
 from dynident.estimation.weigh import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.report import Page, Provenance, weigh_page
+from dynident.report.documents import weigh_document
 from dynident.report.render.html import page_html
-from dynident.report.weigh_documents import weigh_document
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 
 from .conftest import read
