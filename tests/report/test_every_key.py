@@ -383,10 +383,9 @@ LIMIT = SimpleNamespace(
 
 def score(value: float) -> Any:
     """A motion judged."""
-    numbers = (51.0 + value, 5.5 + value, 33.0 + value)
+    sigma = {"A": 0.1 + value, "B": 0.2 + value}
     learnt = SimpleNamespace(
-        **dict(zip(("condition_number", "condition_number_scaled", "log_det"), numbers, strict=True)),
-        sigma={"A": 0.1 + value, "B": 0.2 + value},
+        condition_number=51.0 + value, condition_number_scaled=5.5 + value, log_det=33.0 + value, sigma=sigma
     )
     return SimpleNamespace(
         value=value, learnt=learnt, duration=12.0 + value, limits=(LIMIT,), max_violation=0.125 + value,
