@@ -12,7 +12,7 @@ from ..equations.problem import ReducedProblem
 from ..equations.reduction import reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted
-from ..gains.scales import RelativeScales, relative_scales
+from ..gains.current_side import RelativeScales, relative_scales
 from ..recordings.plausibility import position_range
 from .finding import Finding, error, warning
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, identify_gains, read_recording
-from dynident.estimation.answers.gains import gravity_acts
 from dynident.estimation.files import read_stored_gains
 from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
+from dynident.estimation.gains.result import gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.report.documents import gains_document, write_json
 from dynident.trajectories import Simulator

@@ -15,9 +15,9 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
-from dynident.estimation.answers.gains import gravity_acts, rests_on
 from dynident.estimation.fit import weighted
 from dynident.estimation.gains import gain_problem, known_mass
+from dynident.estimation.gains.result import gravity_acts, rests_on
 from dynident.estimation.payload import FixedWeights, constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
