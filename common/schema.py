@@ -218,7 +218,10 @@ def _plain(value: Any) -> Any:
 
 
 def _array(kind: Any, values: Any) -> Any:
-    rows = msgspec.convert(values, _NUMBERS[kind])
+    try:
+        rows = msgspec.convert(values, _NUMBERS[kind])
+    except msgspec.ValidationError:  # it would not tell where the list is
+        raise ValueError(f"must be {words(kind)}, got {repr(values)[:40]}") from None
     if kind == Matrix and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
@@ -231,7 +234,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     text, _, path = str(error).partition(" - at `$")
     key, advice = "", ""
     for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
-        kind = _chosen(kind, data)
+        kind = chosen(kind, data)
         if index.isdigit():
             kinds, place = get_args(kind), int(index)
             kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[place], data[place], ""
@@ -245,7 +248,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         key, data = f"{key}.{name}", data[name]
     for word, told in (("required", _missing), ("unknown", _unknown)):
         if found := re.search(rf"{word} field `(.*)`", text):
-            return WrongKeyError(f"{key}.{found[1]}"[1:], told(_chosen(kind, data), found[1]))
+            return WrongKeyError(f"{key}.{found[1]}"[1:], told(chosen(kind, data), found[1]))
     problem = advice or f"must be {words(kind)}"
     problem = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
@@ -274,13 +277,13 @@ def _fits(value: Any, kind: Any) -> bool:
     return True
 
 
-def _chosen(kind: Any, data: Any) -> Any:
+def chosen(kind: Any, data: Any) -> Any:
     """The one kind of several that the data take: a table, a list, or a mapping."""
     if get_origin(kind) is Annotated:
-        return _chosen(get_args(kind)[0], data)
+        return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):
         return kind
-    several = [_chosen(one, data) for one in get_args(kind)]
+    several = [chosen(one, data) for one in get_args(kind)]
     lists = isinstance(data, list)
     return next((one for one in several if (get_origin(one) is tuple) == lists and one is not NoneType), kind)
 
