@@ -18,7 +18,7 @@ from ..fit.error_covariance import error_model
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
-from .origins import hidden_directions
+from .origin import hidden_directions
 from .result import Active, Possible
 from .robot_rules import RobotRules, link_places, sizes
 from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening

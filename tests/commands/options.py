@@ -20,10 +20,10 @@ LOGS = {
     "--topic": "--topic /joint_states",
 }
 PROCESSING = {
-    "--rate": "--rate 100",
-    "--cutoff": "--cutoff 5",
+    "--rate": "--rate 90",
+    "--cutoff": "--cutoff 4",
     "--decimate": "--decimate 7",
-    "--offsets": "--offsets",
+    "--offsets": "--no-offsets | --offsets",
     "--no-offsets": "--offsets | --no-offsets",
     "--coulomb": "--coulomb paper",
 }
