@@ -26,11 +26,16 @@ Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 Triple = tuple[Real, Real, Real]
 """Three numbers along x, y and z."""
-Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+_Row = np.ndarray[tuple[int], np.dtype[np.float64]]
+_Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+_ROW_SCHEMA = {"type": "array", "items": {"type": ["number", "null"]}}
+_SCHEMA = {"description": "a list of numbers", **_ROW_SCHEMA}
+_ROWS_SCHEMA = {"description": "a list of lists of numbers", "type": "array", "items": _ROW_SCHEMA}
+Vector = Annotated[_Row, Meta(extra_json_schema=_SCHEMA)]
 """Numbers in a row; null stands for one that is not finite."""
-Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]
 """Rows of numbers."""
-_NUMBERS: dict[Any, Any] = {Vector: tuple[float | None, ...], Matrix: tuple[tuple[float | None, ...], ...]}
+_NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -167,7 +172,7 @@ def json_text(document: Any) -> bytes:
 
 def json_schema(kind: type[Table]) -> dict[str, Any]:
     """The JSON Schema of a document."""
-    return msgspec.json.schema(kind, schema_hook=lambda array: msgspec.json.schema(_NUMBERS[array]))
+    return msgspec.json.schema(kind, schema_hook=lambda _: {})
 
 
 def given(value: Any) -> Any:
@@ -218,11 +223,12 @@ def _plain(value: Any) -> Any:
 
 
 def _array(kind: Any, values: Any) -> Any:
+    told = "a list of numbers" if kind == _Row else "a list of lists of numbers"
     try:
         rows = msgspec.convert(values, _NUMBERS[kind])
     except msgspec.ValidationError:  # it would not tell where the list is
-        raise ValueError(f"must be {words(kind)}, got {repr(values)[:40]}") from None
-    if kind == Matrix and len({len(row) for row in rows}) > 1:
+        raise ValueError(f"must be {told}, got {repr(values)[:40]}") from None
+    if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
     array.setflags(write=False)
@@ -313,6 +319,6 @@ def _words(node: inspect.Type, many: bool = False) -> str:
             return "texts" if many else "text"
         case inspect.BoolType():
             return "true or false"
-        case inspect.CustomType(cls=cls):
-            return "a list of numbers" if cls == Vector else "a list of lists of numbers"
+        case inspect.Metadata(extra_json_schema=told) if told:
+            return str(told["description"])
     return "tables" if many else "a table"
