@@ -383,8 +383,10 @@ LIMIT = SimpleNamespace(
 
 def score(value: float) -> Any:
     """A motion judged."""
-    learnt = SimpleNamespace(condition_number=51.0 + value, condition_number_scaled=5.5 + value, log_det=33.0 + value,
-                             sigma={"A": 0.1 + value, "B": 0.2 + value})  # fmt: skip
+    sigma = {"A": 0.1 + value, "B": 0.2 + value}
+    learnt = SimpleNamespace(
+        condition_number=51.0 + value, condition_number_scaled=5.5 + value, log_det=33.0 + value, sigma=sigma
+    )
     return SimpleNamespace(
         value=value, learnt=learnt, duration=12.0 + value, limits=(LIMIT,), max_violation=0.125 + value,
         feasible=False, violations=(f"too fast by {value}",), relative_sigma=lambda reference: {"A": 0.75},
