@@ -192,7 +192,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--scene": "--scene scene.toml",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
-        "--solver": "--solver augmented",
+        "--solver": "--solver ipopt",
         "--bound": "--bound",
         "--near": f"={_NEAR} | --near=0,-45,90,0,60,0",
         "--joints": f"={_NEAR} | --joints 3,4,5,6",
