@@ -156,8 +156,8 @@ def test_the_interval_is_as_wide_as_chance() -> None:
     widths = []
     for seed in range(20):
         noise = np.random.default_rng(seed).standard_normal((2, *q.shape))
-        pair = [Following("torque", Recording(t, q, missed)) for missed in noise]
-        low, high = following_change(*pair).total.interval
+        before, after = (Following("torque", Recording(t, q, missed)) for missed in noise)
+        low, high = following_change(before, after).total.interval
         widths.append(np.log(1.0 - low) - np.log(1.0 - high))
     moving = 5 * len(t)
     assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)
