@@ -51,6 +51,7 @@ def test_exact_currents_give_the_gains(currents: Callable[..., GainProblem]) -> 
     assert gains.payload.min_pseudo_inertia_eigenvalue > -1e-7
 
 
+@pytest.mark.long
 def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> None:
     """Mean squared error in sigma is 1, free; bodies that can exist may do better, not worse."""
     free, possible = [], []

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from dynident.cli import main
 
 from .conftest import read
@@ -10,6 +11,7 @@ QUICK = ["design", "--robot", "rx90", "--torque-limits", "none", "--torque-noise
 QUICK += ["--acceleration", "3x", "--via-points", "5", "--starts", "1"]
 
 
+@pytest.mark.long
 def test_designed_and_judged(tmp_path: Path) -> None:
     made, judged, samples = (tmp_path / name for name in ("made.html", "judged.html", "motion.csv"))
     assert main([*QUICK, "--csv", str(samples), "--report", str(made)]) == 0

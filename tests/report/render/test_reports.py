@@ -100,6 +100,7 @@ def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path) -> No
     assert "held out of identification" in payload_report.text
 
 
+@pytest.mark.long
 def test_the_same_input_gives_the_same_bytes(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
     """But for the command, which names another target."""
     other = tmp_path / "other.html"
