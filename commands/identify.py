@@ -70,8 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     from ..estimation import identify
-    from ..estimation.diagnosis import fit_reasons
-    from ..estimation.payload import identification_system, impossible_robot
+    from ..estimation.answers import identification_system
     from ..estimation.possible import ConstrainedRobot
     from ..report.robot_tables import constrained_notes, elimination_notes, standard_table
     from ..report.tables import console, robot_notes, robot_table
@@ -86,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         rule = essential_rule(arguments)
         result = identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
-        warnings = impossible_robot(robot, result.base, result.estimate, result.elimination)
+        warnings = result.warnings
     tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
     if isinstance(constrained, ConstrainedRobot):
         tables.append(standard_table(constrained, robot.title or robot.name))
@@ -102,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
-    return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
+    return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -151,22 +150,16 @@ def _page(
     warnings: Sequence[str],
 ) -> Page:
     """The report: what was held out is drawn, else what was fitted."""
-    from ..estimation.payload import excitation, robot_prediction
     from ..report.html import identification_page
-    from .report import drawn, provenance, settings_in_words
+    from .report import provenance, settings_in_words
 
     files = {"without payload": arguments.data, "held out": arguments.validate}
-    shown = drawn(held_out or recordings)
-    predictions = [
-        robot_prediction(result.robot, result.base, result.estimate.values, one, processing, bool(held_out))
-        for one in shown
-    ]
     return identification_page(
         result,
         constrained,
-        predictions,
-        excitation(result.problem, result.estimate),
+        result.predictions,
+        result.excitation,
         provenance(arguments, files, settings_in_words(result.robot, processing, arguments.drive_gains)),
         warnings,
-        others=len(held_out or recordings) - len(shown),
+        others=len(held_out or recordings) - len(result.predictions),
     )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from ..estimation import (
     payload_problem,
 )
 from ..estimation.fit import Fit, fit, weighted
-from ..estimation.payload import combined, essential_combined, loaded_problem, robust_covariance, selected
+from ..estimation.payload import essential_combined, loaded_problem, selected, with_robust
 from ..estimation.repetition import Answer, Outcome, answer_of
 from ..estimation.signals import measurement
 from ..trajectories import Experiment, mean_friction
@@ -79,8 +78,7 @@ def reduced_experiment(experiment: Experiment, progress: Progress = silent) -> P
 
 def robust_joint(problem: PayloadProblem) -> Estimate:
     """Robot and payload by method 4, all base parameters."""
-    joint = combined(problem)
-    return replace(joint, robust=robust_covariance(problem, combined, joint))
+    return with_robust(problem, lambda part: selected(part, part.loaded.columns))[0]
 
 
 def essential_joint(problem: PayloadProblem) -> Estimate:
@@ -90,8 +88,7 @@ def essential_joint(problem: PayloadProblem) -> Estimate:
     also cancels moments of the payload that are known to 3 %, and others take their place.
     """
     names = essential_combined(problem, SigmaBound(ESSENTIAL_BOUND)).essential
-    essential = selected(problem, None, names=names)
-    return replace(essential, robust=robust_covariance(problem, partial(selected, names=names), essential))
+    return with_robust(problem, lambda part: selected(part, names))[0]
 
 
 def true_values(experiment: Experiment, problem: PayloadProblem) -> dict[str, float]:

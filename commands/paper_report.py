@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from ..estimation.payload import elimination_warnings, payload_excitation, payload_prediction, robot_prediction
 from ..report.documents import payload_document
 from ..report.html import Page, Section, payload_page, plain_section, robot_section
 from .report import provenance, settings_in_words, write_page
@@ -37,25 +36,21 @@ def write_paper_report(
 
 def _page(arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> Page:
     answer, experiment = analysis.answer, analysis.experiment
-    robot, base = answer.problem.robot, answer.problem.base
+    robot = answer.problem.robot
     processing = robot.processing
-    bare, loaded = (run.recording for run in experiment.runs[-2:])
-    predictions = [
-        payload_prediction(answer, loaded, processing, True),
-        robot_prediction(robot, base, analysis.robot.estimate.values, bare, processing, True),
-    ]
+    predictions = [answer.prediction(experiment.runs[-1].recording, True), *analysis.robot.predictions]
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
         "seed": str(experiment.seed),
         "noise": arguments.noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    warnings = elimination_warnings(answer)
+    warnings = answer.warnings
     return payload_page(
         answer,
         payload_document(answer, processing, None, warnings),
         predictions,
-        payload_excitation(answer.problem),
+        answer.excitation,
         provenance(arguments, {}, settings_in_words(robot, processing, None, simulated)),
         warnings,
         others=len(experiment.runs) - 2,

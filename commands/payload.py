@@ -74,8 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     from ..common.errors import InputError
     from ..estimation import SolverError, answer_payload, payload_problem
+    from ..estimation.answers import payload_system
     from ..estimation.files import read_stored_robot
-    from ..estimation.payload import elimination_warnings, payload_system
     from ..report.by_joints_table import by_joints_table
     from ..report.constrained import recommended_notes, recommended_table
     from ..report.documents import payload_document, write_json
@@ -115,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
             )
         except SolverError as error:
             raise InputError(str(error)) from None
-        warnings = elimination_warnings(answer)
+        warnings = answer.warnings
     best, free = recommended_table(answer), payload_table(answer.estimates)
     by_joints = by_joints_table(answer.by_joints)
     free_notes = [*combined_notes(answer, warnings), *payload_notes(answer)]
@@ -141,10 +141,9 @@ def _page(
     warnings: Sequence[str],
 ) -> Page:
     """The report."""
-    from ..estimation.payload import payload_excitation, payload_predictions
     from ..report.documents import payload_document
     from ..report.html import payload_page
-    from .report import drawn, provenance, settings_in_words
+    from .report import provenance, settings_in_words
 
     gains, problem = arguments.drive_gains, answer.problem
     files = {
@@ -153,13 +152,12 @@ def _page(
         "held out": arguments.validate,
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
-    shown = drawn(loaded), drawn(held_out)
     return payload_page(
         answer,
         payload_document(answer, processing, gains, warnings),
-        payload_predictions(answer, *shown, processing),
-        payload_excitation(problem),
+        answer.predictions,
+        answer.excitation,
         provenance(arguments, files, settings_in_words(problem.robot, processing, gains)),
         warnings,
-        others=len(loaded) + len(held_out) - sum(map(len, shown)),
+        others=len(loaded) + len(held_out) - len(answer.predictions),
     )

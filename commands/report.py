@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from ..report.html import Page, Provenance
 
 T = TypeVar("T")
-_MOST_DRAWN = 3
 """Recordings of one kind that are drawn."""
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
@@ -40,11 +39,6 @@ def write_page(arguments: argparse.Namespace, page: Callable[[], Page]) -> None:
         write_report(arguments.report, made)
     if arguments.plots:
         write_plots(arguments.plots, made)
-
-
-def drawn(recordings: Sequence[T]) -> Sequence[T]:
-    """Those of one kind that the report draws."""
-    return recordings[:_MOST_DRAWN]
 
 
 def provenance(

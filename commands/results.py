@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from ..estimation.payload import ObservationSystem
+    from ..estimation.answers import ObservationSystem
 
 
 def result_arguments(parser: argparse.ArgumentParser) -> None:

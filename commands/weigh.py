@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from ..estimation import WeighAnswer
     from ..estimation.files import StoredRobot
-    from ..estimation.weigh import WeighProblem
+    from ..estimation.payload import WeighProblem
     from ..model import Processing, Recording, Robot
     from ..report.html import Page
 
@@ -156,7 +156,7 @@ def _problems(
     progress: Callable[[str], None],
 ) -> tuple[WeighProblem, list[WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
-    from ..estimation.weigh import difference_weighing, known_robot_weighing
+    from ..estimation.payload import difference_weighing, known_robot_weighing
 
     problems = []
     if unloaded:

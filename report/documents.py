@@ -10,8 +10,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.files import write_text
 from ..estimation import Identification, PayloadAnswer, PayloadProblem
-from ..estimation.diagnosis import fit_reasons
-from ..estimation.equations import ReducedProblem
+from ..estimation.equations import Equations
 from ..estimation.fit import Fit, RobustCovariance
 from ..estimation.payload import ConstrainedPayload, PayloadEstimate
 from ..estimation.possible import ConstrainedBase, ConstrainedRobot
@@ -88,7 +87,7 @@ def identification_document(
         "gain_sigma": gain_errors_document(result.gains) if result.gains else None,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
-        "reasons_against_use": fit_reasons(estimate.fit, "the model"),
+        "reasons_against_use": list(result.verdict.reasons),
     }
 
 
@@ -148,7 +147,7 @@ def residual_document(fit: Fit) -> Document:
 
 
 def _data_document(problem: PayloadProblem, processing: Processing) -> Document:
-    bare: ReducedProblem | None = problem.unloaded
+    bare: Equations | None = problem.unloaded
     raw, scaled = bare.condition_numbers() if bare else (None, None)
     pairs = problem.pairs
     return {

@@ -9,7 +9,6 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from ..estimation import Identification, PayloadAnswer, PayloadProblem
-from ..estimation.diagnosis import fit_reasons
 from ..estimation.fit import Fit
 from ..estimation.payload import PayloadEstimate
 from ..model import INERTIAL, InertialParameters
@@ -137,7 +136,7 @@ def robot_notes(result: Identification) -> list[str]:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
     lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    reasons = fit_reasons(result.estimate.fit, "the model")
+    reasons = result.verdict.reasons
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 
 

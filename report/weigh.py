@@ -5,7 +5,7 @@ from rich.table import Table
 
 from ..estimation import WeighAnswer
 from ..estimation.diagnosis import JointReading, worst_joint
-from ..estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
+from ..estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
 from .gains import gain_error_notes
@@ -111,7 +111,7 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     """Condition numbers, residuals, chi-squared: the second page."""
     problem, found = answer.problem, answer.found
     raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
-    shares = found.unexplained(problem.torque_rms)
+    shares = found.estimate.fit.unexplained(problem.torque_rms)
     joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in shares)
     robust = found.estimate.robust
     lines = [

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..estimation import WeighAnswer
-from ..estimation.payload import PayloadEstimate
-from ..estimation.weigh import RIPPLE_CHANCE
+from ..estimation.payload import RIPPLE_CHANCE
 from ..model import INERTIAL, Processing
 from ..model.visibility import PayloadVisibility
 from .by_joints import mass_by_joints_document
@@ -35,7 +34,7 @@ def weigh_document(answer: WeighAnswer, processing: Processing, drive_gains: Seq
         "processing": processing_document(problem.robot, processing, drive_gains),
         "relative_residual": {
             "all": found.estimate.fit.relative,
-            "per_joint": found.unexplained(problem.torque_rms),
+            "per_joint": found.estimate.fit.unexplained(problem.torque_rms),
             "validation": None,
         },
         "data": {
@@ -113,8 +112,7 @@ def _estimates(answer: WeighAnswer) -> list[Document]:
     """As of ``payload``; parameters that are not determined are null."""
     problem, found = answer.problem, answer.found
     if answer.constrained is not None:
-        free = PayloadEstimate(problem.method, found.estimate, problem.robot.payload_frame, found.without_robust)
-        return [free_estimate_document(free), constrained_estimate_document(answer.constrained)]
+        return [free_estimate_document(found), constrained_estimate_document(answer.constrained)]
     robust = found.estimate.sigma_robust
     return [
         {

@@ -16,7 +16,6 @@ FLOORS = {
         "possible",
         "robot",
         "payload",
-        "weigh",
         "gains",
         "files",
         "diagnosis",
@@ -25,8 +24,6 @@ FLOORS = {
 }
 """From the cellar to the roof; a file on one floor imports that floor and those below."""
 KNOWN = {
-    ("estimation.payload.impossible", "estimation.answers.payload"),
-    ("estimation.payload.prediction", "estimation.answers.payload"),
     ("estimation.diagnosis.log_check.torque", "estimation.answers.gains"),
     ("estimation.repetition", "estimation.fit.estimate"),
 }

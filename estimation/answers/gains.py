@@ -10,7 +10,7 @@ from ...model import Robot, standard_columns, standard_regressor
 from ...model.base import random_states
 from ...model.kernel import Kernel
 from ...model.names import parameter_kind
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 from ..fit.estimate import Fit
 from ..fit.robust import RobustCovariance, jackknife
 from ..gains.known_load import KnownLoad
@@ -36,7 +36,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
     robust: RobustCovariance | None = None
     reason = problem.without_blocks
 
-    def solve(part: ReducedProblem) -> Array:
+    def solve(part: Equations) -> Array:
         return -np.log(possible_gains(problem, part, load, best, held).k)
 
     if problem.deletions:

@@ -11,24 +11,21 @@ from ...common.errors import InputError
 from ...model import InertialParameters
 from ...model.payload_spread import PayloadSpread, payload_spread
 from ..diagnosis.verdict.verdict import Verdict
-from ..equations.problem import merged
+from ..equations.equations import merged
 from ..fit.drive_gains import GainErrors
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload
+from ..payload.constrained import ConstrainedPayload, constrain_payload
+from ..payload.repeats import Repeats, repeats_of, widened
 from ..payload.result import PayloadEstimate
-from ..possible.conflicts import CONFLICT, Weighing, tested, weighings
-from ..possible.constrained import solve_constrained
+from ..payload.short_motion import WeighProblem
+from ..payload.stand_in import StandIn
+from ..payload.weighing import solve_weighing, weigh_by_joints
+from ..possible.conflicts import Weighing
 from ..possible.constraints import Constraint, KnownMass
-from ..possible.intervals import NO_INTERVALS, profile_intervals
 from ..possible.scaling import POSSIBLE
-from ..weigh.problem import WeighProblem
-from ..weigh.repeats import Repeats, repeats_of, widened
-from ..weigh.solve import WeighEstimate, solve_weighing, weigh_by_joints, weigh_gain_covariance
-from ..weigh.stand_in import StandIn
 from .weigh_judge import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass, with_scale
 from .weigh_reasons import verdict_of
 
@@ -54,7 +51,7 @@ class WeighAnswer:
     """
 
     problem: WeighProblem
-    found: WeighEstimate
+    found: PayloadEstimate
     model: Estimate
     constrained: ConstrainedPayload | None
     scale: KnownMass | None
@@ -153,10 +150,9 @@ def answer_weighing(
     agreement = (*_without_friction(problem), *_others(others, scale))
     if repeats is not None:
         found = widened(found, repeats.excess)
-    extra = weigh_gain_covariance(problem, found, scale, gains) if gains is not None else None
-    model = error_model(found.estimate, extra)
+    model = error_model(found.estimate, gains)
     hard = [c for c in constraints if not (isinstance(c, KnownMass) and found.from_scale)]
-    constrained = _constrained(problem, found, model, hard, gains) if found.complete else None
+    constrained = constrain_payload(found, hard, gains) if found.complete else None
     scaled = _scaled(model, found, scale)
     ten = np.full(10, np.nan)
     ten[list(found.places)] = scaled[:, 0]
@@ -171,7 +167,7 @@ def answer_weighing(
             np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), wide
         ),
     }
-    unexplained = found.unexplained(problem.torque_rms)
+    unexplained = found.estimate.fit.unexplained(problem.torque_rms)
     verdict = verdict_of(model, unexplained, found.from_scale, constrained, judged, by_joints, repeats, agreement)
     answer = WeighAnswer(
         problem, found, model, constrained, scale, gains, spread, judged, agreement, by_joints, repeats, verdict
@@ -179,26 +175,11 @@ def answer_weighing(
     return _assumed(answer, stand_in) if stand_in is not None else answer
 
 
-def _scaled(model: Estimate, found: WeighEstimate, scale: KnownMass | None) -> Array:
+def _scaled(model: Estimate, found: PayloadEstimate, scale: KnownMass | None) -> Array:
     """Values (first column) and covariance, the scale counted once."""
     if scale is None or found.from_scale:
         return np.column_stack([model.values, model.covariance])
     return with_scale(model.values, model.covariance, found.places, scale.sigma, scale.mass)
-
-
-def _constrained(
-    problem: WeighProblem,
-    found: WeighEstimate,
-    model: Estimate,
-    constraints: Sequence[Constraint],
-    gains: GainErrors | None,
-) -> ConstrainedPayload:
-    result = solve_constrained(model, constraints)
-    tests = tested(result)
-    contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
-    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
-    free = PayloadEstimate(problem.method, found.estimate, problem.robot.payload_frame, found.without_robust)
-    return ConstrainedPayload(free, result, intervals, gains, tests, weighings(result))
 
 
 def _without_friction(problem: WeighProblem) -> list[Agreement]:

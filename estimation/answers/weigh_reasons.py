@@ -15,8 +15,8 @@ from ..fit.estimate import Estimate
 from ..fit.robust import few_blocks
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
+from ..payload.repeats import Repeats
 from ..possible.constraints import PossibleBody
-from ..weigh.repeats import Repeats
 from .weigh_judge import Agreement, Judged
 
 _APART = 0.05

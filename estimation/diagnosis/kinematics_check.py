@@ -15,7 +15,7 @@ from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot, base_parameters, base_regressor
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
-from ..equations.problem import triangular
+from ..equations.equations import triangular
 from ..signals.filtering import lowpass, measurement
 from ..signals.rows import kept_rows
 from .pose_check import quick_residual

@@ -17,8 +17,8 @@ from ...model.motion import Measurement
 from ..recordings.recording import Samples
 from ..signals.filtering import measurement, on_grid
 from ..signals.rows import Mask, UsedRows, cut_ends, fastest, used_samples
+from .equations import Equations
 from .observation import Observer
-from .problem import ReducedProblem
 from .reduction import reduced_pieces
 
 _PIECE = 60.0  # s
@@ -35,7 +35,7 @@ class _Piece(NamedTuple):
 
 def reduced_log(
     observer: Observer, blocks: Callable[[], Iterable[Samples]], processing: Processing, source: str = "log"
-) -> ReducedProblem:
+) -> Equations:
     """Reduce one log that arrives in blocks.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative
@@ -34,7 +34,7 @@ class CurrentFit(NamedTuple):
     degrees_of_freedom: float
 
 
-def current_weights(equations: ReducedProblem) -> Array:
+def current_weights(equations: Equations) -> Array:
     """One over the standard deviation of each joint's error [1/A], shape (n,).
 
     From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
@@ -50,7 +50,7 @@ def current_weights(equations: ReducedProblem) -> Array:
 
 
 def gauss_newton(
-    equations: ReducedProblem, weights: Array, free: Sequence[int], known: Array, held: int | None = None
+    equations: Equations, weights: Array, free: Sequence[int], known: Array, held: int | None = None
 ) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 

@@ -11,7 +11,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import InertialParameters
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 
 _KEYS = ("mass", "mass_sigma", "com", "inertia_com")
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 from .current_side import current_weights, gauss_newton
 
 _TOLD = 0.2
@@ -24,7 +24,7 @@ class RelativeScales(NamedTuple):
     held: int
 
 
-def relative_scales(problem: ReducedProblem) -> RelativeScales:
+def relative_scales(problem: Equations) -> RelativeScales:
     """Scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
     Args:

@@ -13,8 +13,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds

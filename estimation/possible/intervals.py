@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.arrays import Array
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 from ..fit.robust import student95
 from .constrained import ConstrainedEstimate
 from .profile import ProfileSet

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...estimation.fit import student95
-from ...estimation.weigh import Repeats
+from ...estimation.payload import Repeats
 from .canvas import BLUE, Drawing, new_figure, plain
 
 _NAME = 24  # letters of a recording's name

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...common.arrays import Array
-from ...estimation.payload import TorquePrediction
+from ...estimation.answers import TorquePrediction
 from .canvas import BLUE, GREY, ORANGE, Drawing, new_figure, plain
 
 if TYPE_CHECKING:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from ...estimation import PayloadAnswer
-from ...estimation.payload import Excitation, TorquePrediction
+from ...estimation.answers import TorquePrediction
+from ...estimation.fit import Excitation
 from ..controllers.payload_file import is_flange
 from ..figures import Drawing, flange_figure, worst_joint_figure
 from ..tables import data_notes

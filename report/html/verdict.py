@@ -8,7 +8,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...estimation import PayloadAnswer, Verdict
-from ...estimation.payload import ConstrainedPayload, TorquePrediction
+from ...estimation.answers import TorquePrediction
+from ...estimation.payload import ConstrainedPayload
 from ..gains import scales_in_words
 from ..numbers import with_interval
 from .markup import Html, bullets, joined, paragraph, tag

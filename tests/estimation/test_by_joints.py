@@ -7,7 +7,7 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, answer_payload, identify_payload, payload_problem
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.equations import Equations
 from dynident.estimation.fit import weighted
 from dynident.estimation.payload import ByJoints, FixedWeights, payload_by_joints, payload_over_time
 from dynident.estimation.payload.by_joints import joint_groups
@@ -108,7 +108,7 @@ def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -
     problem = problem_of("rx90", blocks=False)
     keep = (3, 4, 5)
 
-    def wrist(part: ReducedProblem | None) -> ReducedProblem:
+    def wrist(part: Equations | None) -> Equations:
         assert part is not None
         factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
         rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))

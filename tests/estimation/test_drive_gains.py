@@ -9,8 +9,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import GainErrors, PayloadProblem, identify, identify_payload, payload_problem
-from dynident.estimation.equations.names import PAYLOAD
-from dynident.estimation.equations.problem import ReducedProblem, merged
+from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.drive_gains import gain_sensitivity, scaled_torque
 from dynident.estimation.payload import FixedWeights, PayloadEstimate, constrain_payload, payload_gain_sensitivity
@@ -147,7 +146,7 @@ def test_a_spring_on_a_coupled_joint(
     robot, processing = sprung(simulated("rx90"), joint).robot, Processing(decimate=4)
     recording, base = Simulator(robot).record(wander(6, 4), None, [0.5] * 6, [9, 0]), base_parameters(robot)
 
-    def reduced(factors: Array) -> ReducedProblem:
+    def reduced(factors: Array) -> Equations:
         scaled = replace(recording, torque=rescaled_torque(robot, recording.torque, factors))
         return base_problem(robot, base, [scaled], processing)
 
@@ -161,7 +160,7 @@ def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_pat
     """Read back, and merged with themselves, they are as sensitive as before."""
     assert problem.unloaded is not None
     problem.unloaded.save(tmp_path / "p.npz")
-    read = ReducedProblem.load(tmp_path / "p.npz")
+    read = Equations.load(tmp_path / "p.npz")
     assert len(read.shared) == bool(problem.robot.coupling) + bool(problem.robot.spring)
     weights = weighted(read).weights
     J = gain_sensitivity(problem.unloaded, weights)

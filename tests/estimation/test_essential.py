@@ -19,7 +19,7 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.equations import Equations
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule, eliminate, weighted
 from dynident.estimation.payload import elimination_warnings, impossible_payload, impossible_robot
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
@@ -28,7 +28,7 @@ from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 
 
-def refitted(problem: ReducedProblem, weights: Array) -> tuple[list[str], list[float], list[float]]:
+def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
     """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
     kept = list(problem.columns)
     order: list[str] = []

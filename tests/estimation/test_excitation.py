@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, payload_problem
-from dynident.estimation.equations import Observer, ReducedProblem
+from dynident.estimation.equations import Equations, Observer
 from dynident.estimation.fit import weighted
 from dynident.estimation.payload import excitation, payload_excitation
 from dynident.estimation.signals import measurement
@@ -25,7 +25,7 @@ def test_signal_and_own_part_of_each_column() -> None:
         for pair in zip(observation.W, observation.Y, strict=True)
     )
     rows = tuple(len(Y) for Y in observation.Y)
-    problem = ReducedProblem(base.columns, factors, rows, tuple(map(float, rows)))
+    problem = Equations(base.columns, factors, rows, tuple(map(float, rows)))
     estimate = weighted(problem)
     found = excitation(problem, estimate)
     assert found.names == base.columns

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation import Estimate, GainErrors, identify, identify_payload, payload_problem
 from dynident.estimation.files.stored import read_stored_robot
-from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload import constrain_payload
 from dynident.estimation.payload.gains import gain_covariance
 from dynident.estimation.payload.methods import method_of

@@ -12,9 +12,9 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem, read_recording
 from dynident.estimation.equations import (
+    Equations,
     Observation,
     Observer,
-    ReducedProblem,
     merged,
     reduced,
     reduced_measurement,
@@ -154,7 +154,7 @@ def without(recording: Observation, start: float, stop: float) -> Observation:
     return Observation(recording.columns, W, Y, t, recording.bandwidth)
 
 
-def same_equations(one: ReducedProblem, other: ReducedProblem) -> None:
+def same_equations(one: Equations, other: Equations) -> None:
     """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
     assert (one.columns, one.rows) == (other.columns, other.rows)
     assert one.effective_rows == pytest.approx(other.effective_rows)

@@ -12,7 +12,7 @@ from dynident.estimation import Identification, identify, read_recording
 from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.blocks import block_edges, block_length, cut, leave_one_out
-from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.robot_blocks import robot_blocks
 from dynident.estimation.payload import impossible_robot
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior

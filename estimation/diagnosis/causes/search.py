@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from ....model import Processing, Recording, Robot
-from ...payload.source import Source
+from ...payload.problem import Source
 from . import channels, description, positions
 from .misfit import Model
 from .sample import Sample

@@ -7,12 +7,12 @@ import numpy as np
 from ....common.errors import InputError
 from ....model import Processing, Recording, Robot, base_parameters
 from ...answers.gains import gravity_acts
+from ...equations.equations import Equations
 from ...equations.observation import Observer
-from ...equations.problem import ReducedProblem
 from ...equations.reduction import reduced_measurement
 from ...fit.least_squares import weighted
 from ...gains.scales import relative_scales
-from ...payload.source import Source
+from ...payload.problem import Source
 from ...signals.filtering import measurement
 from ..causes.search import likely_causes
 from .finding import Finding
@@ -101,7 +101,7 @@ def to_scale(robot: Robot, recording: Recording, processing: Processing) -> Reco
     )
 
 
-def reduced(robot: Robot, recording: Recording, processing: Processing) -> ReducedProblem:
+def reduced(robot: Robot, recording: Recording, processing: Processing) -> Equations:
     """The equations of one recording in a robot's base parameters."""
     observer = Observer(robot, base_parameters(robot).columns)
     return reduced_measurement(observer, measurement(recording, processing), processing)

@@ -6,7 +6,6 @@ from typing import Literal, NamedTuple
 from ...fit.estimate import Estimate, Fit
 from ...payload.by_joints import ByJoints
 from ...payload.constrained import ConstrainedPayload
-from ...payload.over_time import Stretch
 from ...payload.problem import PayloadProblem
 from ...payload.result import PayloadEstimate
 
@@ -44,7 +43,7 @@ class Evidence:
     robot: Estimate | None
     validation: Fit | None
     by_joints: ByJoints
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[Estimate, ...]
 
     @property
     def robot_fit(self) -> Fit | None:
