@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
+from rich.console import Console
+
+from .. import estimation, model, report
 from .arguments import (
     ANSWERED,
     DO_NOT_USE,
@@ -14,11 +18,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
-from .robot_poses import checked_poses, pose_document, pose_lines
-
-if TYPE_CHECKING:
-    from ..estimation.diagnosis import KinematicsCheck
-    from ..model import Recording, Robot
+from .robot_poses import CheckedLog, checked_poses, pose_document, pose_lines
 
 _SHOWN = 6
 _DESCRIPTION = """
@@ -45,48 +45,40 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from rich.console import Console
-
-    from ..estimation.diagnosis import rank_readings
-
     robot, processing = settings(arguments)
     with Console(stderr=True).status("reading") as status:
         poses = checked_poses(arguments, robot, status.update)
         recordings = _recordings(arguments, robot, bool(poses))
-        check = rank_readings(robot, recordings, processing, status.update) if recordings else None
+        check = (
+            estimation.diagnosis.rank_readings(robot, recordings, processing, status.update) if recordings else None
+        )
     for log in poses:
         for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ())):
             print(line)
     for line in lines(check) if check else ["No torques or currents: the pose alone is compared."]:
         print(line)
     if arguments.json:
-        from ..report.documents import write_json
-
-        write_json(
-            arguments.json,
-            {
-                "robot": robot.name,
-                "poses": [
-                    pose_document(log) | {"readings": document(log.readings) if log.readings else None}
-                    for log in poses
-                ],
-                **(document(check) if check else {}),
-            },
-        )
+        report.documents.write_json(arguments.json, _whole_document(robot, poses, check))
     faithful = all(log.check.reproduced for log in poses) and not (check and check.suggested)
     return ANSWERED if faithful else DO_NOT_USE
 
 
-def _recordings(arguments: argparse.Namespace, robot: Robot, poses: bool) -> list[Recording]:
-    """The recordings; of logs with poses those that carry torques too."""
-    from ..estimation.recordings import holds_torques
+def _whole_document(
+    robot: model.Robot, poses: Sequence[CheckedLog], check: estimation.diagnosis.KinematicsCheck | None
+) -> dict[str, Any]:
+    """What ``--json`` writes of all logs."""
+    logs = [pose_document(log) | {"readings": document(log.readings) if log.readings else None} for log in poses]
+    return {"robot": robot.name, "poses": logs, **(document(check) if check else {})}
 
+
+def _recordings(arguments: argparse.Namespace, robot: model.Robot, poses: bool) -> list[model.Recording]:
+    """The recordings; of logs with poses those that carry torques too."""
     how = log_map(arguments)
-    paths = [path for path in arguments.data if not poses or holds_torques(path, robot, how)]
+    paths = [path for path in arguments.data if not poses or estimation.recordings.holds_torques(path, robot, how)]
     return read_recordings(paths, robot, arguments.drive_gains, set(), arguments)
 
 
-def lines(check: KinematicsCheck) -> list[str]:
+def lines(check: estimation.diagnosis.KinematicsCheck) -> list[str]:
     """The answer in words; a suggestion is never applied."""
     told = [f"As recorded: {check.as_recorded.residual:.4g} ({check.unit}); {len(check.ranked)} readings tried."]
     best = check.suggested
@@ -102,7 +94,7 @@ def lines(check: KinematicsCheck) -> list[str]:
     return told
 
 
-def document(check: KinematicsCheck) -> dict[str, Any]:
+def document(check: estimation.diagnosis.KinematicsCheck) -> dict[str, Any]:
     """What ``--json`` writes."""
     ranked = [
         {

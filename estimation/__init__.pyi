@@ -34,6 +34,6 @@ from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import KnownMass as KnownMass
 from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
+from .recordings.map import LogMap as LogMap
 from .recordings.map_file import read_log_map as read_log_map
-from .recordings.mapping import LogMap as LogMap
-from .recordings.recording import read_recording as read_recording
+from .recordings.read import read_recording as read_recording

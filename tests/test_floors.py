@@ -25,7 +25,6 @@ FLOORS = {
 """From the cellar to the roof; a file on one floor imports that floor and those below."""
 KNOWN = {
     ("estimation.diagnosis.log_check.torque", "estimation.answers.gains"),
-    ("estimation.repetition", "estimation.fit.estimate"),
 }
 """Steps up that the fold has not removed yet."""
 

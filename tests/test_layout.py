@@ -98,7 +98,10 @@ def test_every_package_is_listed() -> None:
 def test_every_data_file_is_listed() -> None:
     listed = project()["tool"]["setuptools"]["package-data"]
     data = [
-        path for room in ROOMS for path in (ROOT / room).rglob("*.*") if path.suffix not in (".py", ".pyi", ".pyc")
+        path
+        for room in (*ROOMS, "commands")
+        for path in (ROOT / room).rglob("*.*")
+        if path.suffix not in (".py", ".pyi", ".pyc")
     ]
     assert {"rx90.toml", "tx40.toml", "ur10e.toml", "paper_tables.toml"} <= {path.name for path in data}
     for path in [*data, ROOT / "py.typed"]:
@@ -175,7 +178,7 @@ def test_tests_mirror_the_rooms() -> None:
     folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
     assert {Path("model"), Path("estimation"), Path("trajectories"), Path("report")} <= folders
     for folder in folders:
-        room = folder == Path("docs") or (ROOT / folder / "__init__.py").is_file()
+        room = folder in (Path("docs"), Path("frozen")) or (ROOT / folder / "__init__.py").is_file()
         assert room, f"tests/{folder} mirrors no room"
     stems = [path.stem for path in (ROOT / "tests").rglob("test_*.py")]
     assert len(set(stems)) == len(stems), "a test file's name says which it is"

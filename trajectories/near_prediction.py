@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..common.arrays import Array
+from ..common.linear import decomposed, without
 from ..model import InertialParameters, Motion, Robot
 from ..model.payload_spread import PayloadSpread, payload_spread
 from ..model.regressors import payload_columns
-from ..model.visibility import friction_columns, visibility_of, without
+from ..model.visibility import friction_columns, visibility_of
 from .observation import regressor_kernel
 from .samples import Samples
 
@@ -57,7 +58,4 @@ def _covariance(W: Array, chosen: tuple[int, ...], mass_sigma: float | None) -> 
     """Of least squares, with the scale as one more equation where the mass is among the parameters."""
     if mass_sigma is not None and 9 in chosen:
         W = np.vstack([W, (np.array(chosen) == 9)[None] / mass_sigma])
-    R = np.asarray(np.linalg.qr(W, mode="r"))
-    size = np.linalg.norm(R, axis=0)
-    inverse = np.linalg.inv(R / size) / size[:, None]
-    return np.asarray(inverse @ inverse.T)
+    return decomposed(W).covariance

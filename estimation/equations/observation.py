@@ -7,11 +7,11 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import without
 from ...common.paged import parts
 from ...model import Motion, Processing, Robot, regressor
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
-from ...model.visibility import without
 from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
@@ -246,8 +246,7 @@ def _used(data: Measurement, processing: Processing, partner: Motion | None) -> 
     """A measurement in pieces, each with its rows to use."""
     motion, rows = data.motion, used_rows(data.motion, processing)
     other = used_rows(partner, processing) if partner is not None else None
-    arrays = [motion.t, motion.q, motion.qd, motion.qdd, data.torque]
-    for part in parts(len(motion.t), *arrays, *([partner.qd] if partner is not None else [])):
+    for part in parts(len(motion.t)):
         keep = rows.of(motion.qd[part], part)
         if partner is not None and other is not None:
             keep &= other.of(partner.qd[part], part)

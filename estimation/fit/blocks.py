@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
 from ..equations.equations import Equations, merged
 from ..equations.observation import Observation, Pieces
@@ -92,8 +93,8 @@ def in_blocks(
 
 def weighted_solution(equations: Equations) -> Array:
     """Values of the weighted fit; of dependent columns the shortest ones."""
-    weights = joint_weights(equations, shortest(equations.stacked()))
-    return shortest(equations.stacked(weights))
+    weights = joint_weights(equations, _shortest(equations.stacked()))
+    return _shortest(equations.stacked(weights))
 
 
 def _memory(group: Sequence[Residuals]) -> float:
@@ -104,8 +105,6 @@ def _memory(group: Sequence[Residuals]) -> float:
     return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
 
 
-def shortest(factor: Array) -> Array:
-    """Shortest least-squares solution: residuals are the same whichever dependent columns explain them."""
-    scale = np.linalg.norm(factor[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0
-    return np.asarray(np.linalg.lstsq(factor[:, :-1] / scale, factor[:, -1], rcond=1e-10)[0] / scale)
+def _shortest(factor: Array) -> Array:
+    """Residuals are the same whichever dependent columns explain them."""
+    return least_squares(factor[:, :-1], factor[:, -1])

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
+from ...common.linear import least_squares
 from ..equations.equations import Equations, triangular
 from .drive_gains import motor_torques
 from .estimate import Estimate, Fit, fit
@@ -148,7 +149,7 @@ class LinearProblem:
         if self.held:
             W_L = np.vstack([W_L, self._stacked(weights)[-len(self.held) :, :-1]])
             W = np.vstack([W, np.zeros((len(self.held), k))])
-        return np.asarray(np.linalg.lstsq(W_L, W, rcond=None)[0])
+        return least_squares(W_L, W)
 
     def _fit(self, values: Array) -> Fit:
         value = dict(zip(self.unknown.columns, values.tolist(), strict=True))

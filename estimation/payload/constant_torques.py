@@ -13,13 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import decomposed, least_squares
 from ...model import Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.correlation import autocorrelation_time
-from ..equations.equations import PAYLOAD, RANK_TOLERANCE, Anchor, Equations, merged
+from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observation import Observation, Observer
 from ..equations.reduction import reduced
-from ..fit.blocks import shortest
 from ..fit.least_squares import joint_weights
 from ..fit.linear_problem import Known
 from ..signals.rows import Mask
@@ -131,7 +131,7 @@ def _inflation(recordings: Sequence[Observation], values: Array, joint: int) -> 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
     """Shortest least-squares solution, of which the residual alone is used, and its sum of squares."""
     factor = problem.stacked(weights)
-    values = shortest(factor)
+    values = least_squares(factor[:, :-1], factor[:, -1])
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
 
 
@@ -169,9 +169,5 @@ def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Seque
 def _shown(problem: Equations, weights: Array) -> tuple[Array, Array]:
     """Shortest least-squares solution, and the share of each value in undetermined directions."""
     factor = problem.stacked(weights)
-    scale = np.linalg.norm(factor[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0
-    U, singular, Vt = np.linalg.svd(factor[:, :-1] / scale, full_matrices=False)
-    kept = singular > RANK_TOLERANCE * singular[0]
-    values = Vt[kept].T @ (U[:, kept].T @ factor[:, -1] / singular[kept]) / scale
-    return np.asarray(values), np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
+    parts = decomposed(factor[:, :-1])
+    return parts.solution(factor[:, -1]), parts.hidden

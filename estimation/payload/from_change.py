@@ -8,6 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
@@ -134,13 +135,8 @@ def _generalised(G: Array, change: Array, C: Array) -> _Step:
     """Generalised least squares of G x = change with covariance C."""
     scale = np.sqrt(np.diag(C))
     L = np.linalg.cholesky(C / np.outer(scale, scale))
-    A = np.linalg.solve(L, G / scale[:, None])
-    Q, R = np.linalg.qr(A)
-    if np.abs(np.diag(R)).min() < 1e-10 * np.abs(np.diag(R)).max():
+    parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
+    if parts.null.size:
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
-    inverse = np.linalg.inv(R)
-    return _Step(
-        inverse @ (Q.T @ np.linalg.solve(L, change / scale)),
-        inverse @ inverse.T,
-        inverse @ np.linalg.solve(L.T, Q).T / scale,
-    )
+    inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
+    return _Step(parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse)

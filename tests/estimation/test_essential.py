@@ -19,9 +19,9 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
+from dynident.estimation.answers import impossible_payload, impossible_robot
 from dynident.estimation.equations import Equations
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule, eliminate, weighted
-from dynident.estimation.payload import elimination_warnings, impossible_payload, impossible_robot
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
@@ -174,8 +174,8 @@ def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> Non
 
 def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
     """Table 2 eliminates ZZ6 while YZ6 is essential: link 6 would have no inertia about z."""
+    from dynident.commands.demo.paper import paper_tables
     from dynident.model import base_parameters
-    from dynident.report.paper import paper_tables
 
     printed = paper_tables().table2_robot
     base = base_parameters(rx90)
@@ -196,7 +196,7 @@ def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
 @pytest.fixture(scope="module")
 def both() -> PayloadAnswer:
     """Robot and the paper's payload together, as in Table 2."""
-    from dynident.report.paper import paper_tables
+    from dynident.commands.demo.paper import paper_tables
 
     robot = load_robot("rx90")
     simulator, body = Simulator(robot), paper_tables().payload
@@ -215,7 +215,7 @@ def test_robot_and_payload_together(both: PayloadAnswer) -> None:
     assert {"XX_L", "YY_L", "MZ_L", "M_L"} <= set(found.essential)
     assert set(found.path.order) == {*both.problem.base.columns, *PAYLOAD}
     assert found.largest_relative_sigma <= 0.1
-    assert all(isinstance(line, str) for line in elimination_warnings(both))
+    assert all(isinstance(line, str) for line in both.warnings)
     bare = answer_payload(both.problem, (1,))
     assert bare.elimination is None
-    assert elimination_warnings(bare) == ()
+    assert bare.warnings == ()

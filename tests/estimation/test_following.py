@@ -7,8 +7,8 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map
+from dynident.estimation.payload import FollowingChange, following_change, read_following
 from dynident.estimation.recordings import with_flags
-from dynident.estimation.weigh import FollowingChange, following_change, read_following
 from dynident.model import Robot
 
 RATE, SECONDS = 100.0, 12.0
