@@ -83,7 +83,7 @@ def _by_convention(
 ) -> tuple[dict[str, float], str]:
     """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
     answer = estimation.possible.solve_constrained_base(robot, base, stored.estimate)
-    return answer.witness, (
+    return answer.parameters, (
         f"gauge 'base': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
         f"robot that can exist: chi2 rises by {answer.chi2_rise:.3g}); all other combinations, single masses among "
         "them, are one choice of many under which every link can exist, made by the solver and not by data."

@@ -14,7 +14,7 @@ from .values import gains_or_file
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("verify", help=COMMANDS["verify"])
-    robot_argument(parser)
+    robot_argument(parser, weight=False)
     told = (
         "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
         "--log-map names"

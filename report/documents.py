@@ -13,7 +13,7 @@ from ..estimation import Identification, PayloadAnswer, PayloadProblem
 from ..estimation.equations import Equations
 from ..estimation.fit import Fit, RobustCovariance
 from ..estimation.payload import ConstrainedPayload, PayloadEstimate
-from ..estimation.possible import ConstrainedBase, ConstrainedRobot
+from ..estimation.possible import PossibleRobot
 from ..model import INERTIAL, Processing, Robot
 from .by_joints import mass_by_joints_document
 from .gains import gain_errors_document
@@ -26,7 +26,7 @@ def identification_document(
     result: Identification,
     processing: Processing,
     drive_gains: Sequence[float] | None,
-    constrained: ConstrainedBase | ConstrainedRobot | None = None,
+    constrained: PossibleRobot | None = None,
     warnings: Sequence[str] = (),
 ) -> Document:
     """What ``dynident identify --json`` writes.
@@ -213,7 +213,7 @@ def constrained_estimate_document(payload: ConstrainedPayload) -> Document:
         "constraints": [constraint.description for constraint in result.constraints],
         "active": [
             {
-                "constraint": active.constraint.description,
+                "constraint": active.description,
                 "multiplier": active.multiplier,
                 "p_value": p_values[id(active.constraint)],
             }

@@ -5,7 +5,7 @@ from typing import Any
 
 from ..estimation import SigmaRatio
 from ..estimation.fit import Elimination
-from ..estimation.possible import ConstrainedBase, ConstrainedRobot
+from ..estimation.possible import PossibleRobot, PriorRobot
 from ..model import BaseParameters
 
 
@@ -52,16 +52,17 @@ def elimination_document(
     }
 
 
-def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseParameters) -> dict[str, Any]:
+def constrained_document(result: PossibleRobot, base: BaseParameters) -> dict[str, Any]:
     """The nearest robot that can exist: base parameters, and with a prior the standard ones, labelled."""
     free = result.free
-    nearest = result.nearest if isinstance(result, ConstrainedRobot) else result
     document: dict[str, Any] = {
-        "gauge": "prior" if isinstance(result, ConstrainedRobot) else "base",
+        "gauge": "prior" if isinstance(result, PriorRobot) else "base",
         "status": result.status,
         "chi2_rise": result.chi2_rise,
         "p_value": result.p_value,
-        "active": [holding._asdict() for holding in result.active],
+        "active": [
+            {"description": active.description, "multiplier": active.multiplier} for active in result.active
+        ],
         "min_eigenvalues": {str(link): value for link, value in enumerate(result.min_eigenvalues, start=1)},
         "base_parameters": [
             {"name": name, "value": value, "free": free.values[k], "moved_in_sigma": moved}
@@ -69,9 +70,9 @@ def constrained_document(result: ConstrainedBase | ConstrainedRobot, base: BaseP
                 zip(base.names, result.values, (result.values - free.values) / free.sigma, strict=True)
             )
         ],
-        "unidentifiable": list(nearest.unidentifiable),
+        "unidentifiable": list(result.unidentifiable),
     }
-    if isinstance(result, ConstrainedRobot):
+    if isinstance(result, PriorRobot):
         document["prior"] = {
             "source": result.prior.source,
             "budget": result.budget,

@@ -23,9 +23,7 @@ FLOORS = {
     ),
 }
 """From the cellar to the roof; a file on one floor imports that floor and those below."""
-KNOWN = {
-    ("estimation.diagnosis.log_check.torque", "estimation.answers.gains"),
-}
+KNOWN: set[tuple[str, str]] = set()
 """Steps up that the fold has not removed yet."""
 
 

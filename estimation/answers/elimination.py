@@ -16,9 +16,9 @@ from ..fit.estimate import Estimate, error_model
 from ..payload.methods import selected, with_robust
 from ..payload.problem import PayloadProblem
 from ..possible.cone import SolverError
-from ..possible.constrained import solve_constrained
-from ..possible.constrained_base import solve_constrained_base
-from ..possible.scaling import rise_p_value
+from ..possible.payload import solve_constrained
+from ..possible.result import rise_p_value
+from ..possible.robot import solve_constrained_base
 
 _UNLIKELY = 0.01
 """A smaller p-value says that the data contradict everything possible with these zeros."""

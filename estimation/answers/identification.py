@@ -8,8 +8,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ..diagnosis.verdict.residual import fit_reasons
-from ..diagnosis.verdict.verdict import Verdict
+from ..diagnosis.finding import Verdict
+from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule, eliminate
@@ -61,8 +61,7 @@ class Identification:
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        reasons = fit_reasons(self.estimate.fit, "the model")
-        return Verdict("do_not_use" if reasons else "use", tuple(reasons))
+        return robot_verdict(self.estimate.fit)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -6,8 +6,9 @@ from functools import cached_property
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..diagnosis.verdict.reasons import Evidence
-from ..diagnosis.verdict.verdict import Verdict, verdict
+from ..diagnosis.evidence import Evidence
+from ..diagnosis.finding import Verdict
+from ..diagnosis.verdict import judge
 from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule
@@ -131,9 +132,9 @@ def answer_payload(
             failures.append(error)
             left_out[estimate.method] = str(error)
     evidence = _evidence(problem, free, constrained, _validation(problem, held_out, processing))
-    judged = verdict(evidence)
+    verdict = judge(evidence)
     if not constrained:
-        against = judged.reasons if judged.level == "do_not_use" else ()
+        against = verdict.reasons if verdict.level == "do_not_use" else ()
         raise failures[0].naming(*failures[0].demands, *against)
     elimination = essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None
     return PayloadAnswer(
@@ -144,7 +145,7 @@ def answer_payload(
         robot_fit=evidence.robot_fit,
         validation=evidence.validation,
         by_joints=evidence.by_joints,
-        verdict=judged,
+        verdict=verdict,
         elimination=elimination,
         warnings=elimination_warnings(problem, elimination) if elimination is not None else (),
         held_out=tuple(held_out),
@@ -195,12 +196,15 @@ def _evidence(
     best = recommended(constrained) if constrained else None
     weights = (best.free if best else free[-1]).estimate.weights
     return Evidence(
-        problem=problem,
+        robot=problem.robot,
+        source=problem.source,
+        pairs=problem.pairs,
+        condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
+        parameters=alone,
+        validation=fit(validation, alone.values) if validation and alone else None,
         estimates=tuple(free),
         constrained=tuple(constrained),
         recommended=best,
-        robot=alone,
-        validation=fit(validation, alone.values) if validation and alone else None,
         by_joints=payload_by_joints(problem, weights),
         stretches=payload_over_time(problem, weights),
     )

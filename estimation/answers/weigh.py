@@ -10,7 +10,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters
 from ...model.payload_spread import PayloadSpread, payload_spread
-from ..diagnosis.verdict.verdict import Verdict
+from ..diagnosis.evidence import Evidence, Weighed
+from ..diagnosis.finding import Verdict
+from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.verdict import judge
 from ..equations.equations import merged
 from ..fit.drive_gains import GainErrors
 from ..fit.estimate import Estimate, error_model
@@ -23,11 +26,9 @@ from ..payload.result import PayloadEstimate
 from ..payload.short_motion import WeighProblem
 from ..payload.stand_in import StandIn
 from ..payload.weighing import solve_weighing, weigh_by_joints
-from ..possible.conflicts import Weighing
 from ..possible.constraints import Constraint, KnownMass
+from ..possible.result import Weighing
 from ..possible.scaling import POSSIBLE
-from .weigh_judge import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass, with_scale
-from .weigh_reasons import verdict_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +168,17 @@ def answer_weighing(
             np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), wide
         ),
     }
-    unexplained = found.estimate.fit.unexplained(problem.torque_rms)
-    verdict = verdict_of(model, unexplained, found.from_scale, constrained, judged, by_joints, repeats, agreement)
+    weighed = Weighed(
+        mass=model["M_L"],
+        sigma=float(model.sigma[model.names.index("M_L")]),
+        from_scale=found.from_scale,
+        unexplained=found.estimate.fit.unexplained(problem.torque_rms),
+        judged=judged,
+        repeats=repeats,
+        agreement=agreement,
+    )
+    payloads = (constrained,) if constrained is not None else ()
+    verdict = judge(Evidence(problem.robot, constrained=payloads, by_joints=by_joints, weighed=weighed))
     answer = WeighAnswer(
         problem, found, model, constrained, scale, gains, spread, judged, agreement, by_joints, repeats, verdict
     )
@@ -179,7 +189,14 @@ def _scaled(model: Estimate, found: PayloadEstimate, scale: KnownMass | None) ->
     """Values (first column) and covariance, the scale counted once."""
     if scale is None or found.from_scale:
         return np.column_stack([model.values, model.covariance])
-    return with_scale(model.values, model.covariance, found.places, scale.sigma, scale.mass)
+    return _with_scale(model.values, model.covariance, found.places, scale.sigma, scale.mass)
+
+
+def _with_scale(values: Array, covariance: Array, places: tuple[int, ...], sigma: float, mass: float) -> Array:
+    """Values and covariance once the scale counts too, k x (k + 1): values in the first column."""
+    k = places.index(9)
+    gain = covariance[:, k] / (covariance[k, k] + sigma**2)
+    return np.column_stack([values + gain * (mass - values[k]), covariance - np.outer(gain, covariance[k])])
 
 
 def _without_friction(problem: WeighProblem) -> list[Agreement]:
@@ -190,7 +207,7 @@ def _without_friction(problem: WeighProblem) -> list[Agreement]:
         values = weighted(merged(run.frictional for run in problem.runs)).values
     except InputError:
         return []
-    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9])]
+    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
 
 
 def _others(problems: Sequence[WeighProblem], scale: KnownMass | None) -> list[Agreement]:

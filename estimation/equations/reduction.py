@@ -28,7 +28,7 @@ def reduced_measurement(
 def recorded(
     observer: Observer, recordings: Sequence[tuple[Measurement, Motion | None]], processing: Processing
 ) -> tuple[Equations, list[Pieces]]:
-    """All recordings of one load reduced, and each opened piece by piece; what is a single piece is made once.
+    """All recordings of one load reduced, and each opened piece by piece.
 
     Args:
         observer: whose columns.
@@ -39,10 +39,7 @@ def recorded(
     for data, partner in recordings:
         pieces = observer.opener(data, processing, partner)
         opened.append(pieces)
-        if observer.is_short(data, processing):
-            equations.append(merged(map(reduced, pieces())))
-        else:
-            equations.append(reduced_measurement(observer, data, processing, partner))
+        equations.append(merged(map(reduced, pieces())))
     return merged(equations), opened
 
 

@@ -9,7 +9,7 @@ from ...common.linear import decomposed
 from ..fit.estimate import error_model
 from ..fit.robust import student95
 from ..possible.constraints import KnownMass
-from ..possible.scaling import rise_p_value
+from ..possible.result import rise_p_value
 from .result import PayloadEstimate
 from .short_motion import WeighProblem
 from .weighing import solve_weighing

@@ -12,6 +12,7 @@ from dynident.tests.commands.runs import Run
 from dynident.trajectories import plan_point_to_point, random_points
 
 
+@pytest.mark.long
 def test_demo(run: Run, tmp_path: Path) -> None:
     status, out, _ = run("demo", "--out", str(tmp_path / "demo"), "--trajectories", "3", "--seed", "4")
     assert status == 0
@@ -34,6 +35,7 @@ def test_demo(run: Run, tmp_path: Path) -> None:
     assert page.count("<svg") == 8
 
 
+@pytest.mark.long
 def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
     arguments = ("--trajectories", "2", "--gain-error", "0.02", "--noise", "none")
     status, out, _ = run("demo", "--out", str(tmp_path / "demo"), *arguments)
