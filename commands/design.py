@@ -185,7 +185,7 @@ def _write_json(
         return
 
     evaluated = arguments.evaluate
-    document = report.design_results.design_document(
+    document = report.documents.design_document(
         request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated, replay=replay
     )
     report.documents.write_json(arguments.json, document)

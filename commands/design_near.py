@@ -227,4 +227,4 @@ def _write(arguments: argparse.Namespace, found: trajectories.NearDesign) -> Non
         )
         write_text(rehearsal, report.motions.csv_text(slow, arguments.sample_rate or 250.0))
     if arguments.json:
-        report.documents.write_json(arguments.json, report.near.near_document(found))
+        report.documents.write_json(arguments.json, report.documents.near_document(found))

@@ -42,5 +42,5 @@ def run(arguments: argparse.Namespace) -> int:
     for line in report.following.following_notes(found):
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        report.documents.write_json(arguments.json, report.following.following_document(found))
+        report.documents.write_json(arguments.json, report.documents.following_document(found))
     return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

@@ -1,7 +1,6 @@
 """A motion near a pose: what will be visible, what it will tell, what its file says about it."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -12,7 +11,6 @@ from ..model.payload_spread import PayloadSpread
 from ..model.visibility import PayloadVisibility
 from ..trajectories import NearDesign, NearRequest
 from .tables import empty_table
-from .weigh_documents import visibility_document
 
 _DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 
@@ -73,37 +71,6 @@ def near_head(found: NearDesign, speed: float) -> tuple[str, ...]:
     if not request.torque_limited:
         lines.append("Torque limits were not checked.")
     return tuple(lines)
-
-
-def near_document(found: NearDesign, criterion: str = "a") -> dict[str, Any]:
-    """What ``dynident design --near --json`` writes."""
-    request, score = found.request, found.design.score
-    return {
-        "robot": request.robot.name,
-        "criterion": criterion,
-        "near": {
-            "poses": request.poses,
-            "joints": list(request.joints),
-            "ranges": request.ranges,
-            "period_s": found.motion.period,
-            "repeats": found.motion.repeats,
-            "transfer_s": found.motion.transfer,
-        },
-        "visibility": visibility_document(found.visibility),
-        "predicted_sigma": spread_document(found.spread),
-        "condition_number": score.learnt.condition_number,
-        "condition_number_scaled": score.learnt.condition_number_scaled,
-        "duration_s": found.motion.duration,
-        "rehearsal_s": found.motion.slowed(0.1).duration,
-        "cpu_s": found.design.cpu_s,
-        "limits": {"max_violation": score.max_violation, "torque_checked": request.torque_limited},
-        "seed": found.design.seed,
-    }
-
-
-def spread_document(spread: PayloadSpread) -> dict[str, Any]:
-    """Standard deviations; null where not visible."""
-    return {"mass": spread.mass, "com": spread.com, "inertia_com": spread.inertia_com}
 
 
 def second_pose_note(request: NearRequest, second: Sequence[float]) -> str:

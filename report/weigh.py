@@ -111,7 +111,7 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     """Condition numbers, residuals, chi-squared: the second page."""
     problem, found = answer.problem, answer.found
     raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
-    shares = found.estimate.fit.unexplained(problem.torque_rms)
+    shares = found.unexplained(problem.torque_rms)
     joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in shares)
     robust = found.estimate.robust
     lines = [

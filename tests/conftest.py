@@ -69,27 +69,26 @@ ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
     kept = [item for item in items if _worth_it(item)]
+    further = {*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH)
     for item in kept:
-        name = _robot_of(item)
-        if name in (*robot_names(), *PRISMATIC) and name not in ONE_OF_EACH:
+        if further.intersection(str(getattr(value, "name", value)) for value in _values_of(item).values()):
             item.add_marker(pytest.mark.long)
     config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
     items[:] = kept
 
 
 def _worth_it(item: pytest.Item) -> bool:
-    name = _robot_of(item)
+    values = _values_of(item)
+    robot = values.get("robot", values.get("shipped"))
+    name = getattr(robot, "name", robot)
     if name in IN_FULL or name not in robot_names():
         return True
-    assert isinstance(item, pytest.Function)
-    return item.path.name in ALL_ROBOTS and item.callspec.params.get("compiled") != "compiled"
+    return item.path.name in ALL_ROBOTS and values.get("compiled") != "compiled"
 
 
-def _robot_of(item: pytest.Item) -> str:
-    """Name of the robot that a test is repeated for, if it is."""
-    values = item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
-    robot = values.get("robot", values.get("shipped", ""))
-    return str(getattr(robot, "name", robot))
+def _values_of(item: pytest.Item) -> dict[str, object]:
+    """What a test is repeated for, by the name of its argument."""
+    return item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -88,8 +88,9 @@ class Goal:
             InputError: for a name that the robot does not have.
         """
         if self.payload_only:
-            return payload_columns(robot)
-        names = base_parameters(robot).columns if self.columns is None else tuple(self.columns)
+            names = payload_columns(robot)
+        else:
+            names = base_parameters(robot).columns if self.columns is None else tuple(self.columns)
         unknown = [name for name in (*names, *(self.interest or ())) if name not in standard_columns(robot)]
         outside = [name for name in self.interest or () if name not in names]
         if unknown or outside or not names or len(set(names)) != len(names):

@@ -172,7 +172,7 @@ def answer_weighing(
         mass=model["M_L"],
         sigma=float(model.sigma[model.names.index("M_L")]),
         from_scale=found.from_scale,
-        unexplained=found.estimate.fit.unexplained(problem.torque_rms),
+        unexplained=found.unexplained(problem.torque_rms),
         judged=judged,
         repeats=repeats,
         agreement=agreement,

@@ -45,12 +45,6 @@ class Fit:
         torque = np.where(self.torque_norms > 0.0, self.torque_norms, np.nan)
         return np.asarray(self.error_norms / torque)
 
-    def unexplained(self, torque_rms: Array) -> Array:
-        """Each joint's error over another torque (rms), shape (n,); nan where there is no equation or no torque."""
-        rows = np.array(self.rows, dtype=float)
-        torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
-        return np.asarray(self.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
-
 
 def fit(problem: Equations, values: Array) -> Fit:
     """How well parameters explain a problem's torques; for cross validation, another recording's."""

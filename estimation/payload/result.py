@@ -35,6 +35,12 @@ class PayloadEstimate:
         """Where the determined parameters stand among the ten."""
         return tuple(PAYLOAD.index(name) for name in self.estimate.names)
 
+    def unexplained(self, torque_rms: Array) -> Array:
+        """Each joint's error over another torque (rms), shape (n,); nan where there is no equation or no torque."""
+        rows = np.array(self.estimate.fit.rows, dtype=float)
+        torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
+        return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
+
     @property
     def complete(self) -> bool:
         """Whether all ten are determined."""

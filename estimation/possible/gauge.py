@@ -16,7 +16,7 @@ from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
 from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
-from .origins import Origin, origins
+from .origin import Origin, origins
 from .prior import RobotPrior
 from .result import Active
 from .robot import PossibleRobot, RobotProgram, solve_robot_program

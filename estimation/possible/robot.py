@@ -17,7 +17,7 @@ from ...model import BaseParameters, InertialParameters, Robot
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
-from .origins import hidden_directions
+from .origin import hidden_directions
 from .result import Active, Possible
 from .robot_rules import RobotRules, link_places, sizes
 from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening

@@ -52,10 +52,9 @@ def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
 
 
 def _extremes(values: Array) -> tuple[Array, Array]:
-    """Smallest and largest of each column."""
-    ends = [(values[part].min(axis=0), values[part].max(axis=0)) for part in parts(len(values))]
-    low, high = zip(*ends, strict=True)
-    return np.min(low, axis=0), np.max(high, axis=0)
+    """Smallest and largest of each column, one after the other: many times as fast as row by row."""
+    ends = [[(column.min(), column.max()) for column in values[part].T] for part in parts(len(values))]
+    return np.min(ends, axis=0)[:, 0], np.max(ends, axis=0)[:, 1]
 
 
 def _positions(robot: Robot, recording: Recording) -> Iterator[str]:

@@ -20,10 +20,10 @@ LOGS = {
     "--topic": "--topic /joint_states",
 }
 PROCESSING = {
-    "--rate": "--rate 100",
-    "--cutoff": "--cutoff 5",
+    "--rate": "--rate 90",
+    "--cutoff": "--cutoff 4",
     "--decimate": "--decimate 7",
-    "--offsets": "--offsets",
+    "--offsets": "--no-offsets | --offsets",
     "--no-offsets": "--offsets | --no-offsets",
     "--coulomb": "--coulomb paper",
 }
@@ -46,6 +46,7 @@ _PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
 
 _NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
 _BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {_NOISE}"
+_WHOLE = f"--robot rx90 --via-points 4 --starts 1 {_NOISE}"
 _SCALE = "--mass 6 --mass-sigma 0.1"
 _NEAR = f"--robot rx90 --near=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
 _SCORE = f"--robot rx90 --evaluate rx_arm.csv {_NOISE}"
@@ -175,11 +176,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-duration": "--max-duration 2",
         "--start": "--start=0,-40,90,0,40,0",
         "--criterion": "--criterion cond",
-        "--columns": "=--robot rx90 --via-points 4 --starts 1 | --columns ZZ1R,XX2R,M6",
-        "--parameters": "--parameters M,MZ",
-        "--payload-only": f"=--robot rx90 --via-points 4 --starts 1 {_NOISE} | --payload-only",
-        "--data-from": "--data-length 5 | --data-from earlier.json",
-        "--data-length": "--data-from earlier.json --data-length 5 | --data-length 50",
+        "--columns": "=--robot rx90 --via-points 4 --starts 1 | --columns ZZ1,XX2,MX2",
+        "--parameters": "--parameters M6,MZ6",
+        "--payload-only": f"={_WHOLE} | --payload-only",
+        "--data-from": f"={_WHOLE} --data-length 5 | --data-from earlier.json",
+        "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
         "--speed-override": "--speed-override 0.5",

@@ -14,7 +14,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import Estimate
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import Gauge, cylinder_prior, origins, robot_origins, solve_constrained_prior
-from dynident.estimation.possible.origins import BODY_NUMBERS
+from dynident.estimation.possible.origin import BODY_NUMBERS
 from dynident.model import (
     INERTIAL,
     Drives,
