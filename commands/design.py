@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -19,20 +18,19 @@ from .design_near import check_near, near_arguments, run_near
 from .design_outputs import (
     check_formats,
     check_outputs,
-    figure_motion,
     output_arguments,
     replayed,
-    write_design_report,
+    write_design_page,
     write_motion,
-    write_plots,
 )
 from .design_problem import Request, build_request
 from .design_shape import known_length
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    pass
 
 
+_FIGURE_RATE = 100.0  # Hz
 _SHAPED = ("via_points", "fourier", "duration", "segments", "ramp", "segment_durations", "rest", "starts", "solver")
 """Options of the motion to be designed, and of the search for it."""
 
@@ -77,17 +75,14 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _design(arguments: argparse.Namespace, request: Request) -> int:
-
     design = _solved(arguments, request)
     floor = _floor(arguments, request, design.score) if arguments.bound else None
     replay = replayed(design) if arguments.val3 else None
     title = f"Motion of {request.problem.robot.title or request.problem.robot.name}"
-    told = _print(request, design.score, title, floor, replay)
+    screen = _shown(request, design.score, title, floor, replay)
     write_motion(arguments, design)
     _write_json(arguments, request, design.score, floor, design, replay)
-    if arguments.plots:
-        write_plots(Path(arguments.plots), request, design.score, design, figure_motion(design))
-    write_design_report(arguments, request, design.score, design, figure_motion(design), told)
+    write_design_page(arguments, request, design.score, design, design.motion(_FIGURE_RATE), screen)
     return ANSWERED
 
 
@@ -102,9 +97,7 @@ def _solved(arguments: argparse.Namespace, request: Request) -> trajectories.Des
 
         def show(step: trajectories.Step) -> None:
             best = (
-                "no motion within the limits yet"
-                if step.best is None
-                else report.design_results.criterion_text(kind, step.best)
+                "no motion within the limits yet" if step.best is None else report.criterion_text(kind, step.best)
             )
             status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
 
@@ -125,15 +118,12 @@ def _solved(arguments: argparse.Namespace, request: Request) -> trajectories.Des
 
 
 def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
-
     motion = logged_motion(arguments, request.problem.robot)
     score = trajectories.score_motion(request.problem, motion)
     floor = _floor(arguments, request, score) if arguments.bound else None
-    told = _print(request, score, f"Motion of {arguments.evaluate}", floor)
+    screen = _shown(request, score, f"Motion of {arguments.evaluate}", floor)
     _write_json(arguments, request, score, floor)
-    if arguments.plots:
-        write_plots(Path(arguments.plots), request, score, None, motion)
-    write_design_report(arguments, request, score, None, motion, told)
+    write_design_page(arguments, request, score, None, motion, screen)
     return ANSWERED
 
 
@@ -147,30 +137,17 @@ def _floor(arguments: argparse.Namespace, request: Request, score: trajectories.
         return None
 
 
-def _print(
+def _shown(
     request: Request,
     score: trajectories.Score,
     title: str,
     floor: trajectories.Floor | None,
     replay: trajectories.Score | None = None,
-) -> tuple[list[Table], list[str]]:
-    """Print the result; returns its tables and lines."""
-    sigmas = report.design_results.sigma_table(score, request.reference, request.labels)
-    tables = [
-        report.design_results.score_table(request.problem, score, title),
-        *([sigmas] if sigmas is not None else []),
-    ]
-    terminal = report.tables.console(*tables)
-    terminal.print(*tables)
-    kind = request.problem.criterion.kind
-    lines = [f"Criterion {report.design_results.criterion_text(kind, score.value)}."]
-    if floor is not None:
-        lines.append(report.design_results.floor_note(kind, floor))
-    if replay is not None:
-        lines.append(report.design_results.replay_note(kind, replay))
-    for line in lines:
-        terminal.print(line, markup=False, highlight=False)
-    return tables, lines
+) -> list[report.Block]:
+    """Print the result; returns what was printed."""
+    screen = report.design_screen(request.problem, score, title, request.reference, request.labels, floor, replay)
+    report.print_blocks(screen)
+    return screen
 
 
 def _write_json(

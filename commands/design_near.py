@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from ..common.files import write_text
 from .arguments import ANSWERED, chosen_robot
 from .design_outputs import check_formats, write_formats
 from .design_problem import asked_bounds, asked_noise, in_si
-from .near_outputs import write_near_outputs
+from .report import provenance, write_page
 from .values import gains_list, positive_number
 from .weigh import joint_list
 
@@ -33,6 +34,7 @@ _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
 _NOISE_RATE = 10.0  # Hz
 _DURATION = 30.0  # s
+_FIGURE_RATE = 100.0  # Hz
 
 
 def near_arguments(parser: argparse.ArgumentParser) -> None:
@@ -94,22 +96,27 @@ def run_near(arguments: argparse.Namespace) -> int:
     request, hint = _request(arguments)
     check_formats(arguments, request.robot)
     visibility = request.visibility
-    table = report.near.visibility_table(visibility)
-    report.tables.console(table).print(table)
+    screen: list[report.Block] = [report.visibility_table(visibility)]
+    report.print_blocks(screen)
     trajectories.check_mass_visible(visibility, request.mass_sigma is not None, "near this pose")
     found = _designed(arguments, request)
-    prediction = report.near.prediction_table(found.spread, request.expected)
-    terminal = report.tables.console(prediction)
-    terminal.print(prediction)
-    notes = report.near.near_notes(found)
+    notes = report.near_notes(found)
     if hint is not None:
-        notes.append(report.near.second_pose_note(request, hint.tolist()))
-    for line in notes:
-        terminal.print(line, markup=False, highlight=False)
+        notes.append(report.second_pose_note(request, hint.tolist()))
+    screen += [report.prediction_table(found.spread, request.expected), report.Notes(notes)]
+    report.print_blocks(screen[1:])
     _write(arguments, found)
-    if arguments.plots or arguments.report:
-        write_near_outputs(arguments, found, (table, prediction), notes)
+    write_page(arguments, lambda: _page(arguments, found, screen))
     return ANSWERED
+
+
+def _page(
+    arguments: argparse.Namespace, found: trajectories.NearDesign, screen: Sequence[report.Block]
+) -> report.Page:
+    """The report; ``screen``: what the terminal shows."""
+    roles = {"robot's parameters": arguments.robot_parameters, "scene": arguments.scene}
+    files = {role: [path] for role, path in roles.items() if path}
+    return report.near_page(found, found.motion.motion(_FIGURE_RATE), screen, provenance(arguments, files, {}))
 
 
 def _request(arguments: argparse.Namespace) -> tuple[trajectories.NearRequest, Array | None]:
@@ -215,16 +222,14 @@ def _write(arguments: argparse.Namespace, found: trajectories.NearDesign) -> Non
     """The motion, its rehearsal and the JSON."""
     robot, bounds = found.request.robot, found.request.limits
     write_formats(
-        arguments, report.motions.WrittenMotion(robot, found.motion, bounds, report.near.near_head(found, 1.0))
+        arguments, report.motions.WrittenMotion(robot, found.motion, bounds, report.near_head(found, 1.0))
     )
     rehearsal = arguments.rehearsal
     if rehearsal is None and arguments.csv:
         path = Path(arguments.csv)
         rehearsal = str(path.with_name(f"{path.stem}_rehearsal{path.suffix}"))
     if rehearsal:
-        slow = report.motions.WrittenMotion(
-            robot, found.motion.slowed(0.1), bounds, report.near.near_head(found, 0.1)
-        )
+        slow = report.motions.WrittenMotion(robot, found.motion.slowed(0.1), bounds, report.near_head(found, 0.1))
         write_text(rehearsal, report.motions.csv_text(slow, arguments.sample_rate or 250.0))
     if arguments.json:
         report.documents.write_json(arguments.json, report.documents.near_document(found))

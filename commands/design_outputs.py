@@ -10,16 +10,20 @@ from .. import model, report, trajectories
 from ..common.errors import InputError
 from ..common.files import write_text
 from .design_problem import Request
-from .design_report import design_page, limit_drawings, poses_drawing
+from .report import provenance, write_page
 from .values import names_list, positive_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rich.table import Table
 
-
-_FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
+_REPLAY_RATE = 500.0  # Hz
+_FILES = {
+    "motion": "evaluate",
+    "robot's parameters": "robot_parameters",
+    "heaviest payload": "heaviest_payload",
+    "scene": "scene",
+}
 
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,33 +122,32 @@ def replayed(design: trajectories.Design) -> trajectories.Score:
     return trajectories.score_motion(problem, report.motions.val3_replay(written).motion(_REPLAY_RATE))
 
 
-def write_plots(
-    folder: Path,
-    request: Request,
-    score: trajectories.Score,
-    design: trajectories.Design | None,
-    motion: model.Motion,
-) -> None:
-    """Write the figures."""
-    drawings = limit_drawings(request, score, motion)
-    report.figures.save_drawings(folder, drawings if design is None else [*drawings, poses_drawing(design)])
-    if design is not None:
-        write_text(folder / "arm.svg", report.arm.arm_animation(design.problem.robot, design.plan))
-
-
-def write_design_report(
+def write_design_page(
     arguments: argparse.Namespace,
     request: Request,
     score: trajectories.Score,
     design: trajectories.Design | None,
     motion: model.Motion,
-    told: tuple[Sequence[Table], Sequence[str]],
+    screen: Sequence[report.Block],
 ) -> None:
-    """Write the report, if one was asked for; ``told``: tables and lines of the terminal."""
-    if arguments.report:
-        report.html.write_report(arguments.report, design_page(arguments, request, score, motion, design, told))
+    """Write the report and its figures where they are asked for; ``screen``: what the terminal shows."""
+    write_page(
+        arguments,
+        lambda: report.design_page(
+            request.problem,
+            score,
+            motion,
+            design,
+            screen,
+            request.reference,
+            request.labels,
+            provenance(arguments, _files(arguments), {}),
+        ),
+    )
 
 
-def figure_motion(design: trajectories.Design) -> model.Motion:
-    """Samples for figures."""
-    return design.motion(_FIGURE_RATE)
+def _files(arguments: argparse.Namespace) -> dict[str, list[str]]:
+    """Files among the arguments; a payload may also be told in words."""
+    found = {role: [getattr(arguments, name)] for role, name in _FILES.items() if getattr(arguments, name)}
+    found["earlier data"] = list(arguments.data_from or [])
+    return {role: [path for path in paths if Path(path).is_file()] for role, paths in found.items()}

@@ -78,17 +78,8 @@ def run(arguments: argparse.Namespace) -> int:
         result = estimation.identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
         warnings = result.warnings
-    tables = [report.tables.robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, estimation.possible.PriorRobot):
-        tables.append(report.robot_tables.standard_table(constrained, robot.title or robot.name))
-    terminal = report.tables.console(*tables)
-    terminal.print(*tables)
-    notes = [
-        *report.tables.robot_notes(result),
-        *report.robot_tables.elimination_notes(result.elimination, warnings),
-    ]
-    for line in [*notes, *(report.robot_tables.constrained_notes(constrained) if constrained else [])]:
-        terminal.print(line, markup=False, highlight=False)
+    screen = report.robot_screen(result, constrained, warnings)
+    report.print_blocks(screen)
     if arguments.json:
         document = report.documents.identification_document(
             result, processing, arguments.drive_gains, constrained, warnings
@@ -96,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         report.documents.write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(
-        arguments, tables, lambda: estimation.answers.identification_system(result, recordings, processing)
+        arguments, screen, lambda: estimation.answers.identification_system(result, recordings, processing)
     )
     return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED
 
@@ -139,10 +130,10 @@ def _page(
     held_out: Sequence[model.Recording],
     processing: model.Processing,
     warnings: Sequence[str],
-) -> report.html.Page:
+) -> report.Page:
     """The report: what was held out is drawn, else what was fitted."""
     files = {"without payload": arguments.data, "held out": arguments.validate}
-    return report.html.identification_page(
+    return report.robot_page(
         result,
         constrained,
         result.predictions,

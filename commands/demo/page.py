@@ -6,33 +6,26 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.table import Table
-
 from ... import report
 from ..report import provenance, settings_in_words, write_page
 from .analysis import Analysis
 
 
-def write_paper_report(
-    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
-) -> Path:
+def write_paper_report(arguments: argparse.Namespace, analysis: Analysis, screen: Sequence[report.Block]) -> Path:
     """Write the report, by default into the folder of the results; returns where.
 
     Args:
         arguments: of ``dynident demo``.
         analysis: what was identified.
-        tables: beside the truth and the paper's.
-        notes: below them.
+        screen: tables beside the truth and the paper's, and the lines below them.
     """
     target = Path(arguments.report or Path(arguments.out) / "report.html")
     asked = argparse.Namespace(report=str(target), plots=arguments.plots)
-    write_page(asked, lambda: _page(arguments, analysis, tables, notes))
+    write_page(asked, lambda: _page(arguments, analysis, screen))
     return target
 
 
-def _page(
-    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
-) -> report.html.Page:
+def _page(arguments: argparse.Namespace, analysis: Analysis, screen: Sequence[report.Block]) -> report.Page:
     answer, experiment = analysis.answer, analysis.experiment
     robot = answer.problem.robot
     processing = robot.processing
@@ -44,7 +37,7 @@ def _page(
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
     warnings = answer.warnings
-    return report.html.payload_page(
+    return report.payload_page(
         answer,
         report.documents.payload_document(answer, processing, None, warnings),
         predictions,
@@ -52,13 +45,9 @@ def _page(
         provenance(arguments, {}, settings_in_words(robot, processing, None, simulated)),
         warnings,
         others=len(experiment.runs) - 2,
-        extra=_extra(analysis, tables, notes),
+        extra=(
+            report.Section("paper", "Beside the truth and the paper", screen),
+            report.robot_section(analysis.robot, None),
+        ),
         origin="The paper's experiment on a simulated robot",
-    )
-
-
-def _extra(analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> tuple[report.html.Section, ...]:
-    return (
-        report.html.plain_section("paper", "Beside the truth and the paper", tables, notes),
-        report.html.robot_section(analysis.robot, None),
     )

@@ -24,7 +24,7 @@ from dynident.model import (
     with_tool,
 )
 from dynident.model.names import parameter_kind
-from dynident.report.drawing import outline
+from dynident.report.figures.stick import outline
 from dynident.tests.commands.runs import Run
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points

@@ -13,7 +13,7 @@ from dynident.estimation.payload import constrain_payload
 from dynident.estimation.possible import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.report.documents import identification_document, write_json
-from dynident.report.tables import robot_notes, robot_table
+from dynident.report.sections.robot import robot_notes, robot_table
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray
 
@@ -119,7 +119,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert half == pytest.approx(estimate.robust.quantile95 * total)
     part = found.elimination.estimate
     assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [[column.header for column in robot_table(one).columns] for one in (exact, found)]
+    headings = [[column.heading for column in robot_table(one).columns] for one in (exact, found)]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
     notes = [" ".join(robot_notes(one)) for one in (exact, found)]

@@ -20,7 +20,7 @@ from dynident.estimation.possible import robot_prior, solve_constrained_base, so
 from dynident.estimation.signals import measurement
 from dynident.model import Recording, load_robot
 from dynident.report.documents import identification_document, write_json
-from dynident.report.tables import robot_sigma_notes
+from dynident.report.sections.robot import robot_sigma_notes
 from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray

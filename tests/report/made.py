@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
+from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.gain_recordings import GainRecordings
 from dynident.estimation.payload import PayloadEstimate
@@ -76,6 +77,7 @@ def identification() -> Any:
         without_robust="",
         gains=GAINS,
         validation=CHECK,
+        verdict=robot_verdict(estimate(("A", "B")).fit),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.payload import RIPPLE_CHANCE, difference_weighing, ripple
-from dynident.report.weigh import detail_notes
+from dynident.report.sections.weighing import detail_notes
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, weighed
 from dynident.trajectories import Simulator
 
