@@ -285,7 +285,6 @@ def _quantities(answer: WeighAnswer) -> list[Block]:
 
 
 def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
-    """Spread and drift, with several recordings."""
     if answer.repeats is None:
         return ()
     drawn = repeats_figure(answer.repeats, answer.mass, answer.mass_interval)
@@ -294,7 +293,6 @@ def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
 
 
 def _place(answer: WeighAnswer) -> tuple[Section, ...]:
-    """Where the centre of mass is, to scale."""
     best = answer.constrained
     if best is None:
         return ()
