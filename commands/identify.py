@@ -21,7 +21,7 @@ from .arguments import (
     settings,
 )
 from .knowledge import gain_arguments, gain_errors_of
-from .report import drawn, provenance, report_arguments, settings_in_words, write_page
+from .report import provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
         rule = essential_rule(arguments)
         result = estimation.identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
-        warnings = estimation.payload.impossible_robot(robot, result.base, result.estimate, result.elimination)
+        warnings = result.warnings
     screen = report.robot_screen(result, constrained, warnings)
     report.print_blocks(screen)
     if arguments.json:
@@ -87,9 +87,9 @@ def run(arguments: argparse.Namespace) -> int:
         report.documents.write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(
-        arguments, screen, lambda: estimation.payload.identification_system(result, recordings, processing)
+        arguments, screen, lambda: estimation.answers.identification_system(result, recordings, processing)
     )
-    return DO_NOT_USE if estimation.diagnosis.robot_verdict(result.estimate.fit).reasons else ANSWERED
+    return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -133,19 +133,12 @@ def _page(
 ) -> report.Page:
     """The report: what was held out is drawn, else what was fitted."""
     files = {"without payload": arguments.data, "held out": arguments.validate}
-    shown = drawn(held_out or recordings)
-    predictions = [
-        estimation.payload.robot_prediction(
-            result.robot, result.base, result.estimate.values, one, processing, bool(held_out)
-        )
-        for one in shown
-    ]
     return report.robot_page(
         result,
         constrained,
-        predictions,
-        estimation.payload.excitation(result.problem, result.estimate),
+        result.predictions,
+        result.excitation,
         provenance(arguments, files, settings_in_words(result.robot, processing, arguments.drive_gains)),
         warnings,
-        others=len(held_out or recordings) - len(shown),
+        others=len(held_out or recordings) - len(result.predictions),
     )

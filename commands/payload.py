@@ -22,7 +22,7 @@ from .arguments import (
     settings,
 )
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
-from .report import drawn, provenance, report_arguments, settings_in_words, write_page
+from .report import provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
-        warnings = estimation.payload.elimination_warnings(answer)
+        warnings = answer.warnings
     screen = report.payload_screen(answer, warnings)
     report.print_blocks(screen)
     if arguments.json:
@@ -115,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
     write_results(
         arguments,
         screen,
-        lambda: estimation.payload.payload_system(problem, loaded, unloaded, processing),
+        lambda: estimation.answers.payload_system(problem, loaded, unloaded, processing),
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
@@ -136,13 +136,12 @@ def _page(
         "held out": arguments.validate,
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
-    shown = drawn(loaded), drawn(held_out)
     return report.payload_page(
         answer,
         report.documents.payload_document(answer, processing, gains, warnings),
-        estimation.payload.payload_predictions(answer, *shown, processing),
-        estimation.payload.payload_excitation(problem),
+        answer.predictions,
+        answer.excitation,
         provenance(arguments, files, settings_in_words(problem.robot, processing, gains)),
         warnings,
-        others=len(loaded) + len(held_out) - sum(map(len, shown)),
+        others=len(loaded) + len(held_out) - len(answer.predictions),
     )

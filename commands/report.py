@@ -11,18 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from .. import __version__, model, report
 from ..common.errors import InputError
 
 if TYPE_CHECKING:
     from datetime import datetime
-
-
-T = TypeVar("T")
-_MOST_DRAWN = 3
-"""Recordings of one kind that are drawn."""
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
@@ -43,11 +38,6 @@ def write_page(arguments: argparse.Namespace, page: Callable[[], report.Page]) -
         report.write_report(arguments.report, made)
     if arguments.plots:
         report.write_plots(arguments.plots, made)
-
-
-def drawn(recordings: Sequence[T]) -> Sequence[T]:
-    """Those of one kind that the report draws."""
-    return recordings[:_MOST_DRAWN]
 
 
 def provenance(

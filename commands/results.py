@@ -23,7 +23,7 @@ def result_arguments(parser: argparse.ArgumentParser) -> None:
 def write_results(
     arguments: argparse.Namespace,
     screen: Sequence[report.Block],
-    system: Callable[[], estimation.payload.ObservationSystem],
+    system: Callable[[], estimation.answers.ObservationSystem],
 ) -> None:
     """Write what was asked for.
 

@@ -32,10 +32,10 @@ def run(arguments: argparse.Namespace) -> int:
     robot, how = chosen_robot(arguments), log_map(arguments)
     read_gains(arguments, robot)
     before, after = (
-        estimation.weigh.read_following(path, robot, arguments.drive_gains, how)
+        estimation.payload.read_following(path, robot, arguments.drive_gains, how)
         for path in (arguments.before, arguments.after)
     )
-    found = estimation.weigh.following_change(before, after, robot.processing.still_speed)
+    found = estimation.payload.following_change(before, after, robot.processing.still_speed)
     report.print_blocks(report.following_screen(found))
     if arguments.json:
         report.documents.write_json(arguments.json, report.documents.following_document(found))

@@ -127,16 +127,16 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
     progress: Callable[[str], None],
-) -> tuple[estimation.weigh.WeighProblem, list[estimation.weigh.WeighProblem]]:
+) -> tuple[estimation.payload.WeighProblem, list[estimation.payload.WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     problems = []
     if unloaded:
         problems.append(
-            estimation.weigh.difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress)
+            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress)
         )
     if stored is not None:
         problems.append(
-            estimation.weigh.known_robot_weighing(
+            estimation.payload.known_robot_weighing(
                 robot, loaded, stored.estimate, processing, arguments.moving, progress
             )
         )

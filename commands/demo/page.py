@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from ... import estimation, report
+from ... import report
 from ..report import provenance, settings_in_words, write_page
 from .analysis import Analysis
 
@@ -27,25 +27,21 @@ def write_paper_report(arguments: argparse.Namespace, analysis: Analysis, screen
 
 def _page(arguments: argparse.Namespace, analysis: Analysis, screen: Sequence[report.Block]) -> report.Page:
     answer, experiment = analysis.answer, analysis.experiment
-    robot, base = answer.problem.robot, answer.problem.base
+    robot = answer.problem.robot
     processing = robot.processing
-    bare, loaded = (run.recording for run in experiment.runs[-2:])
-    predictions = [
-        estimation.payload.payload_prediction(answer, loaded, processing, True),
-        estimation.payload.robot_prediction(robot, base, analysis.robot.estimate.values, bare, processing, True),
-    ]
+    predictions = [answer.prediction(experiment.runs[-1].recording, True), *analysis.robot.predictions]
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
         "seed": str(experiment.seed),
         "noise": arguments.noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    warnings = estimation.payload.elimination_warnings(answer)
+    warnings = answer.warnings
     return report.payload_page(
         answer,
         report.documents.payload_document(answer, processing, None, warnings),
         predictions,
-        estimation.payload.payload_excitation(answer.problem),
+        answer.excitation,
         provenance(arguments, {}, settings_in_words(robot, processing, None, simulated)),
         warnings,
         others=len(experiment.runs) - 2,

@@ -7,8 +7,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import RobustCovariance, jackknife
 from ..gains.known_load import KnownLoad
@@ -34,7 +33,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad) -> DriveGains:
     robust: RobustCovariance | None = None
     reason = problem.without_blocks
 
-    def solve(part: ReducedProblem) -> Array:
+    def solve(part: Equations) -> Array:
         return -np.log(possible_gains(problem, part, load, best, held).k)
 
     if problem.deletions:

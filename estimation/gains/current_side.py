@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed, least_squares
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative
@@ -50,7 +50,7 @@ class RelativeScales(NamedTuple):
     held: int
 
 
-def current_weights(equations: ReducedProblem) -> Array:
+def current_weights(equations: Equations) -> Array:
     """One over the standard deviation of each joint's error [1/A], shape (n,).
 
     From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
@@ -66,7 +66,7 @@ def current_weights(equations: ReducedProblem) -> Array:
 
 
 def gauss_newton(
-    equations: ReducedProblem, weights: Array, free: Sequence[int], known: Array, held: int | None = None
+    equations: Equations, weights: Array, free: Sequence[int], known: Array, held: int | None = None
 ) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
@@ -109,7 +109,7 @@ def gauss_newton(
     return CurrentFit(k, x, covariance, dof)
 
 
-def relative_scales(problem: ReducedProblem) -> RelativeScales:
+def relative_scales(problem: Equations) -> RelativeScales:
     """Scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
     Args:

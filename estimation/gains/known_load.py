@@ -10,7 +10,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...common.schema import Real, WrongKeyError, naming, read_toml
 from ...model.files import BodyTable
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from ...common.errors import InputError
 from ...model import INERTIAL
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem, triangular
+from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
@@ -41,7 +40,7 @@ class _Variables(NamedTuple):
 
 
 def possible_gains(
-    problem: GainProblem, equations: ReducedProblem, load: KnownLoad, start: CurrentFit, held: int
+    problem: GainProblem, equations: Equations, load: KnownLoad, start: CurrentFit, held: int
 ) -> CurrentFit:
     """Gains, base parameters and payload of bodies that can exist, drives that do not push.
 
@@ -123,7 +122,7 @@ def _robot_scale(problem: GainProblem, names: Sequence[str], x: Array) -> Array:
     return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
 
 
-def _rows(equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
+def _rows(equations: Equations, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
     """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
     rows = []
     for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):

@@ -12,11 +12,9 @@ from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem, merged
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.gain_recordings import GainRecordings
 from ..payload.problem import PayloadProblem, payload_problem
-from ..payload.robust import deletions
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
 
@@ -43,9 +41,9 @@ class GainProblem:
 
     robot: Robot
     base: BaseParameters
-    equations: ReducedProblem
+    equations: Equations
     weights: Array
-    deletions: tuple[tuple[ReducedProblem, ...], ...] = ()
+    deletions: tuple[tuple[Equations, ...], ...] = ()
     block_length: float = 0.0
     without_blocks: str = ""
     recordings: GainRecordings = GainRecordings()
@@ -77,7 +75,7 @@ def gain_problem(
         raise InputError("drive gains need recordings without and with the payload: give both")
     scaled = _scaled(robot, loaded, unloaded, np.full(robot.n, _USUAL))
     first = payload_problem(robot, *scaled, None, processing, progress)
-    both = _in_currents(_together(first), np.full(robot.n, _USUAL))
+    both = _in_currents(first.both, np.full(robot.n, _USUAL))
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
@@ -88,7 +86,7 @@ def gain_problem(
     return GainProblem(robot, first.base, both, weights, *_without_blocks(problem, K), recordings)
 
 
-def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> CurrentFit:
+def free_gains(equations: Equations, weights: Array, load: KnownLoad) -> CurrentFit:
     """Gains, base parameters and what is unknown of the payload, without constraints.
 
     Raises:
@@ -127,7 +125,7 @@ def _torques(robot: Robot, currents: Array, K: Array) -> Array:
     return torque
 
 
-def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:
+def _in_currents(problem: Equations, K: Array) -> Equations:
     """Right-hand sides over K_j."""
     factors = []
     for factor, gain in zip(problem.factors, K, strict=True):
@@ -135,18 +133,10 @@ def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:
     return replace(problem, factors=tuple(factors))
 
 
-def _together(problem: PayloadProblem) -> ReducedProblem:
-    """The equations without and with payload as one problem."""
-    assert problem.unloaded is not None
-    return merged([problem.loaded, problem.unloaded.renamed(problem.loaded.columns)])
-
-
-def _without_blocks(problem: PayloadProblem, K: Array) -> tuple[tuple[tuple[ReducedProblem, ...], ...], float, str]:
+def _without_blocks(problem: PayloadProblem, K: Array) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
     """The currents without each block, groups of them; the blocks' length; else why there are none."""
-    if problem.blocks is None:
-        return (), 0.0, problem.without_blocks
     try:
-        groups = tuple(tuple(_in_currents(_together(part), K) for part in group) for group in deletions(problem))
+        groups = tuple(tuple(_in_currents(part.both, K) for part in group) for group in problem.without_blocks)
     except InputError as error:
         return (), 0.0, str(error)
-    return groups, problem.blocks.length, ""
+    return groups, problem.loaded.block_length, ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...common.arrays import Array
-from ...estimation.payload import Excitation
+from ...estimation.fit import Excitation
 from ..blocks import Drawing
 from .canvas import BLUE, new_figure, plain
 

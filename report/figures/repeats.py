@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...estimation.fit import student95
-from ...estimation.weigh import Repeats
+from ...estimation.payload import Repeats
 from ..blocks import Drawing
 from .canvas import BLUE, mark_interval, new_figure, plain
 

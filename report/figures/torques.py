@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...common.arrays import Array
-from ...estimation.payload import TorquePrediction
+from ...estimation.answers import TorquePrediction
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, new_figure, plain
 

@@ -18,14 +18,19 @@ _Key = tuple[str, bool]
 def csv_tables(tables: Sequence[Table]) -> str:
     """All tables as one CSV text; columns that a table does not have stay empty."""
     records = [record for table in tables for record in _records(table)]
-    filled = {key for record in records for key in record}
-    headings = dict.fromkeys(heading for record in records for heading, _ in record)
-    keys = [key for heading in headings for key in ((heading, False), (heading, True)) if key in filled]
+    keys = _keys(records)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([f"{heading} sigma" if sigma else heading for heading, sigma in keys])
     writer.writerows([record.get(key, "") for key in keys] for record in records)
     return text.getvalue()
+
+
+def _keys(records: Sequence[dict[_Key, str]]) -> list[_Key]:
+    """Columns of the file: headings as they come first, a sigma beside its value."""
+    filled = dict.fromkeys(key for record in records for key in record)
+    headings = dict.fromkeys(heading for heading, _ in filled)
+    return [key for heading in headings for key in ((heading, False), (heading, True)) if key in filled]
 
 
 def _records(table: Table) -> list[dict[_Key, str]]:

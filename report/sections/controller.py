@@ -37,15 +37,20 @@ def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Bl
     # The reasons stand beside it.
     load = replace(load, reasons=())
     maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
-    others: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
-    more = f"'dynident export --to' also writes {', '.join(form for form in FORMATS if form not in _SHOWN)}."
-    others.append(Text(more, "note"))
     only = Text("Mass and centre of mass only: the inertia was not measured well enough.", "note")
     return [
         *([only] if load.point_mass else []),
         *([_format(FORMATS[maker], load, True)] if maker else []),
-        Details("Other controllers and files" if maker else "Controllers and files", others, not maker),
+        _others(load, maker),
     ]
+
+
+def _others(load: ControllerLoad, maker: str | None) -> Details:
+    """Formats of other makers."""
+    formats: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
+    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
+    note = Text(f"'dynident export --to' also writes {more}.", "note")
+    return Details("Other controllers and files" if maker else "Controllers and files", [*formats, note], not maker)
 
 
 def _elsewhere(load: ControllerLoad) -> list[Block]:

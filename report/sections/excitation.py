@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ...estimation.payload import Excitation
+from ...estimation.fit import Excitation
 from ..blocks import Details, Section, Table, Text, columns
 from ..figures.excitation import excitation_figure
 from ..numbers import percent

@@ -1,6 +1,6 @@
 """What the controller missed before and after a payload was entered."""
 
-from ...estimation.weigh import FollowingChange
+from ...estimation.payload import FollowingChange
 from ..blocks import Block, Column, Notes, Table, columns
 
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...estimation import PayloadAnswer, PayloadProblem
+from ...estimation.answers import TorquePrediction
 from ...estimation.files import StoredPayload
-from ...estimation.payload import Excitation, PayloadEstimate, TorquePrediction
+from ...estimation.fit import Excitation
+from ...estimation.payload import PayloadEstimate
 from ...model import INERTIAL
 from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns
 from ..controllers.payload_file import is_flange

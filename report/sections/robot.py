@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...estimation import Identification
-from ...estimation.diagnosis import robot_verdict
-from ...estimation.payload import Excitation, TorquePrediction
+from ...estimation.answers import TorquePrediction
+from ...estimation.fit import Excitation
 from ...estimation.possible import PossibleRobot, PriorRobot
 from ...model import INERTIAL
 from ...model.names import parameter_kind
@@ -91,7 +91,7 @@ def robot_notes(result: Identification) -> list[str]:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
     lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    reasons = robot_verdict(result.estimate.fit).reasons
+    reasons = result.verdict.reasons
     return [*lines, *(verdict_lines(VERDICTS["do_not_use"].payload, reasons) if reasons else [])]
 
 
@@ -150,7 +150,7 @@ def robot_page(
     """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
     title = result.robot.title or result.robot.name
     labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    against, worst = robot_verdict(result.estimate.fit).reasons, worst_joint(predictions)
+    against, worst = result.verdict.reasons, worst_joint(predictions)
     banner = Banner("do_not_use", _BAD) if against else Banner("use", _GOOD)
     lead: list[Block] = [banner, Notes(against), *_summary(result), *([worst] if worst else [])]
     sections = (

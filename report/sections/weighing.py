@@ -7,7 +7,7 @@ import numpy as np
 from ...estimation import WeighAnswer
 from ...estimation.diagnosis import Finding, worst_joint
 from ...estimation.files import StoredWeighing
-from ...estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
+from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ...model import INERTIAL
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
 from ..controllers.payload_file import is_flange
@@ -285,7 +285,6 @@ def _quantities(answer: WeighAnswer) -> list[Block]:
 
 
 def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
-    """Spread and drift, with several recordings."""
     if answer.repeats is None:
         return ()
     drawn = repeats_figure(answer.repeats, answer.mass, answer.mass_interval)
@@ -294,7 +293,6 @@ def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
 
 
 def _place(answer: WeighAnswer) -> tuple[Section, ...]:
-    """Where the centre of mass is, to scale."""
     best = answer.constrained
     if best is None:
         return ()

@@ -8,9 +8,9 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.fit.robust import student95
+from dynident.estimation.payload import FollowingChange, following_change, read_following
+from dynident.estimation.payload.following import Following
 from dynident.estimation.recordings import with_flags
-from dynident.estimation.weigh import FollowingChange, following_change, read_following
-from dynident.estimation.weigh.following import Following
 from dynident.model import Recording, Robot
 
 RATE, SECONDS = 100.0, 12.0

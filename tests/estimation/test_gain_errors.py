@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from dynident.estimation import Estimate, GainErrors, identify, identify_payload, payload_problem
 from dynident.estimation.files.stored import read_stored_robot
-from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload import constrain_payload
-from dynident.estimation.payload.gains import gain_covariance
-from dynident.estimation.payload.methods import method_of
 from dynident.estimation.possible import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.report.documents import identification_document, write_json
@@ -73,9 +71,8 @@ def test_intervals_hold_what_wrong_gains_do(
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
         problem = payload_problem(robot, [loaded], [], estimate, SETTINGS)
         free = identify_payload(problem, 1)
-        shared = gain_covariance(problem, method_of(1), free.estimate, GAINS)
-        for name, extra in (("payload", shared), ("payload exact", None)):
-            model = error_model(free.estimate, extra)
+        for name, gains in (("payload", GAINS), ("payload exact", None)):
+            model = error_model(free.estimate, gains)
             hits[name].append(np.abs(model.values - payload.vector)[6:] <= 2.0 * model.sigma[6:])
     share = {name: np.mean(inside, axis=0) for name, inside in hits.items()}
     assert 0.92 < share["robot"].mean() < 0.99, share["robot"]
@@ -93,7 +90,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
     def mass_sigma(known: Estimate, gains: GainErrors | None) -> float:
         problem = payload_problem(robot, [loaded], [], known, SETTINGS)
-        return float(constrain_payload(problem, identify_payload(problem, 1), gains=gains).sigma[9])
+        return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
     bare_known = replace(known, gain_covariance=None)

@@ -14,7 +14,7 @@ from dynident.estimation.diagnosis.facts import JointFacts, TimeFacts
 from dynident.estimation.diagnosis.log_check import Excited
 from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
 from dynident.estimation.files.parts import PossibleRobotDocument
-from dynident.estimation.weigh import RIPPLE_CHANCE
+from dynident.estimation.payload import RIPPLE_CHANCE
 from dynident.model import INERTIAL
 from dynident.report import documents
 from dynident.tests.report import made

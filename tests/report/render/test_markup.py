@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation.payload import Curve, TorquePrediction
+from dynident.estimation.answers import Curve, TorquePrediction
 from dynident.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
 from dynident.report.figures.canvas import new_figure
 from dynident.report.figures.torques import prediction_figure, worst_joint_figure

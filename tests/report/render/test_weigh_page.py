@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing
-from dynident.estimation.weigh import difference_weighing
+from dynident.estimation.payload import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.report import Page, Provenance, weigh_page
 from dynident.report.documents import weigh_document

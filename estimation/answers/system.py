@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...model import Processing, Recording
-from ..equations.observation import Observation
-from ..equations.problem import ReducedProblem, merged
-from ..robot.identification import Identification, base_observations
-from ..signals.filtering import measurement
-from .equations import loaded_observer
-from .global_fit import combined
-from .methods import identify_payload
-from .problem import PayloadProblem
+from ..equations.equations import Equations
+from ..equations.observation import Observation, Observer
+from ..payload.equations import loaded_observer
+from ..payload.methods import combined, from_robot
+from ..payload.problem import PayloadProblem
+from ..robot.equations import filtered
+from .identification import Identification
 
 Integers = NDArray[np.int64]
 
@@ -49,7 +48,7 @@ class ObservationSystem:
     loaded: NDArray[np.bool_]
     sources: tuple[str, ...]
     weights: Array
-    reduced: ReducedProblem
+    reduced: Equations
     known: Array | None = None
 
     def __post_init__(self) -> None:
@@ -71,7 +70,7 @@ def identification_system(
         recordings: without payload.
         processing: settings.
     """
-    observations = base_observations(result.robot, result.base, recordings, processing)
+    observations = _observed(Observer(result.robot, result.base.columns), recordings, processing)
     loaded = [False] * len(recordings)
     return _system(observations, recordings, loaded, result.estimate.weights, result.problem)
 
@@ -90,20 +89,24 @@ def payload_system(
         processing: settings.
     """
     robot, base, columns = problem.robot, problem.base, problem.loaded.columns
-    observer = loaded_observer(robot, base)
     observations = [
-        *(_widened(one, columns) for one in base_observations(robot, base, unloaded, processing)),
-        *(observer.observe(measurement(one, processing), processing) for one in loaded),
+        *(_widened(one, columns) for one in _observed(Observer(robot, base.columns), unloaded, processing)),
+        *_observed(loaded_observer(robot, base), loaded, processing),
     ]
     flags = [False] * len(unloaded) + [True] * len(loaded)
     reduced, known = problem.loaded, problem.known
     if problem.unloaded is not None:
         weights, known = combined(problem).weights, None
-        reduced = merged([problem.unloaded.renamed(columns), problem.loaded])
+        reduced = problem.both
     else:
-        weights = identify_payload(problem, 1).estimate.weights
+        weights = from_robot(problem).weights()
     system = _system(observations, [*unloaded, *loaded], flags, weights, reduced)
     return replace(system, known=known.values if known is not None else None)
+
+
+def _observed(observer: Observer, recordings: Sequence[Recording], processing: Processing) -> list[Observation]:
+    """The equations of recordings, each held whole."""
+    return [observer.observe(data, processing) for data in filtered(recordings, processing)]
 
 
 def _widened(observation: Observation, columns: tuple[str, ...]) -> Observation:
@@ -118,7 +121,7 @@ def _system(
     recordings: Sequence[Recording],
     loaded: Iterable[bool],
     weights: Array,
-    reduced: ReducedProblem,
+    reduced: Equations,
 ) -> ObservationSystem:
     parts = [
         (observation.W[j], observation.Y[j], observation.t[j], j + 1, number, with_load)

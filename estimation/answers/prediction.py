@@ -6,13 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import BaseParameters, Processing, Recording, Robot
-from ..answers.payload import PayloadAnswer
+from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ..equations.correlation import autocorrelation
 from ..equations.observation import Observation, Observer
-from ..fit.least_squares import weighted
+from ..payload.equations import loaded_observer
+from ..payload.problem import PayloadProblem
 from ..signals.filtering import measurement
-from .equations import loaded_observer
+
+DRAWN = 3
+"""Recordings of one kind that are predicted for drawings."""
+POINTS = 2000
+"""Rows of a joint that a drawing shows at most."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +55,12 @@ class TorquePrediction:
     def relative_per_joint(self) -> Array:
         """Norm of the residual over norm of the torque, shape (n,); nan without torque."""
         errors = np.array([np.linalg.norm(self.residual(j)) for j in range(len(self.t))])
-        torques = np.array([np.linalg.norm(one) for one in self.measured])
+        torques = np.array([np.linalg.norm(torque) for torque in self.measured])
         return np.asarray(errors / np.where(torques > 0.0, torques, np.nan))
+
+    def thinning(self, joint: int) -> int:
+        """Every how many-th row of a joint (counted from 0) a drawing shows."""
+        return -(-len(self.t[joint]) // POINTS) or 1
 
     @property
     def worst(self) -> int:
@@ -100,57 +108,32 @@ def robot_prediction(
 
 
 def payload_prediction(
-    answer: PayloadAnswer, recording: Recording, processing: Processing, held_out: bool
+    problem: PayloadProblem, body: InertialParameters, recording: Recording, processing: Processing, held_out: bool
 ) -> TorquePrediction:
-    """A recording with payload and what the recommended payload predicts, beside the bare robot.
+    """A recording with payload and what a payload predicts, beside the bare robot.
 
     Args:
-        answer: the identified payload.
+        problem: the reduced recordings, with the robot's parameters.
+        body: the payload.
         recording: with payload.
         processing: settings.
         held_out: whether it was left out of identification.
     """
-    problem = answer.problem
-    bare = robot_values(answer)
+    bare = robot_values(problem)
     observer = loaded_observer(problem.robot, problem.base)
     pieces = observer.pieces(measurement(recording, processing), processing)
-    body = answer.recommended.body.vector
     curves = [
-        ("predicted with payload", np.concatenate([bare, body])),
-        ("predicted without payload", np.concatenate([bare, np.zeros(len(body))])),
+        ("predicted with payload", np.concatenate([bare, body.vector])),
+        ("predicted without payload", np.concatenate([bare, np.zeros(len(body.vector))])),
     ]
     return _prediction(recording.source, pieces, curves, True, held_out)
 
 
-def robot_values(answer: PayloadAnswer) -> Array:
+def robot_values(problem: PayloadProblem) -> Array:
     """The robot's base parameters on which a payload's torques come on top."""
-    problem = answer.problem
-    if problem.unloaded is not None:
-        return weighted(problem.unloaded).values
-    assert problem.known is not None
-    return problem.known.values
-
-
-def payload_predictions(
-    answer: PayloadAnswer,
-    loaded: Sequence[Recording],
-    held_out: Sequence[Recording],
-    processing: Processing,
-) -> tuple[TorquePrediction, ...]:
-    """Held-out recordings without payload, then the loaded ones, which were used.
-
-    Args:
-        answer: the identified payload.
-        loaded: with payload, of which it was identified.
-        held_out: without payload.
-        processing: settings.
-    """
-    problem = answer.problem
-    bare = robot_values(answer)
-    return (
-        *(robot_prediction(problem.robot, problem.base, bare, one, processing, True) for one in held_out),
-        *(payload_prediction(answer, one, processing, False) for one in loaded),
-    )
+    robot = problem.bare or problem.known
+    assert robot is not None
+    return robot.values
 
 
 def _prediction(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import GainErrors, answer_weighing, identify
-from dynident.estimation.weigh import difference_weighing, known_robot_weighing
-from dynident.tests.estimation.weigh.recordings import LOAD, NOISE, Record
+from dynident.estimation.payload import difference_weighing, known_robot_weighing
+from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
 
 

@@ -6,7 +6,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import StandIn
 from dynident.model import InertialParameters
-from dynident.tests.estimation.weigh.recordings import Record, weighed
+from dynident.tests.estimation.payload.recordings import Record, weighed
 from dynident.trajectories import Simulator
 
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import error_model
 from ..fit.robust import student95
 from ..possible.constraints import KnownMass
 from ..possible.result import rise_p_value
-from .problem import WeighProblem
-from .solve import WeighEstimate, solve_weighing
+from .result import PayloadEstimate
+from .short_motion import WeighProblem
+from .weighing import solve_weighing
 
 _DRIFTS = 0.05
 """Probability below which a trend is told as a drift."""
@@ -90,17 +90,7 @@ def repeats_of(problem: WeighProblem, scale: KnownMass | None) -> Repeats | None
         return None
     masses, sigmas = [], []
     for run in problem.runs:
-        own = WeighProblem(
-            problem.robot,
-            problem.joints,
-            (run,),
-            problem.method,
-            problem.known,
-            problem.block_length,
-            (),
-            problem.rate,
-            problem.torque_rms,
-        )
+        own = replace(problem, runs=(run,), pairs=())
         mass, sigma = float("nan"), float("nan")
         try:
             found = solve_weighing(own, scale)
@@ -115,13 +105,12 @@ def repeats_of(problem: WeighProblem, scale: KnownMass | None) -> Repeats | None
     return Repeats(tuple(run.source for run in problem.runs), tuple(masses), tuple(sigmas))
 
 
-def widened(found: WeighEstimate, factor: float) -> WeighEstimate:
+def widened(found: PayloadEstimate, factor: float) -> PayloadEstimate:
     """With standard deviations ``factor`` times as large."""
     if factor == 1.0:
         return found
-    estimate: Estimate = found.estimate
-    robust = estimate.robust
+    robust = found.estimate.robust
     if robust is not None:
         robust = replace(robust, covariance=robust.covariance * factor**2)
-    estimate = replace(estimate, covariance=estimate.covariance * factor**2, robust=robust)
-    return replace(found, estimate=estimate)
+    covariance = found.estimate.covariance * factor**2
+    return replace(found, estimate=replace(found.estimate, covariance=covariance, robust=robust))

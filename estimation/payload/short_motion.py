@@ -1,7 +1,7 @@
-"""The weighing problem: recordings of a short motion with a payload, reduced once."""
+"""The payload problem of a short motion near a pose, where not all ten are visible and friction is free."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,23 +11,52 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
-from ...model.visibility import PayloadVisibility, visibility_of
-from ..equations.names import PAYLOAD
-from ..equations.observation import Observation, Observer
-from ..equations.problem import ReducedProblem, merged
-from ..fit.blocks import block_edges, block_length, cut
+from ...model.regressors import payload_columns
+from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observation import Observation, Observer, Pieces
+from ..equations.reduction import reduced
+from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
-from ..payload.equations import torque_change
+from ..fit.linear_problem import LinearProblem
 from ..recordings.plausibility import check_apart, check_recordings
-from ..robot.identification import check_lengths
+from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import measurement
 from ..signals.rows import Mask
-from .friction import coulomb_friction
+from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, friction_free, held_offsets
+from .equations import torque_change
 from .moving import at_rest, moving_joints, telling_rows
-from .offsets import held_offsets
+from .problem import check_known, known_robot
 from .ripple import Wave, ripple_of
-from .run import HeldOffsets, Run, free_offsets, observed_friction_free, run_observer, with_columns
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording with payload.
+
+    Attributes:
+        source: of the recording with payload.
+        equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
+            this recording, and ``PAYLOAD``; in blocks of time.
+        held: equations that hold constant torques near zero.
+        ripple: waves that are estimated beside the payload.
+    """
+
+    source: str
+    equations: Equations
+    held: HeldOffsets
+    ripple: tuple[Wave, ...] = ()
+
+    @cached_property
+    def problem(self) -> Equations:
+        """The equations of the whole recording without what is free in it."""
+        return self.held.friction_free(self.equations)
+
+    @cached_property
+    def frictional(self) -> Equations:
+        """The equations with friction as it was: only the robot and the payload are told apart."""
+        return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +91,31 @@ class WeighProblem:
         return self.runs[0].held
 
     @cached_property
-    def problem(self) -> ReducedProblem:
+    def problem(self) -> Equations:
         """All recordings' equations together, friction of each taken out."""
         return merged(run.problem for run in self.runs)
+
+    @cached_property
+    def without_blocks(self) -> tuple[Equations, ...]:
+        """All recordings' equations without each block of time.
+
+        Raises:
+            InputError: if a recording has fewer than two blocks.
+        """
+        parts = []
+        for k, run in enumerate(self.runs):
+            others = [other.problem for i, other in enumerate(self.runs) if i != k]
+            parts += [merged([*others, run.held.friction_free(part)]) for part in run.equations.without_blocks()]
+        return tuple(parts)
+
+    def posed(self, equations: Equations, wanted: Sequence[str] = PAYLOAD) -> LinearProblem:
+        """Some of the ten by all equations or a part of them: the robot, or what constant torques are, known."""
+        if self.known is None:
+            known = self.held.known
+        else:
+            known = known_robot(self.known)
+            known = known._replace(covariance=known.lasting)
+        return LinearProblem(equations.select((*known.names, *wanted)), tuple(wanted), (known,))
 
     @cached_property
     def visibility(self) -> PayloadVisibility:
@@ -72,7 +123,7 @@ class WeighProblem:
         return visibility_of_problem(self.problem, self.joints)
 
 
-def visibility_of_problem(problem: ReducedProblem, joints: Sequence[int]) -> PayloadVisibility:
+def visibility_of_problem(problem: Equations, joints: Sequence[int]) -> PayloadVisibility:
     """What equations, friction taken out, show of the payload."""
     return visibility_of(np.vstack(problem.select(PAYLOAD).factors)[:, :-1], joints)
 
@@ -113,7 +164,7 @@ def difference_weighing(
         pairs.append(aligned(bare, own, processing.rate, processing.max_mismatch))
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = _moving([both[1] for both in measured], processing, joints, robot)
-    observer = run_observer(robot, None)
+    observer = _observer(robot, None)
     observations, masks, ripples = [], [], []
     still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
     for a, b in still:
@@ -158,13 +209,10 @@ def known_robot_weighing(
     _check(robot, loaded, processing)
     progress("base parameters")
     base = base_parameters(robot)
-    _check_known(robot, base, known)
-    measured = []
-    for recording in loaded:
-        progress(f"filtering {recording.source}")
-        measured.append(measurement(recording, processing))
+    check_known(robot, base, known)
+    measured = filtered(loaded, processing, progress)
     moving = _moving(measured, processing, joints, robot)
-    observer = run_observer(robot, base)
+    observer = _observer(robot, base)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
@@ -179,13 +227,26 @@ def known_robot_weighing(
     return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
 
 
+def _observer(robot: Robot, base: BaseParameters | None) -> Observer:
+    """Observer of [W, free columns, W_L]; without base parameters for torque differences."""
+    free = robot.with_offsets(True)
+    own = base.columns if base is not None else ()
+    friction = friction_columns(robot)
+    columns = (*own, *friction, *payload_columns(free))
+    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
+
+
 def _observed(
     observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
 ) -> tuple[Observation, tuple[Wave, ...]]:
     """The equations of one recording, and the ripple that is free in them."""
     plain = observer.observe_rows(data, keep, decimate)
     waves, columns = ripple_of(plain, data, keep, decimate, known)
-    return (with_columns(plain, columns) if waves else plain), waves
+    if not waves:
+        return plain, ()
+    names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
+    W = tuple(np.column_stack([own, wide]) for own, wide in zip(plain.W, columns, strict=True))
+    return replace(plain, columns=(*plain.columns, *names), W=W), waves
 
 
 def _runs(
@@ -194,11 +255,22 @@ def _runs(
     held: HeldOffsets,
     ripples: Sequence[tuple[Wave, ...]],
 ) -> tuple[tuple[Run, ...], float]:
-    length = block_length([[observed_friction_free(recording)] for recording in observations])
-    return tuple(
-        Run(source, tuple(cut(recording, block_edges(recording, length))), held, waves)
-        for source, recording, waves in zip(sources, observations, ripples, strict=True)
-    ), length
+    left = [_left(friction_free(recording)) for recording in observations]
+    length = length_by_residuals(left)
+    runs = []
+    for source, recording, waves in zip(sources, observations, ripples, strict=True):
+        edges = block_edges(recording, length)
+        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
+        runs.append(Run(source, equations, held, waves))
+    return tuple(runs), length
+
+
+def _opened(recording: Observation) -> Pieces:
+    return lambda: [recording]
+
+
+def _left(recording: Observation) -> list[Residuals]:
+    return left_over([_opened(recording)], reduced(recording))
 
 
 def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
@@ -235,12 +307,3 @@ def _moving(
 def _check(robot: Robot, recordings: Sequence[Recording], processing: Processing) -> None:
     check_recordings(robot, recordings)
     check_lengths(recordings, processing)
-
-
-def _check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
-    if known.names != base.columns:
-        other = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
-        raise InputError(
-            f"the stored robot parameters are of another model of {robot.name}: they differ in "
-            f"{', '.join(other[:8])}: identify the robot again with the same options"
-        )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import KnownMass, PossibleBody, StandIn
-from dynident.tests.estimation.weigh.recordings import LOAD, Record, weighed
+from dynident.tests.estimation.payload.recordings import LOAD, Record, weighed
 from dynident.trajectories import Simulator
 
 

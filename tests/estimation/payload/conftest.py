@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.weigh import WeighProblem, difference_weighing
+from dynident.estimation.payload import WeighProblem, difference_weighing
 from dynident.model import InertialParameters, load_robot
-from dynident.tests.estimation.weigh.recordings import LOAD, NOISE, Pair, Record, near
+from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Pair, Record, near
 from dynident.trajectories import Simulator
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
+from dynident.estimation.payload import WeighProblem, difference_weighing, solve_weighing
+from dynident.estimation.payload.moving import telling_rows
 from dynident.estimation.signals.filtering import measurement
-from dynident.estimation.weigh import WeighProblem, difference_weighing, solve_weighing
-from dynident.estimation.weigh.moving import telling_rows
-from dynident.tests.estimation.weigh.recordings import LOAD, Record, cut
+from dynident.tests.estimation.payload.recordings import LOAD, Record, cut
 from dynident.trajectories import Simulator
 
 

@@ -6,11 +6,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array, frozen_array
-from ..equations.problem import ReducedProblem
-from ..fit.estimate import Estimate
-from ..fit.least_squares import weighted
-from .global_fit import combined_problem
-from .problem import PayloadProblem
+from ..equations.equations import Equations
+from .estimate import Estimate
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class Excitation:
             return np.asarray(self.independent / self.signal)
 
 
-def excitation(problem: ReducedProblem, estimate: Estimate) -> Excitation:
+def excitation(problem: Equations, estimate: Estimate) -> Excitation:
     """Excitation of an estimate's parameters by the equations it comes from.
 
     Args:
@@ -61,11 +58,3 @@ def excitation(problem: ReducedProblem, estimate: Estimate) -> Excitation:
     noise = float(np.linalg.norm(error)) / np.sqrt(spare)
     size = np.abs(estimate.values) / max(noise, np.finfo(float).tiny)
     return Excitation(problem.columns, size * np.linalg.norm(R[:, :c], axis=0), size / np.linalg.norm(T, axis=1))
-
-
-def payload_excitation(problem: PayloadProblem) -> Excitation | None:
-    """Of robot and payload together (30); None where the robot's own equations are not there."""
-    if problem.unloaded is None:
-        return None
-    both = combined_problem(problem)
-    return excitation(both, weighted(both))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import GainErrors, answer_weighing
-from dynident.estimation.weigh import WeighProblem
+from dynident.estimation.payload import WeighProblem
 from dynident.model import InertialParameters
-from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, cut, weighed
+from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator
 
 

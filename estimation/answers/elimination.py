@@ -6,22 +6,19 @@ XX = 0 says that all mass lies on the x axis, and ZZ6 = 0 while YZ6 is not that 
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
 from ...model import BaseParameters, Robot
-from ..answers.payload import PayloadAnswer
-from ..equations.names import PAYLOAD
-from ..fit.error_covariance import error_model
+from ..equations.equations import PAYLOAD
 from ..fit.essential import Elimination
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
+from ..payload.methods import selected, with_robust
+from ..payload.problem import PayloadProblem
 from ..possible.cone import SolverError
 from ..possible.payload import solve_constrained
 from ..possible.result import rise_p_value
 from ..possible.robot import solve_constrained_base
-from .global_fit import combined, selected
-from .robust import with_robust
 
 _UNLIKELY = 0.01
 """A smaller p-value says that the data contradict everything possible with these zeros."""
@@ -56,15 +53,11 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
     return tuple(on_axis) or _payload_too_far(elimination.estimate, gone, left)
 
 
-def elimination_warnings(answer: PayloadAnswer) -> tuple[str, ...]:
-    """What speaks against the essential parameters of robot and payload together, where method 4 was used."""
-    if answer.elimination is None:
-        return ()
-    problem = answer.problem
-    full, _ = with_robust(problem, combined, combined(problem))
-    essential = answer.elimination.estimate
-    part, _ = with_robust(problem, partial(selected, names=essential.names), essential)
-    elimination = replace(answer.elimination, estimate=part)
+def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> tuple[str, ...]:
+    """What speaks against the essential parameters of robot and payload together, by method 4."""
+    full, _ = with_robust(problem, lambda part: selected(part, part.loaded.columns))
+    part, _ = with_robust(problem, lambda part: selected(part, elimination.essential), elimination.estimate)
+    elimination = replace(elimination, estimate=part)
     return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
 

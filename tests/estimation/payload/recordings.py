@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from dynident.estimation import WeighAnswer, answer_weighing
-from dynident.estimation.weigh import difference_weighing
+from dynident.estimation.payload import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot
 from dynident.trajectories import RX90_NOISE, NearMotion
 
