@@ -131,6 +131,24 @@ def test_every_public_name(module: str) -> None:
         assert documented(getattr(room, name), name, Path(inspect.getfile(room)).parent), f"{module}.{name}"
 
 
+STUBS = [path for room in ROOMS for path in (ROOT / room).rglob("__init__.pyi")]
+
+
+@pytest.mark.parametrize("stub", STUBS, ids=names(STUBS))
+def test_no_file_is_called_as_a_name_beside_it(stub: Path) -> None:
+    """Once imported, a file would stand in the place of the name that its room offers."""
+    beside = {path.stem for path in stub.parent.glob("*.py")} | {
+        path.parent.name for path in stub.parent.glob("*/__init__.py")
+    }
+    offered = {
+        alias.name
+        for node in ast.parse(stub.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
+    }
+    assert not offered & beside
+
+
 def documented(value: object, name: str, folder: Path) -> bool:
     """A docstring of its own: not the one that dataclasses make, nor a built-in type's."""
     if inspect.isclass(value) or inspect.isroutine(value):

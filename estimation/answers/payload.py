@@ -13,7 +13,7 @@ from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule
 from ..fit.estimate import Fit, fit
-from ..fit.excitation import Excitation, excitation
+from ..fit.excited import Excitation, excitation
 from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, combined, essential_combined, identify_payload, usable_methods

@@ -6,8 +6,8 @@ from .essential import eliminate as eliminate
 from .estimate import Fit as Fit
 from .estimate import error_model as error_model
 from .estimate import fit as fit
-from .excitation import Excitation as Excitation
-from .excitation import excitation as excitation
+from .excited import Excitation as Excitation
+from .excited import excitation as excitation
 from .gain_recordings import GainRecordings as GainRecordings
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted

@@ -276,8 +276,9 @@ def test_gains_of_another_robot(run: Run, logs: dict[str, str], tmp_path: Path) 
         status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
         assert status == 2
         assert len(err.splitlines()) == 1
-        assert f"not the --json of 'dynident gains' ({next(iter(part))}: must hold" in err
+        assert f"key '{next(iter(part))}" in err
+        assert "give the --json of 'dynident gains'" in err
     path.write_text("[]", encoding="utf-8")
     status, _, err = run("check", logs["empty_si"], "--robot", "ur10e", "--drive-gains", str(path))
     assert status == 2
-    assert "not the --json of 'dynident gains'" in err
+    assert "give the --json of 'dynident gains'" in err

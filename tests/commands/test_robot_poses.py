@@ -82,7 +82,7 @@ def test_pose_in_the_maps_units(run: Run, log: Recording, tmp_path: Path, form: 
     )
     out = tmp_path / "c.json"
     status, text, error = run(
-        "--robot", "rx90", "--decimate", "1", "--data", path, "--log-map", str(tmp_path / "map.toml"),
+        "--robot", "rx90", "--data", path, "--log-map", str(tmp_path / "map.toml"),
         "--json", str(out),
     )  # fmt: skip
     assert status == 0, text

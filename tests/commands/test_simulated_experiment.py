@@ -129,7 +129,7 @@ def test_simulate_says_what_it_cannot_do(simulated: Path, run: Run, tmp_path: Pa
         (("--robot", "rx90", "--gain-error", "2"), "not a share"),
         (("--robot", "rx90", "--trajectory", move, "--trajectory", move), "two files are called 'move'"),
         (("--robot", "rx90", "--trajectory", "nothing.csv"), "no such file"),
-        (("--robot", "rx90", "--payload", "nothing.toml"), "cannot be read"),
+        (("--robot", "rx90", "--payload", "nothing.toml"), "nothing.toml: no such file"),
     ):
         status, _, err = run("simulate", *arguments, *out)
         assert status == 2, arguments

@@ -142,4 +142,4 @@ def test_stored_parameters_of_another_robot(run: Run, logs: dict[str, str], tmp_
         assert "must be those the stored parameters" in run(*arguments, *option)[2]
     del robot["covariance"]
     stored.write_text(json.dumps(robot))
-    assert "'covariance' missing" in run(*arguments)[2]
+    assert "'covariance': missing" in run(*arguments)[2]

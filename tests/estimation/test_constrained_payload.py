@@ -22,7 +22,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit import error_model
 from dynident.estimation.possible import Constraint
-from dynident.estimation.possible.payload import tested
+from dynident.estimation.possible import payload as possible_payload
 from dynident.model import InertialParameters, Motion, load_robot
 from dynident.report.sections.recommended import recommended_notes
 from dynident.trajectories import Simulator
@@ -144,7 +144,7 @@ def test_a_true_constraint_is_rarely_called_a_conflict(
         values = payload.vector + root @ draw.standard_normal(10)
         one = replace(model, values=values, covariance=scale * model.covariance)
         rules: list[Constraint] = [PossibleBody(), MassBounds(high=payload.mass)]
-        called += any(test.conflict for test in tested(solve_constrained(one, rules)))
+        called += any(test.conflict for test in possible_payload.tested(solve_constrained(one, rules)))
     assert called <= 6
 
 
