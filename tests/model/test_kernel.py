@@ -206,7 +206,7 @@ def test_compiled_code_leaves_the_process_alone() -> None:
     """Loading a kernel must not switch the process to flush-to-zero."""
     code = (
         "import casadi as ca, numpy as np\n"
-        "from dynident.model import Kernel\n"
+        "from dynident.model.kernel import Kernel\n"
         "x = ca.SX.sym('x')\n"
         "Kernel(ca.Function('f', [x], [ca.sin(x)]))(np.zeros((9, 1)))\n"
         "assert np.array([1e-300])[0] * np.array([1e-10])[0] == 1e-310 != 0.0\n"
