@@ -21,17 +21,15 @@ from dynident.trajectories import (
     DesignProblem,
     FourierShape,
     Goal,
-    Solver,
     Trapezoid,
     ViaPointShape,
     build_design,
-    floor_of,
     score_motion,
     solve_design,
 )
-from dynident.trajectories.criterion import Kind
-from dynident.trajectories.lagrangian import Multipliers
-from dynident.trajectories.shapes import Shape
+from dynident.trajectories.design.criterion import Kind
+from dynident.trajectories.design.settle import Multipliers
+from dynident.trajectories.motions import Shape
 
 
 def figures() -> None:

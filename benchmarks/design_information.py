@@ -17,12 +17,11 @@ from dynident.trajectories import (
     Simulator,
     ViaPointShape,
     build_design,
-    floor_of,
     score_motion,
     solve_design,
 )
-from dynident.trajectories.samples import Samples
-from dynident.trajectories.score import FINER, score_samples
+from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.motions import Samples
 
 RANDOM = 200
 RUNS = 100

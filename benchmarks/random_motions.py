@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from dynident.model.arrays import Array
 from dynident.trajectories import DesignProblem
-from dynident.trajectories.fourier import FreeFourier
-from dynident.trajectories.free_via_points import FreeViaPoints
-from dynident.trajectories.limits import State, excess
-from dynident.trajectories.samples import Samples
-from dynident.trajectories.score import FINER, TOLERANCE
+from dynident.trajectories.design.limits import State, excess
+from dynident.trajectories.design.score import FINER, TOLERANCE
+from dynident.trajectories.motions import Samples
+from dynident.trajectories.motions.fourier import FreeFourier
+from dynident.trajectories.motions.via_points import FreeViaPoints
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 

@@ -26,7 +26,8 @@ from dynident.estimation import (
 )
 from dynident.model import InertialParameters, InputError, Recording, Robot, load_robot
 from dynident.model.arrays import Array
-from dynident.trajectories import JointBounds, NearDesign, NearRequest, Simulator, design_near, second_pose
+from dynident.trajectories import JointBounds, Simulator
+from dynident.trajectories.design import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

@@ -15,7 +15,8 @@ from .design_outputs import output_arguments
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ..trajectories import Design, Floor, Score
+    from ..trajectories import Design, Score
+    from ..trajectories.design import Floor
     from .design_problem import Request
 
 
@@ -94,7 +95,8 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
 
     from ..model import InputError
     from ..report.design_results import criterion_text
-    from ..trajectories import Step, solve_design
+    from ..trajectories import solve_design
+    from ..trajectories.design import Step
 
     kind = request.problem.criterion.kind
     with Console(stderr=True).status("building") as status:

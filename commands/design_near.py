@@ -13,7 +13,7 @@ from .weigh import joint_list
 if TYPE_CHECKING:
     from ..model import Robot
     from ..model.arrays import Array
-    from ..trajectories import JointBounds, NearDesign, NearRequest
+    from ..trajectories import JointBounds
 
 _WITHOUT = (
     "via_points", "fourier", "rest", "max_duration", "start", "columns", "parameters", "payload_only", "data_from",
@@ -89,7 +89,7 @@ def run_near(arguments: argparse.Namespace) -> int:
     """Run it: visibility first, then the design."""
     from ..report.near import near_notes, prediction_table, second_pose_note, visibility_table
     from ..report.tables import console
-    from ..trajectories import check_mass_visible
+    from ..trajectories.design import check_mass_visible
     from .design_outputs import check_formats
 
     request, hint = _request(arguments)
@@ -123,7 +123,8 @@ def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
 
     from ..estimation.stored import read_stored_robot
     from ..model import InertialParameters, InputError
-    from ..trajectories import NearRequest, read_scene, second_pose
+    from ..trajectories import read_scene
+    from ..trajectories.design import second_pose
     from .arguments import chosen_robot
     from .design_problem import asked_bounds, in_si
 
@@ -221,7 +222,7 @@ def _designed(arguments: argparse.Namespace, request: NearRequest) -> NearDesign
     from rich.console import Console
 
     from ..model import InputError
-    from ..trajectories import Step, design_near
+    from ..trajectories.design import Step
 
     with Console(stderr=True).status("building") as status:
 

@@ -51,7 +51,8 @@ def _period(arguments: argparse.Namespace) -> float:
 
 def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
     from ..model import InputError
-    from ..trajectories import BlendShape, Quintic, Segment, Trapezoid, ViaPointShape
+    from ..trajectories import BlendShape, Trapezoid, ViaPointShape
+    from ..trajectories.motions import Quintic, Segment
 
     count = arguments.via_points or ViaPointShape().count
     if count < 3:

@@ -16,7 +16,7 @@ from ..report.motion_figures import motion_figure
 from .report import provenance
 
 if TYPE_CHECKING:
-    from ..trajectories import NearDesign
+
 
 _RATE = 100.0  # Hz
 _MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."

@@ -30,7 +30,8 @@ from ..estimation.payload import robust_covariance, selected
 from ..estimation.progress import Progress, silent
 from ..estimation.repetition import Answer, Outcome, answer_of
 from ..model.arrays import Array
-from ..trajectories import Experiment, mean_friction
+from ..trajectories import Experiment
+from ..trajectories.simulation import mean_friction
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""

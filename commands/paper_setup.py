@@ -8,15 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..model import InertialParameters, Robot, Spring, load_robot
-from ..trajectories import (
-    Disturbances,
-    Experiment,
-    Task,
-    no_disturbances,
-    plan_point_to_point,
-    random_points,
-    run_experiment,
-)
+from ..trajectories import Disturbances, Experiment, Task, plan_point_to_point, run_experiment
+from ..trajectories.motions import random_points
+from ..trajectories.simulation import no_disturbances
 
 TRAJECTORIES = 18
 """For identification, as in the paper; one more is held out."""
@@ -40,7 +34,7 @@ def paper_robot() -> Robot:
 
 def levels(noise: str, gain_error: float = 0.0) -> Disturbances:
     """Disturbances by name: paper, slow or none."""
-    from ..trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE
+    from ..trajectories.simulation import RX90_DISTURBANCES, RX90_SLOW_NOISE
 
     named = {"paper": RX90_DISTURBANCES, "slow": RX90_SLOW_NOISE, "none": no_disturbances(6)}
     return replace(named[noise], gain_error=gain_error)

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..model import Robot
-    from ..trajectories import Disturbances, Reference
+    from ..trajectories import Disturbances
+    from ..trajectories.motions import Plan
 
 _SHARE = 0.08
 _POINTS = 16
@@ -92,13 +93,14 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Reference]:
+def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Plan]:
     """What to run, by name."""
     from ..estimation import read_trajectory
     from ..model import InputError
-    from ..trajectories import SampledTrajectory, plan_point_to_point, random_points
+    from ..trajectories import SampledTrajectory, plan_point_to_point
+    from ..trajectories.motions import random_points
 
-    found: dict[str, Reference] = {}
+    found: dict[str, Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
         if name in found:
@@ -114,9 +116,9 @@ def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Refe
         raise InputError(f"{error}: give --trajectory") from None
 
 
-def _disturbances(robot: Robot, noise: str, references: Sequence[Reference]) -> Disturbances:
+def _disturbances(robot: Robot, noise: str, references: Sequence[Plan]) -> Disturbances:
     from ..model import InputError
-    from ..trajectories import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
+    from ..trajectories.simulation import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
@@ -134,7 +136,7 @@ def _disturbances(robot: Robot, noise: str, references: Sequence[Reference]) -> 
     return relative_disturbances(_root_mean_square(robot, references), level)
 
 
-def _root_mean_square(robot: Robot, references: Sequence[Reference]) -> Any:
+def _root_mean_square(robot: Robot, references: Sequence[Plan]) -> Any:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
     import numpy as np
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..model import Robot, frames_at
 from ..model.arrays import Array
-from ..trajectories.samples import Plan
+from ..trajectories.motions import Plan
 from .drawing import outline
 
 if TYPE_CHECKING:

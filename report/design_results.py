@@ -10,8 +10,9 @@ from rich import box
 from rich.table import Table
 
 from .. import __version__
-from ..trajectories import BlendedPoints, Design, DesignProblem, Floor, Fourier, Score, Trapezoid, ViaPoints
-from ..trajectories.samples import Plan
+from ..trajectories import BlendedPoints, Design, DesignProblem, Fourier, Score, Trapezoid, ViaPoints
+from ..trajectories.design import Floor
+from ..trajectories.motions import Plan
 
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known

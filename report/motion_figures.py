@@ -9,7 +9,8 @@ import numpy as np
 
 from ..model import Motion
 from ..model.arrays import Array
-from ..trajectories import DesignProblem, Score, load_torques
+from ..trajectories import DesignProblem, Score
+from ..trajectories.design import load_torques
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

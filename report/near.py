@@ -9,7 +9,6 @@ from rich.table import Table
 from .. import __version__
 from ..model import INERTIAL, InertialParameters, PayloadVisibility
 from ..model.payload_spread import PayloadSpread
-from ..trajectories import NearDesign, NearRequest
 from .tables import empty_table
 from .weigh_documents import visibility_document
 

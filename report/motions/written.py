@@ -8,7 +8,7 @@ from ... import __version__
 from ...model import InputError, Motion, Robot
 from ...model.arrays import Array
 from ...trajectories import BlendedPoints, Design, JointBounds, Trapezoid, ViaPoints
-from ...trajectories.samples import Plan
+from ...trajectories.motions import Plan
 
 DIGITS = 9
 """Decimals of positions, speeds and accelerations: a nanoradian."""

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from dynident.model import InputError, load_robot
 from dynident.model.arrays import Array
-from dynident.trajectories import Capsule, HalfSpace, Scene
-from dynident.trajectories.collision import Clearance
-from dynident.trajectories.limits import Slopes, State
-from dynident.trajectories.samples import Samples
+from dynident.trajectories import Scene
+from dynident.trajectories.design import Capsule, HalfSpace
+from dynident.trajectories.design.collision import Clearance
+from dynident.trajectories.design.limits import Slopes, State
+from dynident.trajectories.motions import Samples
 
 ROBOT = load_robot("rx90")
 SCENE = Scene(

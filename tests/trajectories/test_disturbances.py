@@ -5,20 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.model import Motion, load_robot
-from dynident.trajectories import (
+from dynident.trajectories import Disturbances, Experiment, Task, plan_point_to_point, run_experiment
+from dynident.trajectories.motions import random_points
+from dynident.trajectories.simulation import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
-    Disturbances,
-    Experiment,
-    Task,
     mean_friction,
     no_disturbances,
-    plan_point_to_point,
-    random_points,
     relative_disturbances,
-    run_experiment,
 )
-from dynident.trajectories.disturbances import draw_friction, draw_robot_errors, record
+from dynident.trajectories.simulation.disturbances import draw_friction, draw_robot_errors, record
 
 RX90 = load_robot("rx90")
 T = np.arange(200_000) / 250.0

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from dynident.model import InputError, load_robot
 from dynident.model.arrays import Array
-from dynident.trajectories import SampledTrajectory, plan_point_to_point, random_points
+from dynident.trajectories import SampledTrajectory, plan_point_to_point
+from dynident.trajectories.motions import random_points
 
 RX90 = load_robot("rx90")
 T = np.linspace(0.0, 2.0, 201)

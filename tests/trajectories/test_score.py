@@ -15,7 +15,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.criterion import Kind
+from dynident.trajectories.design.criterion import Kind
 
 TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
 SPEEDS = 0.95 ** np.arange(30)
