@@ -10,8 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .common.errors import InputError
     from .estimation import answer_payload, identify, identify_payload, payload_problem, read_recording
-    from .model import InertialParameters, InputError, Recording, Robot, base_parameters, load_robot
+    from .model import InertialParameters, Recording, Robot, base_parameters, load_robot
     from .trajectories import Simulator, random_via_points
 
 __version__ = "0.1.0"

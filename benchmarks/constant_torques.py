@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.estimation import read_recording
-from dynident.estimation.correlation import autocorrelation_time
-from dynident.estimation.filtering import measurement
-from dynident.estimation.observation import Observation, Observer
+from dynident.estimation.equations.correlation import autocorrelation_time
+from dynident.estimation.equations.observation import Observation, Observer
+from dynident.estimation.signals.filtering import measurement
 from dynident.estimation.weigh.moving import telling_rows
 from dynident.model import Robot, base_parameters, load_robot
-from dynident.model.arrays import Array
 from scipy.stats import chi2
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

@@ -12,29 +12,16 @@ from collections.abc import Callable
 
 import cvxpy
 import numpy as np
-from dynident.estimation import (
-    PAYLOAD,
-    Estimate,
-    Observer,
-    reduced_measurement,
-    robot_prior,
-    solve_constrained,
-    solve_constrained_base,
-    solve_constrained_prior,
-    weighted,
-)
-from dynident.estimation.constraints import PSEUDO_INERTIA
-from dynident.model import (
-    Kernel,
-    Measurement,
-    Motion,
-    Processing,
-    base_parameters,
-    load_robot,
-    payload_columns,
-    payload_regressor,
-)
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.estimation import PAYLOAD, Estimate, solve_constrained
+from dynident.estimation.equations import Observer, reduced_measurement
+from dynident.estimation.fit import weighted
+from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.model import Motion, Processing, base_parameters, load_robot, payload_regressor
+from dynident.model.kernel import Kernel
+from dynident.model.motion import Measurement
+from dynident.model.regressors import payload_columns
 from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console

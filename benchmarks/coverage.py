@@ -12,21 +12,18 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
-from dynident.estimation import (
-    Observer,
+from dynident.common.arrays import Array
+from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation.equations import Observer, merged, reduced_measurement
+from dynident.estimation.payload import (
     PairedMeasurement,
     PayloadBlocks,
-    PayloadProblem,
     difference_problem,
-    identify_payload,
     loaded_problem,
-    measurement,
-    merged,
     payload_blocks,
-    reduced_measurement,
 )
+from dynident.estimation.signals import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
-from dynident.model.arrays import Array
 from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from dynident.benchmarks.design_setup import GUARDED, NOISE, NOISE_OF_LIMITS, ROBOT, SEEDS, TABLE2, console, titled
 from dynident.benchmarks.random_motions import CLASSES, Rival, random_motions
+from dynident.common.arrays import Array
 from dynident.model import Motion
-from dynident.model.arrays import Array
 from dynident.trajectories import (
     Design,
     DesignProblem,

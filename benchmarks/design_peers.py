@@ -4,7 +4,7 @@ import time
 
 import cma
 import numpy as np
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem
 from dynident.trajectories.design.criterion import Criterion
 from dynident.trajectories.design.limits import excess

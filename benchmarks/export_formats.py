@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import InertialParameters
-from dynident.model.arrays import Array
 from dynident.report.controllers import FORMATS, ControllerLoad
 
 Read = Callable[[str], tuple[float, Array, Array]]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import Recording, Robot
-from dynident.model.arrays import Array
 from scipy.signal import decimate
 
 try:

@@ -14,11 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 from dynident.commands.paper_setup import ASSUMED_SPRING
-from dynident.estimation import gain_problem, identify_gains
-from dynident.estimation.gains import known_mass
+from dynident.common.arrays import Array
+from dynident.estimation import identify_gains
+from dynident.estimation.gains import gain_problem, known_mass
 from dynident.estimation.gains.current_side import torque_side
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
-from dynident.model.arrays import Array
 from dynident.model.drives import SPRING
 from dynident.model.names import parameter_kind
 from dynident.trajectories import Simulator, ViaPoints

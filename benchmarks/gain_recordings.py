@@ -12,15 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
-from dynident.estimation import (
-    GainErrors,
-    answer_payload,
-    gain_problem,
-    identify,
-    identify_gains,
-    payload_problem,
-)
-from dynident.estimation.gains import known_mass
+from dynident.estimation import GainErrors, answer_payload, identify, identify_gains, payload_problem
+from dynident.estimation.gains import gain_problem, known_mass
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray

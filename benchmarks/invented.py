@@ -8,8 +8,8 @@ import functools
 from dataclasses import replace
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import InertialParameters, Joint, Limits, Motion, Recording, Robot, load_robot, standard_columns
-from dynident.model.arrays import Array
 from dynident.trajectories import Simulator, random_via_points
 from scipy.signal import lfilter
 

@@ -16,9 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dynident.estimation.robot_prior import cylinder_prior
+from dynident.common.arrays import Array
+from dynident.estimation.possible.prior import cylinder_prior
 from dynident.model import InertialParameters, Motion, Robot, load_robot
-from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 
 RATE = 1000.0

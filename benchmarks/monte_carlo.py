@@ -14,10 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from dynident.benchmarks.repeated_noise import BODIES, Experiment
-from dynident.estimation import Estimate, profile_intervals, solve_constrained
-from dynident.estimation.payload import error_model
+from dynident.common.arrays import Array
+from dynident.estimation import Estimate, solve_constrained
+from dynident.estimation.fit import error_model
+from dynident.estimation.possible import profile_intervals
 from dynident.model import INERTIAL
-from dynident.model.arrays import Array
 from rich.console import Console
 from rich.table import Table
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem
 from dynident.trajectories.design.limits import State, excess
 from dynident.trajectories.design.score import FINER, TOLERANCE

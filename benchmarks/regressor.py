@@ -19,9 +19,10 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 from dynident.benchmarks.peers import pinocchio_model
-from dynident.model import Kernel, Robot, base_parameters, base_regressor, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.model import Robot, base_parameters, base_regressor, load_robot
 from dynident.model.base.rank import random_states
+from dynident.model.kernel import Kernel
 from dynident.model.kernel.c_path import aligned_empty
 from rich.console import Console
 from rich.table import Table

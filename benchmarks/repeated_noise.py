@@ -10,29 +10,18 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from dynident.estimation import (
-    PAYLOAD,
-    Estimate,
-    Fit,
-    Observation,
-    Observer,
-    PairedMeasurement,
-    PayloadProblem,
-    RobustCovariance,
-    difference_problem,
-    identify_payload,
-    loaded_problem,
-    measurement,
-    merged,
-    payload_blocks,
-    reduced_measurement,
-)
-from dynident.estimation.blocks import block_edges, span
-from dynident.estimation.correlation import autocorrelation_time
-from dynident.estimation.decimation import decimated
+from dynident.common.arrays import Array
+from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
+from dynident.estimation.equations import Observation, Observer, merged, reduced_measurement
+from dynident.estimation.equations.correlation import autocorrelation_time
+from dynident.estimation.fit import Fit, RobustCovariance
+from dynident.estimation.fit.blocks import block_edges, span
+from dynident.estimation.payload import PairedMeasurement, difference_problem, loaded_problem, payload_blocks
 from dynident.estimation.payload.equations import loaded_observer
-from dynident.model import InertialParameters, Measurement, Motion, base_parameters, load_robot
-from dynident.model.arrays import Array
+from dynident.estimation.signals import measurement
+from dynident.estimation.signals.decimation import decimated
+from dynident.model import InertialParameters, Motion, base_parameters, load_robot
+from dynident.model.motion import Measurement
 from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from scipy.signal import lfilter

@@ -15,9 +15,11 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 from dynident.benchmarks.peers import pinocchio_model
-from dynident.estimation import Observer, ReducedProblem, merged, reduced_measurement, reduced_stream, weighted
-from dynident.model import Measurement, Motion, Processing, Robot, base_parameters, load_robot
+from dynident.estimation.equations import Observer, ReducedProblem, merged, reduced_measurement, reduced_stream
+from dynident.estimation.fit import weighted
+from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
 from dynident.model.base.rank import random_states
+from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
 from rich.console import Console
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from dynident.benchmarks import invented
+from dynident.common.errors import InputError
 from dynident.estimation import PayloadAnswer, SolverError, answer_payload, payload_problem
-from dynident.model import InputError
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table

@@ -13,19 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from dynident.estimation import (
-    OFFSET_SHARE,
-    GainErrors,
-    KnownMass,
-    PossibleBody,
-    WeighAnswer,
-    aligned,
-    answer_weighing,
-    difference_weighing,
-    read_recording,
-)
-from dynident.model import InertialParameters, InputError, Recording, Robot, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import GainErrors, KnownMass, PossibleBody, WeighAnswer, answer_weighing, read_recording
+from dynident.estimation.signals import aligned
+from dynident.estimation.weigh import OFFSET_SHARE, difference_weighing
+from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.trajectories import JointBounds, Simulator
 from dynident.trajectories.design import second_pose
 

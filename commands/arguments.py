@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 from .values import fraction, gains_list, gains_or_file, mount, positive, texts, three, tool_frame
 
 if TYPE_CHECKING:
-    from ..estimation import StopRule
-    from ..estimation.logs import LogMap
-    from ..estimation.stored import StoredRobot
+    from ..estimation import LogMap
+    from ..estimation.files import StoredRobot
+    from ..estimation.fit import StopRule
     from ..model import Pose, Processing, Recording, Robot
 
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -54,7 +54,8 @@ def payload_frame_argument(parser: argparse.ArgumentParser) -> None:
 
 def chosen_robot(arguments: argparse.Namespace) -> Robot:
     """The robot of ``--robot`` as it is mounted, with the payload's frame that is asked for."""
-    from ..model import InputError, load_robot, mounted, with_gravity, with_tool
+    from ..common.errors import InputError
+    from ..model import load_robot, mounted, with_gravity, with_tool
 
     robot = load_robot(arguments.robot, arguments.base, arguments.tip)
     for note in robot.snapped:
@@ -129,7 +130,7 @@ def essential_rule(arguments: argparse.Namespace) -> StopRule | None:
 
 def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
     """The robot with the model structure and processing that the command line asks for."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     robot = chosen_robot(arguments)
     read_gains(arguments, robot)
@@ -153,7 +154,7 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
 
 def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
     """Put the numbers of a file of gains in the place of its path; ``stored_gains`` holds how sure they are."""
-    from ..estimation.gains import read_stored_gains
+    from ..estimation.files import read_stored_gains
 
     given = getattr(arguments, "drive_gains", None)
     arguments.stored_gains = None
@@ -167,7 +168,8 @@ def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
 
 def log_map(arguments: argparse.Namespace) -> LogMap:
     """How the command line wants logs to be read."""
-    from ..estimation.logs import LogMap, read_log_map, with_flags
+    from ..estimation import LogMap, read_log_map
+    from ..estimation.recordings import with_flags
 
     given = read_log_map(arguments.log_map) if arguments.log_map else LogMap(source="command line")
     return with_flags(given, arguments.joints, arguments.units, arguments.signs, arguments.topic)
@@ -175,7 +177,7 @@ def log_map(arguments: argparse.Namespace) -> LogMap:
 
 def check_target(option: str, path: str | None) -> None:
     """Refuse a file that cannot be written before any work is done."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
         raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
@@ -183,7 +185,7 @@ def check_target(option: str, path: str | None) -> None:
 
 def check_folder(option: str, path: str | None) -> None:
     """Refuse a folder that is none, or cannot be made, before any work is done."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if path is None:
         return

@@ -16,7 +16,7 @@ from .arguments import (
 )
 
 if TYPE_CHECKING:
-    from ..estimation.log_check import LogCheck
+    from ..estimation.diagnosis import LogCheck
     from ..model import Robot
 
 
@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from pathlib import Path
 
-    from ..estimation.log_check import check_log
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.diagnosis import check_log
     from ..report.documents import write_json
     from ..report.log_check import check_document, check_lines, check_tables
     from ..report.tables import console
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _gains(path: str, arguments: argparse.Namespace, robot: Robot) -> tuple[tuple[float, ...] | None, bool]:
     """Gains to read with, and whether the log's torques stay currents."""
-    from ..estimation.logs import holds_currents_only
+    from ..estimation.recordings import holds_currents_only
 
     if arguments.drive_gains is None and holds_currents_only(path, robot, log_map(arguments)):
         return (1.0,) * robot.n, True

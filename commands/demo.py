@@ -40,7 +40,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if arguments.repeat is None:
         from .paper_experiment import run_demo

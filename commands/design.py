@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
-    from ..model import InputError
+    from ..common.errors import InputError
     from .design_shape import known_length
 
     for option in ("cutoff", "log_map"):
@@ -93,7 +93,7 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
     """
     from rich.console import Console
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.design_results import criterion_text
     from ..trajectories import solve_design
     from ..trajectories.design import Step

@@ -15,8 +15,10 @@ def logged_motion(arguments: argparse.Namespace, robot: Robot) -> Motion:
 
     import numpy as np
 
-    from ..estimation import measurement, read_trajectory
-    from ..model import InputError, Motion, Recording
+    from ..common.errors import InputError
+    from ..estimation.recordings import read_trajectory
+    from ..estimation.signals import measurement
+    from ..model import Motion, Recording
 
     if arguments.log_map:
         recording = _mapped(arguments, robot)
@@ -36,7 +38,7 @@ def logged_motion(arguments: argparse.Namespace, robot: Robot) -> Motion:
 def _mapped(arguments: argparse.Namespace, robot: Robot) -> Recording:
     """A log as its map says; of currents the motion counts alone, whatever the gains."""
     from ..estimation import read_log_map, read_recording
-    from ..estimation.logs import holds_currents_only
+    from ..estimation.recordings import holds_currents_only
 
     log_map = read_log_map(arguments.log_map)
     currents = holds_currents_only(arguments.evaluate, robot, log_map)

@@ -11,8 +11,8 @@ from .values import gains_list, positive_number
 from .weigh import joint_list
 
 if TYPE_CHECKING:
+    from ..common.arrays import Array
     from ..model import Robot
-    from ..model.arrays import Array
     from ..trajectories import JointBounds
 
 _WITHOUT = (
@@ -60,7 +60,7 @@ def check_near(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: one line.
     """
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if arguments.near is None:
         for option in _ONLY:
@@ -121,8 +121,9 @@ def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
 
     import numpy as np
 
-    from ..estimation.stored import read_stored_robot
-    from ..model import InertialParameters, InputError
+    from ..common.errors import InputError
+    from ..estimation.files import read_stored_robot
+    from ..model import InertialParameters
     from ..trajectories import read_scene
     from ..trajectories.design import second_pose
     from .arguments import chosen_robot
@@ -173,7 +174,7 @@ def _ranges(arguments: argparse.Namespace, robot: Robot) -> Array:
     """A range for each moving joint [rad or m]."""
     import numpy as np
 
-    from ..model import InputError
+    from ..common.errors import InputError
 
     given, joints = arguments.range or (30.0,), arguments.joints
     if len(given) not in (1, len(joints)):
@@ -189,7 +190,7 @@ def _noise(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds) -> 
     """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
     import numpy as np
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories import RX90_NOISE
     from .design_problem import asked_noise
 
@@ -221,7 +222,7 @@ def _designed(arguments: argparse.Namespace, request: NearRequest) -> NearDesign
     """
     from rich.console import Console
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories.design import Step
 
     with Console(stderr=True).status("building") as status:
@@ -242,7 +243,7 @@ def _write(arguments: argparse.Namespace, found: NearDesign) -> None:
     """The motion, its rehearsal and the JSON."""
     from pathlib import Path
 
-    from ..model.files import write_text
+    from ..common.files import write_text
     from ..report.documents import write_json
     from ..report.motions import WrittenMotion, csv_text
     from ..report.near import near_document, near_head

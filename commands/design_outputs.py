@@ -52,7 +52,7 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: one line.
     """
-    from ..model import InputError
+    from ..common.errors import InputError
 
     for option, needs in (
         ("joint_names", ("ros2",)),
@@ -94,7 +94,7 @@ def write_motion(arguments: argparse.Namespace, design: Design) -> None:
 
 def write_formats(arguments: argparse.Namespace, written: WrittenMotion) -> None:
     """Write a motion with its head in the formats asked for."""
-    from ..model.files import write_text
+    from ..common.files import write_text
     from ..report.motions import CONTROLLER_RATE, csv_text, ros2_text, urscript_text, val3_files
 
     rate = arguments.sample_rate or 250.0
@@ -123,7 +123,7 @@ def replayed(design: Design) -> Score:
 
 def write_plots(folder: Path, request: Request, score: Score, design: Design | None, motion: Motion) -> None:
     """Write the figures."""
-    from ..model.files import write_text
+    from ..common.files import write_text
     from ..report.arm import arm_animation
     from ..report.figures import save_drawings
     from .design_report import limit_drawings, poses_drawing

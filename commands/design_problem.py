@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from ..common.arrays import Array
     from ..model import InertialParameters, Robot
-    from ..model.arrays import Array
     from ..trajectories import DesignProblem, Earlier, Goal, JointBounds, Loads
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -37,7 +37,7 @@ def build_request(arguments: argparse.Namespace) -> Request:
     Raises:
         InputError: for whatever does not fit; one line.
     """
-    from ..estimation.stored import read_stored_robot
+    from ..estimation.files import read_stored_robot
     from ..model import base_parameters
     from ..trajectories import build_design, read_scene
     from .arguments import chosen_robot
@@ -71,7 +71,7 @@ def in_si(values: Sequence[float], robot: Robot) -> Array:
     """Degrees of turning joints in radians; metres of sliding ones as they are."""
     import numpy as np
 
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if len(values) != robot.n:
         raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
@@ -80,7 +80,7 @@ def in_si(values: Sequence[float], robot: Robot) -> Array:
 
 def _start(values: Sequence[float], robot: Robot) -> Array:
     """The pose where the motion begins, checked in the units it was given in."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     pose = in_si(values, robot)
     for j, (joint, given, position) in enumerate(zip(robot.joints, values, pose, strict=True), 1):
@@ -132,8 +132,8 @@ def asked_noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | N
     """Torque noise as asked for, else that of the earlier recordings."""
     import numpy as np
 
-    from ..estimation import recorded_noise
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.files import recorded_noise
 
     if isinstance(arguments.torque_noise, float):
         if not np.isfinite(bounds.torque).all():
@@ -150,8 +150,9 @@ def asked_noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | N
 def _earlier(arguments: argparse.Namespace, robot: Robot, noise: Array | None) -> Earlier:
     import numpy as np
 
-    from ..estimation import read_information
-    from ..model import InputError, payload_columns
+    from ..common.errors import InputError
+    from ..estimation.files import read_information
+    from ..model.regressors import payload_columns
     from ..trajectories import Earlier
 
     weighted = arguments.criterion in ("d", "a")
@@ -191,7 +192,7 @@ def _loads(
 ) -> Loads | None:
     import numpy as np
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories import Loads
 
     if not np.isfinite(bounds.torque).any():
@@ -207,7 +208,8 @@ def _payload(text: str, robot: Robot) -> InertialParameters:
     """A TOML file, or a point mass "7.0" or "7.0@0,0,0.2" [kg, m]."""
     import numpy as np
 
-    from ..model import InertialParameters, InputError, read_payload
+    from ..common.errors import InputError
+    from ..model import InertialParameters, read_payload
 
     if Path(text).suffix.lower() == ".toml":
         return read_payload(text)

@@ -15,7 +15,7 @@ def asked_shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape |
     Raises:
         InputError: for options that do not go together.
     """
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories import FourierShape
 
     if arguments.fourier is None:
@@ -50,7 +50,7 @@ def _period(arguments: argparse.Namespace) -> float:
 
 
 def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories import BlendShape, Trapezoid, ViaPointShape
     from ..trajectories.motions import Quintic, Segment
 
@@ -72,7 +72,7 @@ def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
 
 def _fixed(arguments: argparse.Namespace) -> float | tuple[float, ...] | None:
     """Times from point to point [s], if they are fixed."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     fixed: tuple[float, ...] | None = arguments.segment_durations
     if fixed is not None and arguments.max_duration is not None:

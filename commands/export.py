@@ -59,7 +59,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model.files import write_text
+    from ..common.files import write_text
     from ..report.controllers import FORMATS, read_load
     from .arguments import check_target
 
@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_options(form: ControllerFormat, arguments: argparse.Namespace) -> None:
     """An option that the format does not know would be ignored."""
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.controllers import FORMATS
 
     for option, given, known in (
@@ -100,7 +100,7 @@ def _placed(load: ControllerLoad, arguments: argparse.Namespace) -> ControllerLo
     """The load in the frame and the units that were asked for."""
     from dataclasses import replace
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.controllers.payload_file import is_flange
 
     if arguments.flange_frame is not None:
@@ -123,7 +123,7 @@ def _placed(load: ControllerLoad, arguments: argparse.Namespace) -> ControllerLo
 def _seen_from(load: ControllerLoad, pose: Sequence[float], frame: str) -> ControllerLoad:
     import numpy as np
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.controllers.rotation import Angles, matrix
 
     if not np.isfinite(pose).all():

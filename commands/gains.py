@@ -30,8 +30,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     from rich.console import Console
 
-    from ..estimation.gains import gain_problem, identify_gains, known_mass, read_known_load
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation import identify_gains
+    from ..estimation.gains import gain_problem, known_mass, read_known_load
     from ..report.documents import write_json
     from ..report.gains import gains_document, gains_notes, gains_table
     from ..report.tables import console

@@ -22,7 +22,8 @@ from .results import result_arguments, write_results
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..estimation import ConstrainedBase, ConstrainedRobot, Identification
+    from ..estimation import Identification
+    from ..estimation.possible import ConstrainedBase, ConstrainedRobot
     from ..model import Processing, Recording
     from ..report.html import Page
 
@@ -68,8 +69,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import ConstrainedRobot, identification_system, identify, impossible_robot
-    from ..estimation.verdict import fit_reasons
+    from ..estimation import identify
+    from ..estimation.diagnosis import fit_reasons
+    from ..estimation.payload import identification_system, impossible_robot
+    from ..estimation.possible import ConstrainedRobot
     from ..report.robot_tables import constrained_notes, elimination_notes, standard_table
     from ..report.tables import console, robot_notes, robot_table
 
@@ -104,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     for option, gauges in (
         ("prior_mass", ("prior",)),
@@ -120,9 +123,9 @@ def _constrained(
     arguments: argparse.Namespace, result: Identification
 ) -> ConstrainedBase | ConstrainedRobot | None:
     """The robot that can exist, as asked for."""
-    from ..estimation import MassBounds, SolverError, robot_prior, solve_constrained_base, solve_constrained_prior
-    from ..estimation.constrained_prior import BUDGET
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation import MassBounds, SolverError
+    from ..estimation.possible import BUDGET, robot_prior, solve_constrained_base, solve_constrained_prior
 
     if arguments.constrained == "none":
         return None
@@ -148,7 +151,7 @@ def _page(
     warnings: Sequence[str],
 ) -> Page:
     """The report: what was held out is drawn, else what was fitted."""
-    from ..estimation import excitation, robot_prediction
+    from ..estimation.payload import excitation, robot_prediction
     from ..report.html import identification_page
     from .report import drawn, provenance, settings_in_words
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..estimation import Constraint, GainErrors
-    from ..estimation.stored import StoredRobot
+    from ..estimation import GainErrors
+    from ..estimation.files import StoredRobot
+    from ..estimation.possible import Constraint
     from ..model import Recording, Robot
 
 _FROM_ROBOT = (
@@ -61,8 +62,8 @@ def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
     Raises:
         InputError: if they make no sense.
     """
+    from ..common.errors import InputError
     from ..estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
-    from ..model import InputError
 
     if (arguments.mass is None) != (arguments.mass_sigma is None):
         raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
@@ -103,8 +104,8 @@ def gain_errors_of(
     Raises:
         InputError: if it cannot be used, before any work is done.
     """
-    from ..estimation.drive_gains import NOT_TOLD
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.fit import NOT_TOLD
 
     then = stored.gains if stored is not None else None
     gains = _told_now(arguments)

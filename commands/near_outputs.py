@@ -56,7 +56,7 @@ def near_page(
 
 
 def _write_plots(folder: Path, found: NearDesign) -> None:
-    from ..model.files import write_text
+    from ..common.files import write_text
 
     save_drawings(folder, _drawings(found))
     write_text(folder / "arm.svg", arm_animation(found.request.robot, found.motion))

@@ -8,28 +8,23 @@ from functools import partial
 
 import numpy as np
 
+from ..common.arrays import Array
+from ..common.progress import Progress, silent
 from ..estimation import (
     PAYLOAD,
     Estimate,
-    Fit,
     Identification,
     PayloadAnswer,
     PayloadProblem,
     SigmaBound,
     answer_payload,
-    combined,
-    essential_combined,
-    fit,
     identify,
-    loaded_problem,
-    measurement,
     payload_problem,
-    weighted,
 )
-from ..estimation.payload import robust_covariance, selected
-from ..estimation.progress import Progress, silent
+from ..estimation.fit import Fit, fit, weighted
+from ..estimation.payload import combined, essential_combined, loaded_problem, robust_covariance, selected
 from ..estimation.repetition import Answer, Outcome, answer_of
-from ..model.arrays import Array
+from ..estimation.signals import measurement
 from ..trajectories import Experiment
 from ..trajectories.simulation import mean_friction
 

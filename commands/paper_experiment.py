@@ -5,8 +5,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ..estimation import Observer, measurement
+from ..estimation.equations import Observer
 from ..estimation.payload import payload_map
+from ..estimation.signals import measurement
 from ..report.documents import identification_document, payload_document, write_json
 from ..report.paper import paper_tables
 from ..report.paper_comparison import constrained_table, experiment_notes, table1, table2

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from ..estimation import elimination_warnings, payload_excitation, payload_prediction, robot_prediction
+from ..estimation.payload import elimination_warnings, payload_excitation, payload_prediction, robot_prediction
 from ..report.documents import payload_document
 from ..report.html import Page, Section, payload_page, plain_section, robot_section
 from .report import provenance, settings_in_words, write_page

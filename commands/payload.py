@@ -72,9 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import SolverError, answer_payload, elimination_warnings, payload_problem, payload_system
-    from ..estimation.stored import read_stored_robot
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation import SolverError, answer_payload, payload_problem
+    from ..estimation.files import read_stored_robot
+    from ..estimation.payload import elimination_warnings, payload_system
     from ..report.by_joints_table import by_joints_table
     from ..report.constrained import recommended_notes, recommended_table
     from ..report.documents import payload_document, write_json
@@ -140,7 +141,7 @@ def _page(
     warnings: Sequence[str],
 ) -> Page:
     """The report."""
-    from ..estimation import payload_excitation, payload_predictions
+    from ..estimation.payload import payload_excitation, payload_predictions
     from ..report.documents import payload_document
     from ..report.html import payload_page
     from .report import drawn, provenance, settings_in_words

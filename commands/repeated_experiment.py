@@ -6,9 +6,9 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from ..common.files import write_text
 from ..estimation.repetition import Outcome
 from ..model import InertialParameters
-from ..model.files import write_text
 from ..report.documents import write_json
 from ..report.experiment import Scenario, repeated_document, repeated_numbers
 from ..report.paper import paper_tables

@@ -84,7 +84,7 @@ def now() -> datetime:
     """
     from datetime import UTC, datetime
 
-    from ..model import InputError
+    from ..common.errors import InputError
 
     fixed = os.environ.get("SOURCE_DATE_EPOCH")
     if not fixed:

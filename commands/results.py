@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
-    from ..estimation import ObservationSystem
+    from ..estimation.payload import ObservationSystem
 
 
 def result_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def write_results(
         tables: as printed.
         system: makes the equations, held whole; called only where they are asked for.
     """
-    from ..model.files import write_text
+    from ..common.files import write_text
     from ..report.csv_tables import csv_tables
     from ..report.latex import latex_tables
     from ..report.npz import write_npz

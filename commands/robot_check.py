@@ -17,7 +17,7 @@ from .arguments import (
 from .robot_poses import checked_poses, pose_document, pose_lines
 
 if TYPE_CHECKING:
-    from ..estimation import KinematicsCheck
+    from ..estimation.diagnosis import KinematicsCheck
     from ..model import Recording, Robot
 
 _SHOWN = 6
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
-    from ..estimation import rank_readings
+    from ..estimation.diagnosis import rank_readings
 
     robot, processing = settings(arguments)
     with Console(stderr=True).status("reading") as status:
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _recordings(arguments: argparse.Namespace, robot: Robot, poses: bool) -> list[Recording]:
     """The recordings; of logs with poses those that carry torques too."""
-    from ..estimation.logs import holds_torques
+    from ..estimation.recordings import holds_torques
 
     how = log_map(arguments)
     paths = [path for path in arguments.data if not poses or holds_torques(path, robot, how)]

@@ -12,7 +12,8 @@ from .arguments import ANSWERED
 from .values import numbers
 
 if TYPE_CHECKING:
-    from ..model import JointAxis, Pose, Robot
+    from ..model import Pose, Robot
+    from ..model.files import JointAxis
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _DESCRIPTION = """
@@ -52,8 +53,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from pathlib import Path
 
-    from ..model import InputError, robot_toml
-    from ..model.files import write_text
+    from ..common.errors import InputError
+    from ..common.files import write_text
+    from ..model.files import robot_toml
     from ..report.robots import robot_description, robot_lines
     from ..report.tables import console
     from .robot_show import draw
@@ -80,7 +82,7 @@ def ask(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: without a terminal to ask on; names what is missing.
     """
-    from ..model import InputError
+    from ..common.errors import InputError
 
     missing = [name for name in ("name", "joint", "flange") if not getattr(arguments, name)]
     if not missing:
@@ -117,7 +119,7 @@ def _asked_joints() -> list[str]:
 
 
 def _asked(question: str, read: Callable[[str], Any], optional: bool = False) -> Any:
-    from ..model import InputError
+    from ..common.errors import InputError
 
     try:
         text = input(f"{question}: ").strip()
@@ -139,7 +141,9 @@ def new_robot(arguments: argparse.Namespace) -> tuple[Robot, tuple[float, ...]]:
     Raises:
         InputError: names the option that does not fit.
     """
-    from ..model import Drives, InputError, Processing, Robot, modified_dh
+    from ..common.errors import InputError
+    from ..model import Drives, Processing, Robot
+    from ..model.files import modified_dh
 
     axes = [_axis(text) for text in arguments.joint]
     flange = _flange(arguments.flange)
@@ -179,7 +183,8 @@ def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[Joint
     """The axes with the limits that were given."""
     from dataclasses import replace
 
-    from ..model import InputError, Limits
+    from ..common.errors import InputError
+    from ..model import Limits
 
     n = len(axes)
     speeds, torques = (_counted(f"--{name}", getattr(arguments, name), n) for name in ("speeds", "torques"))
@@ -203,7 +208,7 @@ def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[Joint
 
 
 def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[float, ...] | None:
-    from ..model import InputError
+    from ..common.errors import InputError
 
     if values is not None and len(values) != n:
         raise InputError(f"{option} has {len(values)} numbers for {n} joints: give one per joint")
@@ -211,7 +216,8 @@ def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[flo
 
 
 def _axis(text: str) -> JointAxis:
-    from ..model import InputError, JointAxis
+    from ..common.errors import InputError
+    from ..model.files import JointAxis
 
     words = [word.strip() for word in text.split(",")]
     slides = words[-1] == "slide"
@@ -226,7 +232,8 @@ def _axis(text: str) -> JointAxis:
 def _flange(text: str) -> Pose:
     import numpy as np
 
-    from ..model import InputError, Pose
+    from ..common.errors import InputError
+    from ..model import Pose
 
     words = [word.strip() for word in text.split(",")]
     try:

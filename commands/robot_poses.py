@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .arguments import log_map
 
 if TYPE_CHECKING:
-    from ..estimation import KinematicsCheck, PoseCheck
+    from ..estimation.diagnosis import KinematicsCheck, PoseCheck
     from ..model import Pose, Robot
 
 _LEAST_MOVEMENT = 0.05
@@ -33,9 +33,9 @@ def checked_poses(arguments: argparse.Namespace, robot: Robot, progress: Callabl
     """
     import numpy as np
 
-    from ..estimation import check_pose, rank_readings_by_pose
-    from ..estimation.logs import read_tool_poses
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.diagnosis import check_pose, rank_readings_by_pose
+    from ..estimation.recordings import read_tool_poses
 
     checked = []
     for path in arguments.data:

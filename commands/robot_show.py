@@ -21,7 +21,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.robots import robot_description, robot_lines
     from ..report.tables import console
 
@@ -48,7 +48,7 @@ def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
     import math
     from pathlib import Path
 
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.drawing import save_drawing
 
     if Path(path).suffix.lower() not in (".png", ".svg", ".pdf"):

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from .arguments import ANSWERED, chosen_robot, robot_argument
 
 if TYPE_CHECKING:
-    from ..estimation import Gauge
-    from ..estimation.stored import StoredRobot
+    from ..estimation.files import StoredRobot
+    from ..estimation.possible import Gauge
     from ..model import BaseParameters, Robot
 
 
@@ -34,8 +34,8 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..model import InputError
-    from ..model.files import write_text
+    from ..common.errors import InputError
+    from ..common.files import write_text
     from ..report.urdf import robot_urdf
 
     robot = chosen_robot(arguments)
@@ -53,9 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _identified(robot: Robot, path: str, asked: Gauge | None) -> tuple[str, str]:
     """The URDF of one robot that can exist, each number labelled; and what its gauge is, in words."""
-    from ..estimation import robot_origins
-    from ..estimation.stored import read_stored_robot
-    from ..model import InputError, base_parameters
+    from ..common.errors import InputError
+    from ..estimation.files import read_stored_robot
+    from ..estimation.possible import robot_origins
+    from ..model import base_parameters
     from ..report.urdf import robot_urdf
 
     stored = read_stored_robot(path)
@@ -71,7 +72,7 @@ def _identified(robot: Robot, path: str, asked: Gauge | None) -> tuple[str, str]
 
 def _by_prior(path: str, robot: Robot, base: BaseParameters, stored: StoredRobot) -> tuple[dict[str, float], str]:
     """Standard parameters nearest to the prior, as 'identify' stored them."""
-    from ..model import InputError
+    from ..common.errors import InputError
 
     found = stored.nearest_prior
     if found is None:
@@ -91,7 +92,7 @@ def _by_convention(
     path: str, robot: Robot, base: BaseParameters, stored: StoredRobot
 ) -> tuple[dict[str, float], str]:
     """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
-    from ..estimation import solve_constrained_base
+    from ..estimation.possible import solve_constrained_base
 
     answer = solve_constrained_base(robot, base, stored.estimate)
     return answer.witness, (

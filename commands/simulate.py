@@ -95,8 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Plan]:
     """What to run, by name."""
-    from ..estimation import read_trajectory
-    from ..model import InputError
+    from ..common.errors import InputError
+    from ..estimation.recordings import read_trajectory
     from ..trajectories import SampledTrajectory, plan_point_to_point
     from ..trajectories.motions import random_points
 
@@ -117,7 +117,7 @@ def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Plan
 
 
 def _disturbances(robot: Robot, noise: str, references: Sequence[Plan]) -> Disturbances:
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..trajectories.simulation import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))

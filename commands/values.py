@@ -66,7 +66,7 @@ def three(text: str) -> tuple[float, float, float]:
 
 def mount(text: str) -> tuple[float, float, float]:
     """Roll, pitch, yaw [rad] of the base, from a word or three angles in degrees."""
-    from ..model import MOUNTS
+    from ..model.frames import MOUNTS
 
     degrees = MOUNTS[text] if text in MOUNTS else three(text)
     roll, pitch, yaw = (math.radians(angle) for angle in degrees)

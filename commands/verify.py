@@ -27,7 +27,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..estimation import following_change, read_following
+    from ..estimation.weigh import following_change, read_following
     from ..report.documents import write_json
     from ..report.following import following_document, following_notes, following_table
     from ..report.tables import console

@@ -12,8 +12,9 @@ from .report import provenance, report_arguments, settings_in_words, write_page
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from ..estimation import WeighAnswer, WeighProblem
-    from ..estimation.stored import StoredRobot
+    from ..estimation import WeighAnswer
+    from ..estimation.files import StoredRobot
+    from ..estimation.weigh import WeighProblem
     from ..model import Processing, Recording, Robot
     from ..report.html import Page
 
@@ -68,9 +69,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     from rich.console import Console
 
+    from ..common.errors import InputError
     from ..estimation import SolverError, StandIn, answer_weighing
-    from ..estimation.stored import read_stored_robot
-    from ..model import InputError
+    from ..estimation.files import read_stored_robot
     from ..report.documents import write_json
     from ..report.weigh_documents import weigh_document
 
@@ -127,7 +128,7 @@ def _page(arguments: argparse.Namespace, answer: WeighAnswer, processing: Proces
     Raises:
         InputError: if --plots asks for figures and there are none.
     """
-    from ..model import InputError
+    from ..common.errors import InputError
     from ..report.html import weigh_page
     from ..report.weigh_documents import weigh_document
 
@@ -155,7 +156,7 @@ def _problems(
     progress: Callable[[str], None],
 ) -> tuple[WeighProblem, list[WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
-    from ..estimation import difference_weighing, known_robot_weighing
+    from ..estimation.weigh import difference_weighing, known_robot_weighing
 
     problems = []
     if unloaded:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.arrays import Array
-from .estimate import Estimate
+from ..common.arrays import Array
+from .fit.estimate import Estimate
 
 
 class Answer(NamedTuple):

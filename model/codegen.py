@@ -8,14 +8,15 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from . import dynamics, newton_euler, regressor
+from ..common.errors import InputError
+from ..common.files import write_text
+from . import dynamics, newton_euler
+from . import regressors as regressor
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters
-from .errors import InputError
-from .files import write_text
 from .kernel.c_scalar import c_body
 from .names import parameter_kind
-from .regressor import payload_columns, standard_columns
+from .regressors import payload_columns, standard_columns
 from .robot import Robot
 
 

@@ -8,8 +8,8 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from .arrays import Array
-from .errors import InputError
+from ..common.arrays import Array
+from ..common.errors import InputError
 from .names import parameter_kind
 
 SPRING = "SPRING"

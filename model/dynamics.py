@@ -14,7 +14,7 @@ from .base.parameters import BaseParameters
 from .drives import drive_terms
 from .names import parameter_kind
 from .newton_euler import drive_torque_symbol, inverse_dynamics, parameter_values, rigid_body_torque
-from .regressor import standard_columns
+from .regressors import standard_columns
 from .robot import Robot
 
 

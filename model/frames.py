@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .errors import InputError
+from ..common.errors import InputError
 from .inertia import InertialParameters
 from .pose import Pose
 from .robot import INERTIAL, Joint, Robot

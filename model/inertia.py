@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, frozen_array
+from ..common.arrays import Array, frozen_array
 from .robot import INERTIAL
 
 

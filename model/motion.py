@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array, frozen_array, rising
+from ..common.arrays import Array, frozen_array, rising
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import casadi as ca
 
 from .drives import drive_terms
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion
-from .regressor import link_wrench, standard_columns
+from .regressors import link_wrench, standard_columns
 from .robot import INERTIAL, Robot
 
 

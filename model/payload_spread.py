@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array
+from ..common.arrays import Array
 
 _STEP = 1e-30
 

@@ -11,12 +11,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .arrays import Array
+from ..common.arrays import Array
+from ..common.errors import InputError
 from .base.rank import base_parameters_of
-from .errors import InputError
-from .kernel import Kernel
+from .kernel.kernel import Kernel
 from .names import parameter_kind
-from .regressor import payload_columns, regressor, standard_columns
+from .regressors import payload_columns, regressor, standard_columns
 from .robot import INERTIAL, Robot
 
 Shown = Literal["yes", "no", "only with a known mass", "only in combination"]

@@ -10,8 +10,9 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from ..model import Robot, frames_at
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..model import Robot
+from ..model.frames import frames_at
 from ..trajectories.motions import Plan
 from .drawing import outline
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ..estimation import ByJoints, JointShare, JointsMass
+from ..estimation.payload import ByJoints, JointShare, JointsMass
 
 
 def mass_by_joints_note(found: ByJoints) -> str:

@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from ..estimation import ByJoints
+from ..estimation.payload import ByJoints
 from .tables import empty_table
 
 

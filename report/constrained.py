@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from rich.table import Table
 
-from ..estimation import ConstrainedPayload, PayloadAnswer
+from ..common.arrays import Array
+from ..estimation import PayloadAnswer
+from ..estimation.payload import ConstrainedPayload
 from ..model import INERTIAL
-from ..model.arrays import Array
 from .gains import gain_error_notes
 from .numbers import interval_digits
 from .tables import UNITS, empty_table

@@ -7,22 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation import (
-    ConstrainedBase,
-    ConstrainedPayload,
-    ConstrainedRobot,
-    Fit,
-    Identification,
-    PayloadAnswer,
-    PayloadEstimate,
-    PayloadProblem,
-    ReducedProblem,
-    RobustCovariance,
-)
-from ..estimation.verdict import fit_reasons
+from ..common.arrays import Array
+from ..common.files import write_text
+from ..estimation import Identification, PayloadAnswer, PayloadProblem
+from ..estimation.diagnosis import fit_reasons
+from ..estimation.equations import ReducedProblem
+from ..estimation.fit import Fit, RobustCovariance
+from ..estimation.payload import ConstrainedPayload, PayloadEstimate
+from ..estimation.possible import ConstrainedBase, ConstrainedRobot
 from ..model import INERTIAL, Processing, Robot
-from ..model.arrays import Array
-from ..model.files import write_text
 from .by_joints import mass_by_joints_document
 from .gains import gain_errors_document
 from .robot_documents import constrained_document, elimination_document

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..model import Robot, frames_at, step
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..model import Robot
+from ..model.frames import frames_at, step
 
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..estimation.essential import Elimination, SigmaBound, SigmaRatio
+from ..estimation import SigmaBound, SigmaRatio
+from ..estimation.fit import Elimination
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.table import Table
 
-from ..estimation import FollowingChange
+from ..estimation.weigh import FollowingChange
 from .tables import empty_table
 
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}

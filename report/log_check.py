@@ -7,7 +7,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from ..estimation.log_check import Finding, LogCheck
+from ..estimation.diagnosis import Finding, LogCheck
 from ..model import Robot
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..common.arrays import Array
 from ..model import Motion
-from ..model.arrays import Array
 from ..trajectories import DesignProblem, Score
 from ..trajectories.design import load_torques
 

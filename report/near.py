@@ -7,8 +7,9 @@ import numpy as np
 from rich.table import Table
 
 from .. import __version__
-from ..model import INERTIAL, InertialParameters, PayloadVisibility
+from ..model import INERTIAL, InertialParameters
 from ..model.payload_spread import PayloadSpread
+from ..model.visibility import PayloadVisibility
 from .tables import empty_table
 from .weigh_documents import visibility_document
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation import ObservationSystem
-from ..model.files import write_bytes
+from ..common.files import write_bytes
+from ..estimation.payload import ObservationSystem
 
 
 def write_npz(path: str | Path, system: ObservationSystem) -> None:

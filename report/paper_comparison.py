@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from rich.table import Table
 
-from ..estimation import PAYLOAD, Estimate, Fit, Identification, PayloadAnswer
+from ..estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
+from ..estimation.fit import Fit
 from ..model import INERTIAL, InertialParameters
 from ..trajectories import Experiment
 from .paper import PaperTables, Printed

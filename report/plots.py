@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..estimation import Observation
+from ..common.arrays import Array
+from ..estimation.equations import Observation
 from ..model import Recording
-from ..model.arrays import Array
 
 _STRETCHES = 2000  # of a long signal that are drawn
 

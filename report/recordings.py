@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..common.files import write_text
 from ..model import Recording
-from ..model.files import write_text
 from ..trajectories import Controller, Experiment
 
 

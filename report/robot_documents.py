@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..estimation import ConstrainedBase, ConstrainedRobot, SigmaRatio
-from ..estimation.essential import Elimination
+from ..estimation import SigmaRatio
+from ..estimation.fit import Elimination
+from ..estimation.possible import ConstrainedBase, ConstrainedRobot
 from ..model import BaseParameters
 
 

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from rich import box
 from rich.table import Table
 
-from ..estimation import ConstrainedBase, ConstrainedRobot, PayloadAnswer
-from ..estimation.essential import Elimination
+from ..estimation import PayloadAnswer
+from ..estimation.fit import Elimination
+from ..estimation.possible import ConstrainedBase, ConstrainedRobot
 from ..model import INERTIAL
 from ..model.names import parameter_kind
 

@@ -5,7 +5,8 @@ import math
 from rich import box
 from rich.table import Table
 
-from ..model import Limits, Robot, frames_at
+from ..model import Limits, Robot
+from ..model.frames import frames_at
 
 
 def robot_description(robot: Robot) -> Table:

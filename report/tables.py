@@ -8,8 +8,10 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ..estimation import Fit, Identification, PayloadAnswer, PayloadEstimate, PayloadProblem
-from ..estimation.verdict import fit_reasons
+from ..estimation import Identification, PayloadAnswer, PayloadProblem
+from ..estimation.diagnosis import fit_reasons
+from ..estimation.fit import Fit
+from ..estimation.payload import PayloadEstimate
 from ..model import INERTIAL, InertialParameters
 from .by_joints import mass_by_joints_note
 from .gains import gain_error_notes

@@ -4,8 +4,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from xml.sax.saxutils import escape, quoteattr
 
-from ..estimation import RobotOrigins
-from ..model import InertialParameters, Joint, Pose, Robot, bodies_in_link_frames, step
+from ..estimation.possible import RobotOrigins
+from ..model import InertialParameters, Joint, Pose, Robot
+from ..model.frames import bodies_in_link_frames, step
 from .urdf_origins import origins_comment, origins_legend
 
 _UNKNOWN = 1e6

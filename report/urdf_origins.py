@@ -3,9 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from ..estimation import Gauge, RobotOrigins
-from ..estimation.link_origins import Labelled
-from ..estimation.origins import DECIDER
+from ..estimation.possible import DECIDER, Gauge, Labelled, RobotOrigins
 
 _INDENT = "    "
 

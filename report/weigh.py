@@ -3,8 +3,9 @@
 import numpy as np
 from rich.table import Table
 
-from ..estimation import OFFSET_SHARE, RIPPLE_CHANCE, WeighAnswer, WeighProblem
-from ..estimation.verdict.joints import JointReading, worst_joint
+from ..estimation import WeighAnswer
+from ..estimation.diagnosis import JointReading, worst_joint
+from ..estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
 from .gains import gain_error_notes

@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..estimation import RIPPLE_CHANCE, PayloadEstimate, WeighAnswer
-from ..model import INERTIAL, PayloadVisibility, Processing
-from ..model.arrays import Array
+from ..common.arrays import Array
+from ..estimation import WeighAnswer
+from ..estimation.payload import PayloadEstimate
+from ..estimation.weigh import RIPPLE_CHANCE
+from ..model import INERTIAL, Processing
+from ..model.visibility import PayloadVisibility
 from .by_joints import mass_by_joints_document
 from .documents import constrained_estimate_document, free_estimate_document, processing_document
 

@@ -8,20 +8,20 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
     Coupling,
     Drives,
     InertialParameters,
     Joint,
-    Kernel,
     Robot,
     Spring,
     load_robot,
     robot_names,
     standard_columns,
 )
-from dynident.model.arrays import Array
+from dynident.model.kernel import Kernel
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from hypothesis import settings
 

@@ -4,6 +4,6 @@ Floors: ``motions`` (kinds of motion) below ``design`` (the most informative one
 one); these two do not know each other.
 """
 
-import lazy_loader
+from ..common.lazy import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -1,3 +1,6 @@
+from . import design as design
+from . import motions as motions
+from . import simulation as simulation
 from .design.build import Loads as Loads
 from .design.build import build_design as build_design
 from .design.collision import Scene as Scene

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
-from ..problem import ReducedProblem
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..equations.problem import ReducedProblem
 
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...model import InertialParameters, InputError
-from ...model.arrays import Array, frozen_array
-from ..names import PAYLOAD
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import InertialParameters
+from ..equations.names import PAYLOAD
 
 _KEYS = ("mass", "mass_sigma", "com", "inertia_com")
 

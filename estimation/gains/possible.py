@@ -9,14 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import INERTIAL, InertialParameters, InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import INERTIAL, InertialParameters
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..cone import ConeProgram, SolverError, solve_cone
-from ..names import PAYLOAD
-from ..problem import ReducedProblem, triangular
-from ..robot_rules import POWERS, RobotRules, link_places, typical_length
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem, triangular
+from ..possible.cone import ConeProgram, SolverError, solve_cone
+from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
 from .known_load import KnownLoad
 from .problem import GainProblem

@@ -5,16 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import BaseParameters, InputError, Processing, Recording, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.paged import empty, parts
+from ...common.progress import Progress, silent
+from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ...model.paged import empty, parts
-from ..gain_recordings import GainRecordings
-from ..names import PAYLOAD
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem, merged
+from ..fit.gain_recordings import GainRecordings
 from ..payload.problem import PayloadProblem, payload_problem
-from ..problem import ReducedProblem, merged
-from ..progress import Progress, silent
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
 

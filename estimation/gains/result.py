@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
+from ...common.arrays import Array, frozen_array
 from ...model import InertialParameters
-from ...model.arrays import Array, frozen_array
-from ..estimate import Fit
-from ..gain_recordings import GainRecordings
-from ..robust import RobustCovariance
+from ..fit.estimate import Fit
+from ..fit.gain_recordings import GainRecordings
+from ..fit.robust import RobustCovariance
 from .known_load import KnownLoad
 
 KNOWN_WELL = 0.05

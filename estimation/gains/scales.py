@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model.arrays import Array
-from ..problem import ReducedProblem
+from ...common.arrays import Array
+from ..equations.problem import ReducedProblem
 from .current_side import current_weights, gauss_newton
 
 _TOLD = 0.2

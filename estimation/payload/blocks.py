@@ -8,9 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import BaseParameters, Measurement, Processing, Robot
-from ...model.arrays import Array
-from ..blocks import (
+from ...common.arrays import Array
+from ...model import BaseParameters, Processing, Robot
+from ...model.motion import Measurement
+from ..equations.names import PAYLOAD
+from ..equations.observation import Observation, Observer
+from ..equations.problem import ReducedProblem, merged
+from ..equations.reduction import reduced
+from ..fit.blocks import (
     Pieces,
     Residuals,
     block_edges,
@@ -21,10 +26,6 @@ from ..blocks import (
     span,
     weighted_solution,
 )
-from ..names import PAYLOAD
-from ..observation import Observation, Observer
-from ..problem import ReducedProblem, merged
-from ..reduction import reduced
 from .equations import difference_observer, loaded_observer, torque_change
 
 _STRETCHES = 4  # of all loaded recordings together

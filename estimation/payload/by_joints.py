@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
-from ..least_squares import weighted
-from ..problem import RANK_TOLERANCE
-from ..robust import student95
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..equations.problem import RANK_TOLERANCE
+from ..fit.least_squares import weighted
+from ..fit.robust import student95
 from .problem import FixedWeights, PayloadProblem
 from .robust import deletions
 

@@ -6,15 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import InertialParameters
-from ...model.arrays import Array
-from ..conflicts import CONFLICT, Tested, Weighing, tested, weighings
-from ..constrained import ConstrainedEstimate, solve_constrained
-from ..constraints import Constraint
-from ..drive_gains import GainErrors
-from ..error_model import error_model
-from ..intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..scaling import POSSIBLE
+from ..fit.drive_gains import GainErrors
+from ..fit.error_covariance import error_model
+from ..possible.conflicts import CONFLICT, Tested, Weighing, tested, weighings
+from ..possible.constrained import ConstrainedEstimate, solve_constrained
+from ..possible.constraints import Constraint
+from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
+from ..possible.scaling import POSSIBLE
 from .gains import gain_covariance
 from .methods import method_of
 from .problem import PayloadProblem

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 
-from ...model import BaseParameters, Measurement, Processing, Robot, payload_columns
-from ...model.paged import empty, parts
-from ..names import PAYLOAD
-from ..observation import Observer
-from ..problem import ReducedProblem, merged
-from ..reduction import reduced_measurement
-from ..shared_torque import known_spring
+from ...common.paged import empty, parts
+from ...model import BaseParameters, Processing, Robot
+from ...model.motion import Measurement
+from ...model.regressors import payload_columns
+from ..equations.names import PAYLOAD
+from ..equations.observation import Observer
+from ..equations.problem import ReducedProblem, merged
+from ..equations.reduction import reduced_measurement
+from ..equations.shared_torque import known_spring
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import InertialParameters, Pose, Robot
-from ...model.arrays import Array
-from ..estimate import Estimate
+from ..fit.estimate import Estimate
 
 
 def in_payload_frame(robot: Robot, estimate: Estimate) -> Estimate:

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from ...model import InputError, payload_columns
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model.names import parameter_kind
-from ..estimate import Estimate, fit
-from ..least_squares import weighted
-from ..names import PAYLOAD
+from ...model.regressors import payload_columns
+from ..equations.names import PAYLOAD
+from ..fit.estimate import Estimate, fit
+from ..fit.least_squares import weighted
 from .problem import FixedWeights, PayloadProblem
 
 _DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")

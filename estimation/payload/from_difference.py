@@ -1,8 +1,8 @@
 """Method 3: torque difference on the same trajectory, (29)."""
 
-from ...model import InputError
-from ..estimate import Estimate
-from ..least_squares import weighted
+from ...common.errors import InputError
+from ..fit.estimate import Estimate
+from ..fit.least_squares import weighted
 from .problem import FixedWeights, PayloadProblem
 
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model.names import parameter_kind
-from ..estimate import Estimate, fit
-from ..least_squares import joint_weights, solve, weighted
-from ..names import PAYLOAD
-from ..problem import ReducedProblem, triangular
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem, triangular
+from ..fit.estimate import Estimate, fit
+from ..fit.least_squares import joint_weights, solve, weighted
 from .problem import FixedWeights, PayloadProblem
 
 _FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
-from ..drive_gains import NOT_TOLD, GainErrors, scaled_torque
-from ..estimate import Estimate
-from ..least_squares import weighted
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..fit.drive_gains import NOT_TOLD, GainErrors, scaled_torque
+from ..fit.estimate import Estimate
+from ..fit.least_squares import weighted
 from .frame import in_payload_frame
 from .problem import FixedWeights, PayloadProblem
 from .robust import Method

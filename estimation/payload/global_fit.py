@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ...model import InputError
-from ..essential import Elimination, StopRule, eliminate
-from ..estimate import Estimate, fit
-from ..least_squares import weighted
-from ..names import PAYLOAD
-from ..problem import ReducedProblem, merged
+from ...common.errors import InputError
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem, merged
+from ..fit.essential import Elimination, StopRule, eliminate
+from ..fit.estimate import Estimate, fit
+from ..fit.least_squares import weighted
 from .problem import FixedWeights, PayloadProblem
 
 

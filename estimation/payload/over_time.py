@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
-from ..least_squares import solve, weighted
-from ..names import PAYLOAD
-from ..problem import ReducedProblem
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem
+from ..fit.least_squares import solve, weighted
 from .problem import FixedWeights, PayloadProblem
 
 

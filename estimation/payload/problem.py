@@ -6,27 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import (
-    INERTIAL,
-    BaseParameters,
-    InputError,
-    Processing,
-    Recording,
-    Robot,
-    base_parameters,
-    payload_columns,
-)
-from ...model.arrays import Array
-from ..alignment import AlignedPair, aligned
-from ..causes import Source
-from ..estimate import Estimate
-from ..filtering import measurement
-from ..identification import base_problem, check_lengths, check_moving
-from ..plausibility import check_apart, check_recordings
-from ..problem import ReducedProblem
-from ..progress import Progress, silent
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.progress import Progress, silent
+from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.regressors import payload_columns
+from ..equations.problem import ReducedProblem
+from ..fit.estimate import Estimate
+from ..recordings.plausibility import check_apart, check_recordings
+from ..robot.identification import base_problem, check_lengths, check_moving
+from ..signals.alignment import AlignedPair, aligned
+from ..signals.filtering import measurement
 from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
 from .equations import difference_problem, loaded_problem
+from .source import Source
 
 FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "

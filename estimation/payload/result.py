@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters
-from ...model.arrays import Array
-from ..estimate import Estimate
+from ..fit.estimate import Estimate
 
 
 @dataclass(frozen=True)

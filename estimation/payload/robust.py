@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from ...model import InputError
-from ...model.arrays import Array
-from ..estimate import Estimate
-from ..least_squares import weighted
-from ..robust import RobustCovariance, jackknife
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..fit.estimate import Estimate
+from ..fit.least_squares import weighted
+from ..fit.robust import RobustCovariance, jackknife
 from .problem import FORMULA_ONLY, FixedWeights, PayloadProblem
 
 Method = Callable[[PayloadProblem, FixedWeights | None], Estimate]

@@ -12,12 +12,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import InputError, Motion, Recording, Robot
-from ...model.arrays import Array
-from ..alignment import aligned
-from ..logs import LogMap, open_log, read_recording, reference_columns
-from ..robust import student95
-from ..rows import moving_parts
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Motion, Recording, Robot
+from ..fit.robust import student95
+from ..recordings.columns import reference_columns
+from ..recordings.mapping import LogMap
+from ..recordings.opening import open_log
+from ..recordings.recording import read_recording
+from ..signals.alignment import aligned
+from ..signals.rows import moving_parts
 
 Missed = Literal["following error", "unpredicted torque", "torque"]
 """Commanded less measured position; measured torque less that which the controller predicted; the torque itself,

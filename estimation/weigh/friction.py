@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model import Measurement, Robot, base_parameters
-from ...model.arrays import Array
-from ..least_squares import joint_weights
-from ..observation import Observer
-from ..problem import RANK_TOLERANCE, ReducedProblem, merged
-from ..reduction import reduced
-from ..rows import Mask
+from ...common.arrays import Array
+from ...model import Robot, base_parameters
+from ...model.motion import Measurement
+from ..equations.observation import Observer
+from ..equations.problem import RANK_TOLERANCE, ReducedProblem, merged
+from ..equations.reduction import reduced
+from ..fit.least_squares import joint_weights
+from ..signals.rows import Mask
 
 _HIDDEN = 1e-6
 """Share of a friction in undetermined directions above which it is not known."""

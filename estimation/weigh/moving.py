@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model import InputError, Measurement, Motion, Processing
-from ..rows import Mask, moving_parts, used_rows
+from ...common.errors import InputError
+from ...model import Motion, Processing
+from ...model.motion import Measurement
+from ..signals.rows import Mask, moving_parts, used_rows
 
 SLOW = 0.03
 """rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""

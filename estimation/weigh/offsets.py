@@ -10,13 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model.arrays import Array
-from ..correlation import autocorrelation_time
-from ..least_squares import joint_weights
-from ..names import PAYLOAD
-from ..observation import Observation
-from ..problem import ReducedProblem, merged
-from ..reduction import reduced
+from ...common.arrays import Array
+from ..equations.correlation import autocorrelation_time
+from ..equations.names import PAYLOAD
+from ..equations.observation import Observation
+from ..equations.problem import ReducedProblem, merged
+from ..equations.reduction import reduced
+from ..fit.least_squares import joint_weights
 from .run import HeldOffsets, free_offsets, friction_free, observed_friction_free
 
 OFFSET_SHARE = 0.033

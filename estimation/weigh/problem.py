@@ -6,30 +6,23 @@ from functools import cached_property
 
 import numpy as np
 
-from ...model import (
-    BaseParameters,
-    InputError,
-    Measurement,
-    PayloadVisibility,
-    Processing,
-    Recording,
-    Robot,
-    base_parameters,
-    visibility_of,
-)
-from ...model.arrays import Array
-from ..alignment import AlignedPair, aligned
-from ..blocks import block_edges, block_length, cut
-from ..estimate import Estimate
-from ..filtering import measurement
-from ..identification import check_lengths
-from ..names import PAYLOAD
-from ..observation import Observation, Observer
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.progress import Progress, silent
+from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.motion import Measurement
+from ...model.visibility import PayloadVisibility, visibility_of
+from ..equations.names import PAYLOAD
+from ..equations.observation import Observation, Observer
+from ..equations.problem import ReducedProblem, merged
+from ..fit.blocks import block_edges, block_length, cut
+from ..fit.estimate import Estimate
 from ..payload.equations import torque_change
-from ..plausibility import check_apart, check_recordings
-from ..problem import ReducedProblem, merged
-from ..progress import Progress, silent
-from ..rows import Mask
+from ..recordings.plausibility import check_apart, check_recordings
+from ..robot.identification import check_lengths
+from ..signals.alignment import AlignedPair, aligned
+from ..signals.filtering import measurement
+from ..signals.rows import Mask
 from .friction import coulomb_friction
 from .moving import at_rest, moving_joints, telling_rows
 from .offsets import held_offsets

@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import InputError
-from ..constraints import KnownMass
-from ..error_model import error_model
-from ..estimate import Estimate
-from ..robust import student95
-from ..scaling import rise_p_value
+from ...common.errors import InputError
+from ..fit.error_covariance import error_model
+from ..fit.estimate import Estimate
+from ..fit.robust import student95
+from ..possible.constraints import KnownMass
+from ..possible.scaling import rise_p_value
 from .problem import WeighProblem
 from .solve import WeighEstimate, solve_weighing
 

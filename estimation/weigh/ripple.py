@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import Measurement
-from ...model.arrays import Array
-from ..correlation import autocorrelation_time
-from ..decimation import decimated
-from ..observation import Observation
-from ..rows import Mask
+from ...common.arrays import Array
+from ...model.motion import Measurement
+from ..equations.correlation import autocorrelation_time
+from ..equations.observation import Observation
+from ..signals.decimation import decimated
+from ..signals.rows import Mask
 
 RIPPLE_CHANCE = 0.05
 """Probability of finding a wave in the noise of one joint in one recording."""

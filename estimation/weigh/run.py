@@ -6,13 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ...model import BaseParameters, Robot, friction_columns, payload_columns
-from ...model.arrays import Array
-from ...model.visibility import without
-from ..names import PAYLOAD
-from ..observation import Observation, Observer
-from ..problem import ReducedProblem, merged
-from ..shared_torque import SharedTorque, beside, compressed, refilled
+from ...common.arrays import Array
+from ...model import BaseParameters, Robot
+from ...model.regressors import payload_columns
+from ...model.visibility import friction_columns, without
+from ..equations.names import PAYLOAD
+from ..equations.observation import Observation, Observer
+from ..equations.problem import ReducedProblem, merged
+from ..equations.shared_torque import SharedTorque, beside, compressed, refilled
 from .ripple import Wave
 
 _FREE = "free "

@@ -5,17 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import InputError, PayloadVisibility
-from ...model.arrays import Array
-from ...model.visibility import Resolved
-from ..constraints import KnownMass
-from ..drive_gains import NOT_TOLD, GainErrors, scaled_torque
-from ..estimate import Estimate, fit
-from ..least_squares import joint_weights, solve, weighted
-from ..names import PAYLOAD
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model.visibility import PayloadVisibility, Resolved
+from ..equations.names import PAYLOAD
+from ..equations.problem import ReducedProblem, merged
+from ..fit.drive_gains import NOT_TOLD, GainErrors, scaled_torque
+from ..fit.estimate import Estimate, fit
+from ..fit.least_squares import joint_weights, solve, weighted
+from ..fit.robust import jackknife
 from ..payload.by_joints import ByJoints, JointEquations, joints_view
-from ..problem import ReducedProblem, merged
-from ..robust import jackknife
+from ..possible.constraints import KnownMass
 from .problem import WeighProblem
 from .run import HeldOffsets
 

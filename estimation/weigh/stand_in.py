@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...model import InertialParameters, InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters
 
 _FORM = re.compile(r"(box|cylinder):([0-9.]+(?:x[0-9.]+)*)")
 

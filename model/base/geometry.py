@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
+from ...common.arrays import Array
 from ..pose import cos_sin
 from ..robot import Joint, Robot
 from .polynomial import Polynomial, Scalar

@@ -34,9 +34,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array
-from ..errors import InputError
-from ..regressor import standard_columns
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..regressors import standard_columns
 from ..robot import INERTIAL, Robot
 from .geometry import Chain, chain_at_zero, transfer_matrix
 from .parameters import BaseParameters

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import InputError
+from ...common.arrays import Array
+from ...common.errors import InputError
 from ..inertia import InertialParameters, skew
 from ..pose import cos_sin
-from ..regressor import standard_columns
+from ..regressors import standard_columns
 from ..robot import Joint, Robot
 from .parameters import BaseParameters
 

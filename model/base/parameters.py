@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..arrays import Array, frozen_array
+from ...common.arrays import Array, frozen_array
 
 _ROUNDING = 1e-10
 """A smaller factor in a grouping is rounding."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..arrays import Array
-from ..kernel import Kernel
-from ..regressor import standard_columns, standard_regressor
+from ...common.arrays import Array
+from ..kernel.kernel import Kernel
+from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot
 from .parameters import BaseParameters
 

@@ -5,6 +5,6 @@ it as C that works on eight samples per instruction, cache.py compiles that once
 writes the same list as readable C for a single sample.
 """
 
-from .kernel import Kernel
+from ...common.lazy import attach
 
-__all__ = ["Kernel"]
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

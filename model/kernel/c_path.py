@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
+from ...common.arrays import Array
 from .cache import compiled_library
 from .operations import OPERATIONS
 from .program import Program

@@ -5,7 +5,7 @@ import warnings
 import casadi as ca
 import numpy as np
 
-from ..arrays import Array
+from ...common.arrays import Array
 from .c_path import CPath, aligned_empty
 from .cache import CompilerUnavailable
 from .numpy_path import NumpyPath

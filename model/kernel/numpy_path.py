@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
+from ...common.arrays import Array
 from .operations import OPERATIONS
 from .program import Program
 

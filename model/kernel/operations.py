@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ..arrays import Array
+from ...common.arrays import Array
 
 
 class Operation(NamedTuple):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import __version__
-from ...model.arrays import Array
+from ...common.arrays import Array
 from .load import ControllerLoad
 
 _DIGITS = 10

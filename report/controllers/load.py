@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...model import InertialParameters, InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters
 from .rotation import principal_axes
 
 _ROUNDING = 1e-12

@@ -5,7 +5,7 @@ positive definite and its principal moments fulfil A + B >= C. Source: MuJoCo do
 body/inertial.
 """
 
-from ...model import InputError
+from ...common.errors import InputError
 from .form import ControllerFormat, exact, six
 from .load import ControllerLoad
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 from .form import ControllerFormat
 from .load import ControllerLoad
 from .rotation import angles_of

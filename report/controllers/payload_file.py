@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...model import INERTIAL, InertialParameters, InputError
+from ...common.errors import InputError
+from ...model import INERTIAL, InertialParameters
 from .load import ControllerLoad
 
 PREFERRED = (4, 3, 1, 2)

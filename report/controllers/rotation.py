@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 
 _LOCKED = 1e-9
 """Cosine of the middle angle below which the outer two turn about one axis."""

@@ -8,7 +8,7 @@ kg m^2 and negative moments raise an exception. Source: URScript manual, set_tar
 
 import numpy as np
 
-from ...model import InputError
+from ...common.errors import InputError
 from .form import ControllerFormat, number, numbers, six
 from .load import ControllerLoad
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation import ByJoints, JointShare, JointsMass
+from ...estimation.payload import ByJoints, JointShare, JointsMass
 from .canvas import BLUE, Drawing, new_figure, plain
 
 if TYPE_CHECKING:

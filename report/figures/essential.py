@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ...estimation import Elimination
+from ...estimation.fit import Elimination
 from ..essential_plot import essential_figure
 from .canvas import Drawing
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation import Excitation
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...estimation.payload import Excitation
 from .canvas import BLUE, Drawing, new_figure, plain
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation import ConstrainedPayload
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...estimation.payload import ConstrainedPayload
 from .canvas import BLUE, ORANGE, Drawing, new_figure, plain
 
 if TYPE_CHECKING:

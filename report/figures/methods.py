@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation import ConstrainedPayload, PayloadAnswer
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...estimation import PayloadAnswer
+from ...estimation.payload import ConstrainedPayload
 from .canvas import BLUE, Drawing, new_figure, plain
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation import Repeats
-from ...estimation.robust import student95
+from ...estimation.fit import student95
+from ...estimation.weigh import Repeats
 from .canvas import BLUE, Drawing, new_figure, plain
 
 _NAME = 24  # letters of a recording's name

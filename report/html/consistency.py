@@ -1,6 +1,7 @@
 """Whether the payload can exist, and what it costs to demand that."""
 
-from ...estimation import ConstrainedPayload, PayloadAnswer
+from ...estimation import PayloadAnswer
+from ...estimation.payload import ConstrainedPayload
 from .markup import joined, paragraph, table
 from .page import Section
 

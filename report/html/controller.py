@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from ...model import InputError
+from ...common.errors import InputError
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
 from ..controllers.form import six
 from ..controllers.payload_file import is_flange

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from ...estimation import Elimination
+from ...estimation.fit import Elimination
 from ..figures import essential_drawing
 from ..robot_tables import elimination_notes
 from .markup import bullets, joined, paragraph

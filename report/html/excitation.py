@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ...estimation import Excitation
+from ...estimation.payload import Excitation
 from ..figures import excitation_figure
 from ..numbers import percent
 from .markup import paragraph, table, tag

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...estimation import ConstrainedBase, ConstrainedRobot, Excitation, Identification, TorquePrediction
-from ...estimation.verdict import fit_reasons
+from ...estimation import Identification
+from ...estimation.diagnosis import fit_reasons
+from ...estimation.payload import Excitation, TorquePrediction
+from ...estimation.possible import ConstrainedBase, ConstrainedRobot
 from ..figures import worst_joint_figure
 from ..numbers import percent
 from ..robot_tables import constrained_notes, standard_table

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...estimation import ByJoints, JointsMass, PayloadAnswer
+from ...estimation import PayloadAnswer
+from ...estimation.payload import ByJoints, JointsMass
 from ..figures import Drawing, joints_figure
 from ..numbers import with_interval
 from .markup import joined, paragraph, table

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 
-from ...model.files import write_text
+from ...common.files import write_text
 from ..figures import Drawing, save_drawings
 from .markup import Html, escaped, joined, tag
 from .svg import figure_html

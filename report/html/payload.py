@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ...estimation import Excitation, PayloadAnswer, TorquePrediction
+from ...estimation import PayloadAnswer
+from ...estimation.payload import Excitation, TorquePrediction
 from ..controllers.payload_file import is_flange
 from ..figures import Drawing, flange_figure, worst_joint_figure
 from ..tables import data_notes

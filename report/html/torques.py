@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ...estimation import TorquePrediction
+from ...estimation.payload import TorquePrediction
 from ..figures import prediction_figure
 from ..figures.torques import words_of
 from ..numbers import percent

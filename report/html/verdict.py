@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...estimation import ConstrainedPayload, PayloadAnswer, TorquePrediction, Verdict
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...estimation import PayloadAnswer, Verdict
+from ...estimation.payload import ConstrainedPayload, TorquePrediction
 from ..gains import scales_in_words
 from ..numbers import with_interval
 from .markup import Html, bullets, joined, paragraph, tag

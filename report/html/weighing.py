@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...estimation import WeighAnswer
-from ...estimation.verdict.joints import worst_joint
-from ...model.arrays import Array
+from ...estimation.diagnosis import worst_joint
 from ..controllers.payload_file import is_flange
 from ..figures import flange_figure, joints_figure, repeats_figure
 from ..gains import gain_error_notes

@@ -8,8 +8,8 @@ and JointTrajectoryPoint; builtin_interfaces/msg/Duration.
 
 from collections.abc import Sequence
 
-from ...model import InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
 from .written import DIGITS, WrittenMotion
 
 _SECOND = 1_000_000_000

@@ -9,8 +9,9 @@ servoj_qavt0-008lookahead_time.htm).
 
 import numpy as np
 
-from ...model import InputError, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot
 from .written import DIGITS, WrittenMotion, require_six_turning
 
 CONTROLLER_RATE = 500.0

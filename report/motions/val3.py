@@ -11,8 +11,9 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from ...model import InputError, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot
 from ...trajectories import BlendedPoints, ViaPoints
 from .val3_moves import Descriptor, descriptors_of
 from .written import WrittenMotion, require_six_turning

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model.arrays import Array
-from ...model.kinematics import forward_kinematics
+from ...common.arrays import Array
+from ...model import forward_kinematics
 from ...trajectories import BlendedPoints, PointToPoint, Trapezoid, ViaPoints, plan_point_to_point
 from ...trajectories.motions import plan_stops
 from .written import WrittenMotion

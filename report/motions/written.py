@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import __version__
-from ...model import InputError, Motion, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Motion, Robot
 from ...trajectories import BlendedPoints, Design, JointBounds, Trapezoid, ViaPoints
 from ...trajectories.motions import Plan
 

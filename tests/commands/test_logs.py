@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.cli import main
-from dynident.estimation.gains import GainRecordings, read_stored_gains
+from dynident.estimation.files import read_stored_gains
+from dynident.estimation.fit import GainRecordings
 from dynident.model import InertialParameters, Robot, load_robot
 from dynident.tests.commands.runs import Run
 from dynident.trajectories import Simulator, ViaPoints

@@ -9,7 +9,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from dynident.estimation import origins
+from dynident.common.arrays import Array
+from dynident.estimation.possible import origins
 from dynident.model import (
     INERTIAL,
     Drives,
@@ -22,7 +23,6 @@ from dynident.model import (
     robot_names,
     with_tool,
 )
-from dynident.model.arrays import Array
 from dynident.model.names import parameter_kind
 from dynident.report.drawing import outline
 from dynident.tests.commands.runs import Run

@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.estimation import check_pose
-from dynident.estimation.logs import LogMap, ToolColumns, read_log_map, read_tool_poses
-from dynident.model import InputError, Pose, Recording, Robot, frames_at, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import LogMap, read_log_map
+from dynident.estimation.diagnosis import check_pose
+from dynident.estimation.recordings import ToolColumns, read_tool_poses
+from dynident.model import Pose, Recording, Robot, load_robot
+from dynident.model.frames import frames_at
 from dynident.tests.commands.runs import Run, runner
 from dynident.trajectories import Simulator, random_via_points
 from scipy.spatial.transform import Rotation

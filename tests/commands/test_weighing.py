@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident.cli import main
-from dynident.estimation import read_trajectory
+from dynident.estimation.recordings import read_trajectory
 from dynident.model import load_robot
 
 NEAR = ["--robot", "rx90", "--near=0,-45,90,0,45,0", "--speed-override", "0.5"]

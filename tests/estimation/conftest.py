@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.model import InertialParameters, Measurement, Motion, Processing, Robot, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Robot, load_robot
+from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator, ViaPoints
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from dynident.benchmarks import invented
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.estimation import (
     CentreOfMassInBox,
     InEllipsoid,
@@ -17,8 +19,7 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
-from dynident.model import InputError, Processing, Recording, Robot, load_robot
-from dynident.model.arrays import Array
+from dynident.model import Processing, Recording, Robot, load_robot
 from dynident.tests.estimation.mistakes import (
     Change,
     clipped,

@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 from dynident.benchmarks import invented
+from dynident.common.arrays import Array
 from dynident.model import InertialParameters, Motion, Recording, Robot
-from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 
 Change = Callable[[Recording], Recording]

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import aligned
-from dynident.model import InputError, Motion, Recording
+from dynident.common.errors import InputError
+from dynident.estimation.signals import aligned
+from dynident.model import Motion, Recording
 
 
 def recording(motion: Motion, name: str, delay: float = 0.0, seed: int | None = None) -> Recording:

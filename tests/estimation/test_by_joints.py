@@ -5,20 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
-from dynident.estimation import (
-    ByJoints,
-    PayloadProblem,
-    ReducedProblem,
-    answer_payload,
-    identify_payload,
-    payload_by_joints,
-    payload_over_time,
-    payload_problem,
-    weighted,
-)
-from dynident.estimation.payload import FixedWeights
+from dynident.common.errors import InputError
+from dynident.estimation import PayloadProblem, answer_payload, identify_payload, payload_problem
+from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.fit import weighted
+from dynident.estimation.payload import ByJoints, FixedWeights, payload_by_joints, payload_over_time
 from dynident.estimation.payload.by_joints import joint_groups
-from dynident.model import InputError
 from dynident.tests.estimation import mistakes
 
 

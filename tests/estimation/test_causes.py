@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
-from dynident.estimation.causes import Source, likely_causes
-from dynident.estimation.causes.misfit import Model
-from dynident.estimation.causes.sample import Sample
+from dynident.estimation.diagnosis import likely_causes
+from dynident.estimation.diagnosis.causes.misfit import Model
+from dynident.estimation.diagnosis.causes.sample import Sample
+from dynident.estimation.payload import Source
 from dynident.model import Spring
 from dynident.tests.estimation import mistakes
 from dynident.trajectories import Simulator

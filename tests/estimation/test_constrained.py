@@ -7,40 +7,31 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
     CentreOfMassInBox,
-    Constraint,
     Estimate,
-    Fit,
     InEllipsoid,
-    InHull,
     KnownMass,
     MassBounds,
-    Observer,
     PayloadProblem,
     PossibleBody,
     SolverError,
     build_constrained,
-    combined,
     identify_payload,
-    loaded_problem,
-    merged,
     payload_problem,
     read_recording,
-    reduced_measurement,
     solve_constrained,
 )
-from dynident.estimation.cone import ConeProgram, solve_cone
-from dynident.model import (
-    InertialParameters,
-    InputError,
-    Measurement,
-    Processing,
-    base_parameters,
-    load_robot,
-)
-from dynident.model.arrays import Array
+from dynident.estimation.equations import Observer, merged, reduced_measurement
+from dynident.estimation.fit import Fit
+from dynident.estimation.payload import combined, loaded_problem
+from dynident.estimation.possible import Constraint, InHull
+from dynident.estimation.possible.cone import ConeProgram, solve_cone
+from dynident.model import InertialParameters, Processing, base_parameters, load_robot
+from dynident.model.motion import Measurement
 from dynident.report.paper import Printed, paper_tables
 from dynident.trajectories import Simulator
 

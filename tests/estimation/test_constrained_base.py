@@ -7,17 +7,13 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
-from dynident.estimation import (
-    Estimate,
-    Fit,
-    PossibleBody,
-    identify,
-    read_recording,
-    solve_constrained_base,
-)
-from dynident.estimation.constraints import PSEUDO_INERTIA
-from dynident.model import INERTIAL, BaseParameters, InputError, Robot, base_parameters, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import Estimate, PossibleBody, identify, read_recording
+from dynident.estimation.fit import Fit
+from dynident.estimation.possible import solve_constrained_base
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.model import INERTIAL, BaseParameters, Robot, base_parameters, load_robot
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 Parameters = Callable[[Robot, int], dict[str, float]]

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from dynident.estimation import (
     CentreOfMassInBox,
-    Constraint,
     GainErrors,
     InEllipsoid,
     KnownMass,
@@ -17,12 +16,12 @@ from dynident.estimation import (
     PossibleBody,
     SolverError,
     answer_payload,
-    conflicts,
     payload_problem,
     read_recording,
     solve_constrained,
 )
-from dynident.estimation.payload import error_model
+from dynident.estimation.fit import error_model
+from dynident.estimation.possible import Constraint, conflicts
 from dynident.model import InertialParameters, Motion, load_robot
 from dynident.report.constrained import recommended_notes
 from dynident.trajectories import Simulator

@@ -8,39 +8,33 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
-from dynident.estimation import (
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import Estimate, MassBounds, PossibleBody, identify, read_recording
+from dynident.estimation.equations import Observer, reduced_measurement
+from dynident.estimation.fit import Fit, weighted
+from dynident.estimation.possible import (
     ConstrainedRobot,
-    Estimate,
-    Fit,
-    MassBounds,
-    Observer,
-    PossibleBody,
     RobotPrior,
     cylinder_prior,
     hidden_directions,
-    identify,
     origins,
-    read_recording,
-    reduced_measurement,
     robot_prior,
     solve_constrained_base,
     solve_constrained_prior,
-    weighted,
 )
-from dynident.estimation.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA
 from dynident.model import (
     INERTIAL,
     BaseParameters,
     Drives,
     InertialParameters,
-    InputError,
     Joint,
     Processing,
     Robot,
     base_parameters,
     load_robot,
 )
-from dynident.model.arrays import Array
 from dynident.trajectories import Simulator, random_via_points
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))

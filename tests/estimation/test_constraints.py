@@ -4,17 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    CentreOfMassInBox,
-    Constraint,
-    InEllipsoid,
-    InHull,
-    KnownMass,
-    MassBounds,
-    PossibleBody,
-)
-from dynident.model import InertialParameters, InputError
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
+from dynident.estimation.possible import Constraint, InHull
+from dynident.model import InertialParameters
 
 Cloud = Callable[[Array, Array], InertialParameters]
 ROTATION = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]

@@ -6,37 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    GainErrors,
-    PayloadEstimate,
-    PayloadProblem,
-    WeighProblem,
-    constrain_payload,
-    difference_weighing,
-    identify,
-    identify_payload,
-    payload_problem,
-    solve_weighing,
-    weighted,
-)
-from dynident.estimation.drive_gains import gain_sensitivity, scaled_torque
-from dynident.estimation.identification import base_problem
-from dynident.estimation.names import PAYLOAD
-from dynident.estimation.payload import FixedWeights, payload_gain_sensitivity
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import GainErrors, PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation.equations.names import PAYLOAD
+from dynident.estimation.equations.problem import ReducedProblem, merged
+from dynident.estimation.fit import weighted
+from dynident.estimation.fit.drive_gains import gain_sensitivity, scaled_torque
+from dynident.estimation.payload import FixedWeights, PayloadEstimate, constrain_payload, payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
-from dynident.estimation.problem import ReducedProblem, merged
+from dynident.estimation.robot.identification import base_problem
+from dynident.estimation.weigh import WeighProblem, difference_weighing, solve_weighing
 from dynident.estimation.weigh.solve import weigh_gain_covariance
-from dynident.model import (
-    InertialParameters,
-    InputError,
-    Motion,
-    Processing,
-    Recording,
-    Robot,
-    Spring,
-    base_parameters,
-)
-from dynident.model.arrays import Array
+from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike
 

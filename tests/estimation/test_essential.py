@@ -5,30 +5,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
-    Elimination,
-    EliminationPath,
     Estimate,
-    Fit,
     Identification,
-    ReducedProblem,
+    PayloadAnswer,
     SigmaBound,
     SigmaRatio,
-    StopRule,
     answer_payload,
-    eliminate,
-    elimination_warnings,
     identify,
-    impossible_payload,
-    impossible_robot,
     payload_problem,
     read_recording,
-    weighted,
 )
-from dynident.estimation.payload import PayloadAnswer
-from dynident.model import INERTIAL, InertialParameters, InputError, Robot, load_robot
-from dynident.model.arrays import Array
+from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule, eliminate, weighted
+from dynident.estimation.payload import elimination_warnings, impossible_payload, impossible_robot
+from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
@@ -119,7 +113,7 @@ def test_rules_that_mean_nothing(rule: Callable[[], StopRule]) -> None:
 
 def test_data_without_noise(rx90: Robot) -> None:
     """No division by zero, and nothing that the torques show is eliminated."""
-    from dynident.estimation import Observer, reduced_measurement
+    from dynident.estimation.equations import Observer, reduced_measurement
     from dynident.model import Processing, base_parameters
 
     base = base_parameters(rx90)

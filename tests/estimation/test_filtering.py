@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from dynident.estimation import decimated, measurement, noise_bandwidth, resampled
-from dynident.estimation.decimation import Decimator
-from dynident.model import InputError, Processing, Recording
+from dynident.common.errors import InputError
+from dynident.estimation.signals import decimated, measurement, noise_bandwidth, resampled
+from dynident.estimation.signals.decimation import Decimator
+from dynident.model import Processing, Recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import FollowingChange, following_change, read_following
-from dynident.estimation.logs import LogMap, read_log_map, with_flags
-from dynident.model import InputError, Robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import LogMap, read_log_map
+from dynident.estimation.recordings import with_flags
+from dynident.estimation.weigh import FollowingChange, following_change, read_following
+from dynident.model import Robot
 
 RATE, SECONDS = 100.0, 12.0
 

@@ -6,19 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    Estimate,
-    GainErrors,
-    constrain_payload,
-    identify,
-    identify_payload,
-    payload_problem,
-    solve_constrained_base,
-)
-from dynident.estimation.error_model import error_model
+from dynident.estimation import Estimate, GainErrors, identify, identify_payload, payload_problem
+from dynident.estimation.files.stored import read_stored_robot
+from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.payload import constrain_payload
 from dynident.estimation.payload.gains import gain_covariance
 from dynident.estimation.payload.methods import method_of
-from dynident.estimation.stored import read_stored_robot
+from dynident.estimation.possible import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.report.documents import identification_document, write_json
 from dynident.report.tables import robot_notes, robot_table

@@ -7,19 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import PAYLOAD, read_recording
-from dynident.estimation.gains import (
-    GainProblem,
-    KnownLoad,
-    gain_problem,
-    identify_gains,
-    known_mass,
-    read_known_load,
-    read_stored_gains,
-)
-from dynident.estimation.gains.answer import gravity_acts
+from dynident.common.errors import InputError
+from dynident.estimation import PAYLOAD, identify_gains, read_recording
+from dynident.estimation.answers.gains import gravity_acts
+from dynident.estimation.files import read_stored_gains
+from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
-from dynident.model import InertialParameters, InputError, Motion, Processing, Recording, load_robot
+from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.report.documents import write_json
 from dynident.report.gains import gains_document
 from dynident.trajectories import Simulator

@@ -6,23 +6,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.estimation import (
     GainErrors,
     PayloadProblem,
-    constrain_payload,
-    gain_problem,
     identify_gains,
     identify_payload,
     payload_problem,
     read_recording,
-    weighted,
 )
-from dynident.estimation.gains import known_mass
-from dynident.estimation.gains.answer import gravity_acts, rests_on
-from dynident.estimation.payload import FixedWeights
+from dynident.estimation.answers.gains import gravity_acts, rests_on
+from dynident.estimation.fit import weighted
+from dynident.estimation.gains import gain_problem, known_mass
+from dynident.estimation.payload import FixedWeights, constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
-from dynident.model.arrays import Array
 from dynident.trajectories import Simulator
 
 TRUTH = np.array([40.0, 45.0, 38.0, 20.0, 18.0, 12.0])

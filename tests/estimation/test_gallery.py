@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.benchmarks import verdicts
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 from dynident.tests.estimation import gallery, mistakes
 
 CASES = {case.name: case for case in gallery.cases()}

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.estimation import PayloadAnswer, answer_payload, payload_problem, read_recording
-from dynident.model import InputError, Recording, load_robot
+from dynident.model import Recording, load_robot
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 MASS = 2.805

@@ -5,8 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import PAYLOAD, ReducedProblem, read_information, recorded_noise, weighted
-from dynident.model import InputError
+from dynident.common.errors import InputError
+from dynident.estimation import PAYLOAD
+from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.files import read_information, recorded_noise
+from dynident.estimation.fit import weighted
 
 COLUMNS = ("A", "B", "C")
 

@@ -7,23 +7,21 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.estimation import (
     PAYLOAD,
     CentreOfMassInBox,
-    Constraint,
     Estimate,
-    Fit,
     InEllipsoid,
-    Intervals,
     KnownMass,
     MassBounds,
-    profile_intervals,
     solve_constrained,
 )
-from dynident.estimation.constraints import PSEUDO_INERTIA
-from dynident.estimation.intervals import WIDENING
+from dynident.estimation.fit import Fit
+from dynident.estimation.possible import Constraint, Intervals, profile_intervals
+from dynident.estimation.possible.constraints import PSEUDO_INERTIA
+from dynident.estimation.possible.intervals import WIDENING
 from dynident.model import InertialParameters
-from dynident.model.arrays import Array
 from dynident.report.paper import paper_tables
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))

@@ -7,16 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    KinematicsCheck,
-    Reading,
-    check_pose,
-    rank_readings,
-    rank_readings_by_pose,
-    read_recording,
-)
-from dynident.model import InputError, Motion, Pose, Recording, Robot, frames_at, load_robot, with_tool
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import read_recording
+from dynident.estimation.diagnosis import KinematicsCheck, Reading, check_pose, rank_readings, rank_readings_by_pose
+from dynident.model import Motion, Pose, Recording, Robot, load_robot, with_tool
+from dynident.model.frames import frames_at
 from dynident.trajectories import Simulator, random_via_points
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)

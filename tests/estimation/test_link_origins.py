@@ -4,10 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from dynident.estimation import RobotOrigins, origins, robot_origins
-from dynident.estimation.link_origins import BODY_NUMBERS
-from dynident.model import INERTIAL, Robot, base_parameters, bodies_in_link_frames, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.estimation.possible import RobotOrigins, origins, robot_origins
+from dynident.estimation.possible.link_origins import BODY_NUMBERS
+from dynident.model import INERTIAL, Robot, base_parameters, load_robot
+from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 
 Parameters = Callable[[Robot, int], dict[str, float]]

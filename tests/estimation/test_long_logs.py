@@ -4,10 +4,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from dynident.estimation import Observer, measurement, reduced_measurement, weighted
-from dynident.estimation.logs import Samples
-from dynident.estimation.long_logs import reduced_log
-from dynident.model import InputError, Motion, Processing, Recording, base_parameters
+from dynident.common.errors import InputError
+from dynident.estimation.equations import Observer, reduced_measurement
+from dynident.estimation.equations.long_logs import reduced_log
+from dynident.estimation.fit import weighted
+from dynident.estimation.recordings import Samples
+from dynident.estimation.signals import measurement
+from dynident.model import Motion, Processing, Recording, base_parameters
 from dynident.trajectories import Simulator
 
 

@@ -5,13 +5,15 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import answer_payload, identify, measurement, payload_problem
-from dynident.estimation.alignment import aligned
-from dynident.estimation.filtering import lowpass, on_grid, slopes
-from dynident.estimation.plausibility import check_recordings
-from dynident.model import InertialParameters, InputError, Motion, Processing, Recording, base_parameters
-from dynident.model.arrays import Array
-from dynident.model.paged import ROWS, empty
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.common.paged import ROWS, empty
+from dynident.estimation import answer_payload, identify, payload_problem
+from dynident.estimation.recordings.plausibility import check_recordings
+from dynident.estimation.signals import measurement
+from dynident.estimation.signals.alignment import aligned
+from dynident.estimation.signals.filtering import lowpass, on_grid, slopes
+from dynident.model import InertialParameters, Motion, Processing, Recording, base_parameters
 from dynident.trajectories import Simulator
 from scipy.interpolate import PchipInterpolator
 from scipy.signal import butter, sosfiltfilt
@@ -22,11 +24,11 @@ SETTINGS = Processing(rate=100.0, cutoff=8.0, decimate=4, slow_fraction=0.01)
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Everything counts as long: files for all arrays, stretches of 501 rows, pieces of 64 equations."""
-    monkeypatch.setattr("dynident.model.paged.LARGE", 1000)
-    monkeypatch.setattr("dynident.model.paged.ROWS", 501)
-    for module in ("filtering", "plausibility"):
+    monkeypatch.setattr("dynident.common.paged.LARGE", 1000)
+    monkeypatch.setattr("dynident.common.paged.ROWS", 501)
+    for module in ("signals.filtering", "recordings.plausibility"):
         monkeypatch.setattr(f"dynident.estimation.{module}.ROWS", 501)
-    monkeypatch.setattr("dynident.estimation.observation._PIECE", 64)
+    monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 64)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +108,7 @@ def test_payload(
 def test_the_lag_of_long_recordings(pair: list[Recording], monkeypatch: pytest.MonkeyPatch) -> None:
     """Of long ones some samples are compared."""
     whole = aligned(pair[0], pair[1], 100.0, 0.02)
-    monkeypatch.setattr("dynident.estimation.alignment._MOST", 500)
+    monkeypatch.setattr("dynident.estimation.signals.alignment._MOST", 500)
     thin = aligned(pair[0], pair[1], 100.0, 0.02)
     assert thin.lag != whole.lag
     assert thin.lag == pytest.approx(1.3, abs=2e-4)

@@ -4,9 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import Observer, noise_bandwidth
-from dynident.estimation.rows import moving_parts
-from dynident.model import Measurement, Motion, Processing, base_parameters
+from dynident.estimation.equations import Observer
+from dynident.estimation.signals import noise_bandwidth
+from dynident.estimation.signals.rows import moving_parts
+from dynident.model import Motion, Processing, base_parameters
+from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
 
 

@@ -8,17 +8,8 @@ import numpy as np
 import pytest
 from dynident.estimation import GainErrors, answer_payload, payload_problem
 from dynident.estimation.payload import frame_change
-from dynident.model import (
-    MOUNTS,
-    Drives,
-    InertialParameters,
-    Motion,
-    Pose,
-    Robot,
-    mounted,
-    standard_columns,
-    with_tool,
-)
+from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
+from dynident.model.frames import MOUNTS
 from dynident.report.constrained import recommended_notes
 from dynident.report.gains import gain_error_notes
 from dynident.trajectories import Simulator

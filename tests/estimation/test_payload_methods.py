@@ -5,34 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    PAYLOAD,
-    Estimate,
-    Observer,
-    PayloadProblem,
-    difference_problem,
-    identify_payload,
-    loaded_problem,
-    merged,
-    payload_problem,
-    reduced_measurement,
-    usable_methods,
-    weighted,
-)
-from dynident.estimation.payload import combined, payload_map
-from dynident.model import (
-    InertialParameters,
-    InputError,
-    Joint,
-    Measurement,
-    Motion,
-    Processing,
-    Recording,
-    Robot,
-    Spring,
-    base_parameters,
-)
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
+from dynident.estimation.equations import Observer, merged, reduced_measurement
+from dynident.estimation.fit import weighted
+from dynident.estimation.payload import combined, difference_problem, loaded_problem, payload_map, usable_methods
+from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
+from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
 
 EXACT = Processing()

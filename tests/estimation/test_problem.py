@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.estimation import Observation, ReducedProblem, fit, merged, ordinary, reduced, weighted
-from dynident.estimation.essential import eliminate
-from dynident.estimation.least_squares import joint_weights
-from dynident.estimation.problem import RANK_TOLERANCE, check_rank
-from dynident.model import InputError
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation.equations import Observation, ReducedProblem, merged, reduced
+from dynident.estimation.equations.problem import RANK_TOLERANCE, check_rank
+from dynident.estimation.fit import fit, ordinary, weighted
+from dynident.estimation.fit.essential import eliminate
+from dynident.estimation.fit.least_squares import joint_weights
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

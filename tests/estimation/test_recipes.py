@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation.logs import read_log_map, read_recording
+from dynident.estimation import read_log_map, read_recording
 from dynident.model import Joint, Robot, load_robot
 
 FOLDER = Path(__file__).parents[2] / "examples/logs"

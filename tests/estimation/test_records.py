@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.estimation import read_recording
-from dynident.model import InputError, Robot
+from dynident.model import Robot
 
 HEADER = ["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)]
 Write = Callable[..., Path]

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
+from dynident.common.errors import InputError
+from dynident.estimation.equations import (
     Observation,
     Observer,
     ReducedProblem,
@@ -13,9 +14,10 @@ from dynident.estimation import (
     reduced,
     reduced_measurement,
     reduced_stream,
-    weighted,
 )
-from dynident.model import InputError, Measurement, Motion, Processing, base_parameters
+from dynident.estimation.fit import weighted
+from dynident.model import Motion, Processing, base_parameters
+from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
 
 Simulated = Callable[[str], Simulator]

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from dynident.estimation import Estimate, Fit
+from dynident.estimation import Estimate
+from dynident.estimation.fit import Fit
 from dynident.estimation.repetition import Answer, Repetition, answer_of
 
 

@@ -8,41 +8,32 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from dynident.estimation import (
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem, read_recording
+from dynident.estimation.equations import (
     Observation,
     Observer,
-    PairedMeasurement,
-    PayloadProblem,
     ReducedProblem,
-    RobustCovariance,
-    difference_problem,
-    identify,
-    identify_payload,
-    jackknife,
-    loaded_problem,
     merged,
-    payload_blocks,
-    payload_problem,
-    read_recording,
     reduced,
     reduced_measurement,
+)
+from dynident.estimation.equations.correlation import autocorrelation_time
+from dynident.estimation.fit import RobustCovariance, jackknife, weighted
+from dynident.estimation.fit.blocks import block_edges, block_length, cut, leave_one_out
+from dynident.estimation.fit.robot_blocks import robot_blocks
+from dynident.estimation.payload import (
+    METHODS,
+    FixedWeights,
+    PairedMeasurement,
+    difference_problem,
+    loaded_problem,
+    payload_blocks,
     usable_methods,
-    weighted,
 )
-from dynident.estimation.blocks import block_edges, block_length, cut, leave_one_out
-from dynident.estimation.correlation import autocorrelation_time
-from dynident.estimation.payload import METHODS, FixedWeights
-from dynident.estimation.robot_blocks import robot_blocks
-from dynident.model import (
-    InertialParameters,
-    InputError,
-    Measurement,
-    Motion,
-    Processing,
-    base_parameters,
-    load_robot,
-)
-from dynident.model.arrays import Array
+from dynident.model import InertialParameters, Motion, Processing, base_parameters, load_robot
+from dynident.model.motion import Measurement
 from dynident.trajectories import RX90_NOISE, Simulator
 
 SETTINGS = Processing(decimate=4, slow_fraction=0.01)

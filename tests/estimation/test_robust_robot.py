@@ -6,23 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    Identification,
-    identify,
-    impossible_robot,
-    read_recording,
-    robot_prior,
-    solve_constrained_base,
-    solve_constrained_prior,
-    weighted,
-)
-from dynident.estimation.blocks import block_edges, block_length, cut, leave_one_out
-from dynident.estimation.error_model import error_model
-from dynident.estimation.identification import base_observations
-from dynident.estimation.robot_blocks import robot_blocks
-from dynident.estimation.stored import read_stored_robot
-from dynident.model import InputError, Recording, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import Identification, identify, read_recording
+from dynident.estimation.files.stored import read_stored_robot
+from dynident.estimation.fit import weighted
+from dynident.estimation.fit.blocks import block_edges, block_length, cut, leave_one_out
+from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.fit.robot_blocks import robot_blocks
+from dynident.estimation.payload import impossible_robot
+from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
+from dynident.estimation.robot.identification import base_observations
+from dynident.model import Recording, load_robot
 from dynident.report.documents import identification_document, write_json
 from dynident.report.tables import robot_sigma_notes
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -114,7 +109,7 @@ def test_pieces_of_a_recording_are_the_recording(
     exact: list[Recording], results: list[Identification], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Blocks that lie in several pieces too."""
-    monkeypatch.setattr("dynident.estimation.observation._PIECE", 1)
+    monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 1)
     again = identified(exact, 0).estimate
     assert again.robust is not None
     assert results[0].estimate.robust is not None

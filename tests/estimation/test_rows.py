@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.estimation.rows import used_rows
+from dynident.estimation.signals.rows import used_rows
 from dynident.model import Motion, Processing
 
 SETTINGS = Processing(cutoff=10.0)

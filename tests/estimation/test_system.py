@@ -5,17 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    ReducedProblem,
-    combined,
-    identification_system,
-    identify,
-    identify_payload,
-    payload_problem,
-    payload_system,
-)
+from dynident.common.arrays import Array
+from dynident.estimation import identify, identify_payload, payload_problem
+from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.payload import combined, identification_system, payload_system
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
-from dynident.model.arrays import Array
 from dynident.report.npz import write_npz
 from dynident.trajectories import Simulator
 

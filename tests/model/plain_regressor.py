@@ -1,8 +1,8 @@
 """The standard regressor once more, as plain NumPy over all states: no symbols to build, for many robots."""
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import INERTIAL, Robot, standard_columns
-from dynident.model.arrays import Array
 from dynident.model.pose import cos_sin
 from dynident.model.robot import Joint
 

@@ -11,12 +11,12 @@ from dynident.model import (
     Robot,
     base_parameters,
     load_robot,
-    payload_columns,
     regressor,
     standard_columns,
     standard_regressor,
 )
 from dynident.model.base.rank import leftmost_independent, random_states, stacked_regressor
+from dynident.model.regressors import payload_columns
 
 Groupings = dict[str, dict[str, float]]
 INERTIAL_ONLY = Drives(rotor_inertia=False, friction=False)

@@ -13,16 +13,16 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.model import (
     Coupling,
     Drives,
-    InputError,
     Joint,
     Robot,
     Spring,
     base_parameters,
     base_regressor,
-    code_names,
     coriolis,
     forward_dynamics,
     generate_code,
@@ -36,7 +36,7 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.arrays import Array
+from dynident.model.codegen import code_names
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
 SLIDING = Robot(

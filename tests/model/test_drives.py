@@ -7,10 +7,11 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.model import (
     Coupling,
     Drives,
-    InputError,
     Joint,
     Robot,
     Spring,
@@ -18,7 +19,6 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.arrays import Array
 from dynident.model.base.rank import random_states, stacked_regressor
 
 GEOMETRIC = Spring(1, stiffness=800.0, length=0.2, arms=(0.3, 0.15), zero=0.4)

@@ -7,6 +7,7 @@ from math import radians
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
     Coupling,
@@ -18,8 +19,6 @@ from dynident.model import (
     base_regressor,
     coriolis,
     coriolis_matrix,
-    drive_torque,
-    dry_friction_names,
     essential_regressor,
     forward_dynamics,
     forward_dynamics_base,
@@ -31,11 +30,10 @@ from dynident.model import (
     mass_matrix,
     payload_regressor,
     robot_names,
-    smooth_dry_friction,
     standard_columns,
     standard_regressor,
 )
-from dynident.model.arrays import Array
+from dynident.model.dynamics import drive_torque, dry_friction_names, smooth_dry_friction
 from dynident.model.kernel.program import read_program
 
 GENERAL = Robot(

@@ -6,6 +6,7 @@ from math import cos, radians, sin
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.model import (
     INERTIAL,
     Drives,
@@ -14,13 +15,12 @@ from dynident.model import (
     Robot,
     inverse_dynamics,
     mass_matrix,
-    payload_columns,
     payload_regressor,
     standard_columns,
     standard_regressor,
 )
-from dynident.model.arrays import Array
 from dynident.model.base.rank import random_states
+from dynident.model.regressors import payload_columns
 
 STATES = 50
 Evaluate = Callable[..., Array]

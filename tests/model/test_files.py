@@ -5,8 +5,9 @@ from collections.abc import Callable
 from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 
 import pytest
-from dynident.model import InputError, load_robot
-from dynident.model.files import write_bytes, write_text
+from dynident.common.errors import InputError
+from dynident.common.files import write_bytes, write_text
+from dynident.model import load_robot
 from dynident.model.kernel import cache
 
 NAMES = ("result.json", "with space.json", "Größe.json", "C:\\logs\\result.json", "..hidden", "a" * 200)

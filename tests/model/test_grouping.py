@@ -7,9 +7,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.model import (
     Drives,
-    InputError,
     Joint,
     Robot,
     base_parameters,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
 from dynident.model import INERTIAL, InertialParameters
-from dynident.model.arrays import Array
 from dynident.model.inertia import skew
 from hypothesis import given
 from hypothesis import strategies as st

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.model import Kernel
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.model.kernel import Kernel
 from dynident.model.kernel.c_path import CPath
 from dynident.model.kernel.numpy_path import NumpyPath
 from dynident.model.kernel.operations import OPERATIONS

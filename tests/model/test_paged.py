@@ -5,8 +5,10 @@ import mmap
 
 import numpy as np
 import pytest
-from dynident.model import InputError, Motion, paged
-from dynident.model.arrays import equal, frozen_array, rising
+from dynident.common import paged
+from dynident.common.arrays import equal, frozen_array, rising
+from dynident.common.errors import InputError
+from dynident.model import Motion
 
 
 @pytest.fixture

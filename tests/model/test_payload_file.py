@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.model import InertialParameters, InputError, read_payload
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, read_payload
 
 
 def read(folder: Path, text: str) -> InertialParameters:

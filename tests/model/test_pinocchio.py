@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
+from dynident.common.arrays import Array
 from dynident.model import (
     Drives,
     InertialParameters,
@@ -15,7 +16,6 @@ from dynident.model import (
     standard_columns,
     standard_regressor,
 )
-from dynident.model.arrays import Array
 from dynident.model.base.rank import random_states
 
 STATES = 200

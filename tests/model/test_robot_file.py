@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.model import (
     INERTIAL,
     InertialParameters,
-    InputError,
     Joint,
     Limits,
     Robot,

@@ -8,8 +8,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from dynident.model import Robot, forward_kinematics, load_robot, robot_names, robot_toml
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.model import Robot, forward_kinematics, load_robot, robot_names
+from dynident.model.files import robot_toml
 from dynident.tests.reference.chains import CHAINS, Chain
 from scipy.spatial.transform import Rotation
 

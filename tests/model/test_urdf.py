@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from dynident.common.errors import InputError
 from dynident.model import (
     Drives,
-    InputError,
     Robot,
     base_parameters,
-    bodies_in_link_frames,
     closed_form_base_parameters,
     forward_kinematics,
     inverse_dynamics,
@@ -22,6 +21,7 @@ from dynident.model import (
     standard_columns,
 )
 from dynident.model.base.rank import random_states
+from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 
 REFERENCE = sorted((Path(__file__).parents[1] / "reference/robots").glob("*.toml"))

@@ -4,8 +4,8 @@ from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import Robot, closed_form_base_parameters, local_transfer_base_parameters, standard_columns
-from dynident.model.arrays import Array
 from dynident.model.base.grouping import moves
 from dynident.model.base.parameters import BaseParameters
 from dynident.model.base.rank import (

@@ -4,8 +4,8 @@ import itertools
 import math
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import Robot
-from dynident.model.arrays import Array
 from dynident.model.pose import Pose
 
 AXES = ("0 0 1", "0 0 -1", "0 1 0", "0 -1 0", "1 0 0", "-1 0 0")

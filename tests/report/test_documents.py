@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate, RobustCovariance
+from dynident.estimation import PAYLOAD, Estimate
+from dynident.estimation.fit import Fit, RobustCovariance
+from dynident.estimation.payload import PayloadEstimate
 from dynident.report.documents import free_estimate_document, write_json
 from dynident.report.paper import paper_tables
 from dynident.report.tables import _value, payload_table, short_value, sigma_notes

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident.model import Robot, frames_at, load_robot
+from dynident.model import Robot, load_robot
+from dynident.model.frames import frames_at
 from dynident.report.arm import arm_animation, arm_points, arm_strip
 from dynident.report.motion_figures import motion_figure, sigma_figure
 from dynident.tests.conftest import SCARA

@@ -4,18 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    Elimination,
-    EliminationPath,
-    Estimate,
-    Fit,
-    SigmaBound,
-    SigmaRatio,
-    StopRule,
-    robot_prior,
-    solve_constrained_base,
-    solve_constrained_prior,
-)
+from dynident.estimation import Estimate, SigmaBound, SigmaRatio
+from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule
+from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.model import base_parameters, load_robot
 from dynident.report.essential_plot import essential_figure
 from dynident.report.plots import save_figure

@@ -6,7 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from dynident.estimation import PAYLOAD, Estimate, Fit, PayloadEstimate
+from dynident.estimation import PAYLOAD, Estimate
+from dynident.estimation.fit import Fit
+from dynident.estimation.payload import PayloadEstimate
 from dynident.report.csv_tables import csv_tables
 from dynident.report.latex import escaped, latex_tables
 from dynident.report.sheet import sheet_of

@@ -9,21 +9,16 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from dynident.estimation import (
-    Estimate,
-    Fit,
-    Gauge,
-    cylinder_prior,
-    origins,
-    robot_origins,
-    solve_constrained_prior,
-)
-from dynident.estimation.link_origins import BODY_NUMBERS
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import Estimate
+from dynident.estimation.fit import Fit
+from dynident.estimation.possible import Gauge, cylinder_prior, origins, robot_origins, solve_constrained_prior
+from dynident.estimation.possible.link_origins import BODY_NUMBERS
 from dynident.model import (
     INERTIAL,
     Drives,
     InertialParameters,
-    InputError,
     Pose,
     Robot,
     base_parameters,
@@ -33,7 +28,6 @@ from dynident.model import (
     standard_columns,
     with_tool,
 )
-from dynident.model.arrays import Array
 from dynident.model.base.rank import random_states
 from dynident.report.urdf import robot_urdf
 from dynident.tests.model.urdf_files import dressed_urdf

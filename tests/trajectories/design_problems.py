@@ -1,8 +1,8 @@
 """Design problems of the RX90 with torque limits for two loads and obstacles, by goal and shape."""
 
 import numpy as np
+from dynident.common.arrays import Array
 from dynident.model import InertialParameters, load_robot
-from dynident.model.arrays import Array
 from dynident.trajectories import (
     BlendShape,
     DesignProblem,

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from dynident.model import InputError, load_robot
+from dynident.common.errors import InputError
+from dynident.model import load_robot
 from dynident.trajectories import BlendedPoints, BlendShape, JointBounds, PointToPoint, Trapezoid, ViaPoints
 from dynident.trajectories.motions.blend_times import BlendTimes, FixedTimes, FreeTimes
 from dynident.trajectories.motions.blends import FreeBlends

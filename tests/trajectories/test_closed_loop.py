@@ -4,21 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.model import (
     INERTIAL,
     InertialParameters,
-    InputError,
-    Measurement,
     Robot,
     Spring,
-    dry_friction_names,
     forward_kinematics,
     load_robot,
     mass_matrix,
-    smooth_dry_friction,
     standard_columns,
 )
-from dynident.model.arrays import Array
+from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
+from dynident.model.motion import Measurement
 from dynident.report.paper import paper_tables
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions import random_points

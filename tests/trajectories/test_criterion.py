@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 from dynident.trajectories.design.criterion import Criterion, Kind, condition_numbers
 
 DRAW = np.random.default_rng(0)

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.model import INERTIAL, InertialParameters, Kernel, Robot, inverse_dynamics
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.model import INERTIAL, InertialParameters, Robot, inverse_dynamics
+from dynident.model.kernel import Kernel
 from dynident.tests.trajectories.design_problems import (
     BOUNDS,
     FEW,

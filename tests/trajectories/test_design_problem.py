@@ -5,8 +5,10 @@ from typing import cast
 
 import numpy as np
 import pytest
-from dynident.model import INERTIAL, InputError, Kernel, Robot, inverse_dynamics
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import INERTIAL, Robot, inverse_dynamics
+from dynident.model.kernel import Kernel
 from dynident.tests.conftest import CROOKED
 from dynident.tests.trajectories.design_problems import (
     BOUNDS,

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from dynident.model import InputError, Joint, Robot, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import Joint, Robot, load_robot
 from dynident.trajectories import (
     BlendShape,
     Fourier,

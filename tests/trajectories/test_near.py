@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from dynident.model import InertialParameters, InputError, Kernel, Motion, Robot, load_robot, payload_regressor
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, Motion, Robot, load_robot, payload_regressor
+from dynident.model.kernel import Kernel
 from dynident.model.payload_spread import PayloadSpread
 from dynident.trajectories import (
     Design,

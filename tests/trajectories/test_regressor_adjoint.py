@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from dynident.model import Robot, base_parameters, load_robot, regressor, smooth_regressor
-from dynident.model.base.rank import random_states
+from dynident.model import Robot, base_parameters, load_robot, regressor
+from dynident.model.base import random_states
+from dynident.model.regressors import smooth_regressor
 from dynident.tests.conftest import CROOKED, SCARA
 from dynident.trajectories.design.information import SPRING, RegressorKernel, regressor_kernel
 from dynident.trajectories.motions import Samples

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from dynident.model import InputError, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import load_robot
 from dynident.trajectories import SampledTrajectory, plan_point_to_point
 from dynident.trajectories.motions import random_points
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from dynident.model import InputError
+from dynident.common.errors import InputError
 from dynident.trajectories import Scene, read_scene
 from dynident.trajectories.design import Capsule, HalfSpace
 

@@ -1,5 +1,5 @@
 """The most informative motion: what is to be learnt, within which limits, searched for and judged."""
 
-import lazy_loader
+from ...common.lazy import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...model import InertialParameters, InputError, Robot, base_parameters, payload_columns, standard_columns
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters, Robot, base_parameters, standard_columns
 from ...model.base.parameters import BaseParameters
+from ...model.regressors import payload_columns
 from ..motions.bounds import JointBounds
 from ..motions.samples import Family, Shape
 from ..motions.via_points import ViaPointShape

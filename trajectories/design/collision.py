@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ...model import InputError, Kernel, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot
+from ...model.kernel import Kernel
 from ...model.kinematics import joint_transform
 from .limits import Slopes, State
 

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 
 Kind = Literal["d", "a", "cond", "cond-scaled"]
 """d: log det; a: relative standard deviations; cond: condition number of W in SI units; cond-scaled: of W with its

@@ -10,8 +10,8 @@ from functools import partial
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import Robot
-from ...model.arrays import Array
 from ..motions.bounds import JointBounds
 from ..motions.samples import Clear, Plan, Samples, everywhere
 from .criterion import ORDERS

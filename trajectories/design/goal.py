@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...model import InputError, Robot, base_parameters, payload_columns, standard_columns
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot, base_parameters, standard_columns
+from ...model.regressors import payload_columns
 from .criterion import ORDERS, Criterion, Kind
 
 

@@ -12,8 +12,10 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from ...model import Kernel, Robot, regressor, smooth_regressor
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...model import Robot, regressor
+from ...model.kernel import Kernel
+from ...model.regressors import smooth_regressor
 from ..motions.samples import Samples
 
 SPRING = "SPRING"

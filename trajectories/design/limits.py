@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 from ..motions.samples import Samples
 from .information import RegressorKernel
 

@@ -5,20 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import (
-    InertialParameters,
-    InputError,
-    PayloadVisibility,
-    Robot,
-    friction_columns,
-    payload_columns,
-    visibility_of,
-)
-from ...model.arrays import Array
-from ...model.base.rank import leftmost_independent
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters, Robot
+from ...model.base import leftmost_independent
 from ...model.names import parameter_kind
 from ...model.payload_spread import PayloadSpread, payload_spread
-from ...model.visibility import without
+from ...model.regressors import payload_columns
+from ...model.visibility import PayloadVisibility, friction_columns, visibility_of, without
 from ..motions.bounds import JointBounds
 from ..motions.near import NearShape
 from ..motions.samples import Family, Plan, Samples, Shape

@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import InputError, Robot
-from ...model.arrays import Array
-from ...model.base.rank import base_parameters_of
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Robot
+from ...model.base import base_parameters_of
 from ..motions.bounds import JointBounds
 from ..motions.samples import Family, Samples
 from .collision import Clearance

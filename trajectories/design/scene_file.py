@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...model import InputError
+from ...common.errors import InputError
 from .collision import Capsule, HalfSpace, Point, Scene
 
 _SCENE = ("clearance", "bodies", "surfaces", "pairs", "may_touch")

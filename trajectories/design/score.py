@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ...model import Kernel, Motion, inverse_dynamics, standard_columns
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...model import Motion, inverse_dynamics, standard_columns
+from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
 from .limits import LimitCheck, State, TorqueLimit, check

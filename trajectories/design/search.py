@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
+from ...common.arrays import Array
 from ...model import Motion
-from ...model.arrays import Array
 from ..motions.samples import Family, Plan
 from .criterion import ORDERS, STARTS
 from .problem import DesignProblem

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 from ..motions.samples import Samples
 from .limits import Limit, Slopes, State, excess
 from .problem import DesignProblem

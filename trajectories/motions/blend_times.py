@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...model.arrays import Array
+from ...common.arrays import Array
 
 _STRAIGHT = 0.02  # of a fixed move's time: what blends leave at constant speed, at least
 _SHORTEST = 0.05  # of the longest blend that fits between fixed times

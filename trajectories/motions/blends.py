@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import InputError, Robot
-from ...model.arrays import Array, frozen_array
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
 from .blend_times import BlendTimes, FixedTimes, FreeTimes, Times
 from .bounds import JointBounds
 from .free_points import FreePoints

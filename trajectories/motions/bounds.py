@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import InputError, Limits, Robot
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import Limits, Robot
 
 
 @dataclass(frozen=True)

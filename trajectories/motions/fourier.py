@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import null_space
 
-from ...model import InputError, Robot
-from ...model.arrays import Array, frozen_array
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
 from .bounds import JointBounds
 from .samples import Clear, Plan, Samples, everywhere
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...model import InputError, PayloadVisibility, Robot, payload_visibility
-from ...model.arrays import Array, frozen_array
-from ...model.visibility import checked_joints
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
+from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
 from .bounds import JointBounds
 from .fourier import RestBases, fourier_basis
 from .samples import Clear, Plan, Samples, everywhere

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ...common.arrays import Array, frozen_array
 from ...model import Robot
-from ...model.arrays import Array, frozen_array
 from .samples import Plan
 
 _STRETCH = 1.02  # steps in which moves too short for their ramps are made longer

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...model import InputError, Robot
-from ...model.arrays import Array, frozen_array
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
 from .samples import Plan
 
 _REST = 0.01  # of the largest speed: what still counts as rest at the ends

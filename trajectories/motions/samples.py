@@ -5,8 +5,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import Motion, Robot
-from ...model.arrays import Array
 from .bounds import JointBounds
 
 Clear = Callable[[Array], bool]

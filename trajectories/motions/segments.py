@@ -9,8 +9,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...model import InputError
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
 
 # Quintic Hermite polynomials on 0 <= s <= 1: row k holds the coefficients of 1, s, ..., s^5 that multiply
 # p0, T v0, T^2 a0, T^2 a1, T v1, p1.

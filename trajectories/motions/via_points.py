@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import InputError, Robot
-from ...model.arrays import Array, frozen_array
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
 from .bounds import JointBounds
 from .free_points import FreePoints, random_points
 from .samples import Clear, Plan, Samples, everywhere

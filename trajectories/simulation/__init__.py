@@ -1,5 +1,5 @@
 """A robot whose parameters are known, under its controller, with what disturbs its recordings."""
 
-import lazy_loader
+from ...common.lazy import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -6,19 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import (
-    InertialParameters,
-    InputError,
-    Kernel,
-    Measurement,
-    Motion,
-    Robot,
-    base_parameters,
-    dry_friction_names,
-    inverse_dynamics_base,
-    standard_columns,
-)
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters, Motion, Robot, base_parameters, inverse_dynamics_base, standard_columns
+from ...model.dynamics import dry_friction_names
+from ...model.kernel import Kernel
+from ...model.motion import Measurement
 from ..motions.samples import Plan
 from .controller import Controller, mean_inertia
 from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample

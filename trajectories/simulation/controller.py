@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from ...common.arrays import Array
 from ...model import Robot, mass_matrix
-from ...model.arrays import Array
 from .simulator import parameter_vector
 
 _POSES = 200

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import Motion, Recording, Robot, dry_friction_names
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...model import Motion, Recording, Robot
+from ...model.dynamics import dry_friction_names
 
 _AFTER_DECIMATION = 0.28  # of white noise at 250 Hz, through the filter of a decimation by 10
 _ROBOT, _RUN, _RECORDING = 0, 1, 2  # what a random stream belongs to

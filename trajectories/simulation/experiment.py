@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...model import InertialParameters, Measurement, Recording, Robot, dry_friction_names
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...model import InertialParameters, Recording, Robot
+from ...model.dynamics import dry_friction_names
+from ...model.motion import Measurement
 from ..motions.samples import Plan
 from .closed_loop import ClosedLoop, Run
 from .controller import Controller

@@ -5,17 +5,11 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from ...model import (
-    BaseParameters,
-    InputError,
-    Kernel,
-    Robot,
-    dry_friction_names,
-    forward_dynamics_base,
-    mass_matrix,
-    smooth_dry_friction,
-)
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import BaseParameters, Robot, forward_dynamics_base, mass_matrix
+from ...model.dynamics import dry_friction_names, smooth_dry_friction
+from ...model.kernel import Kernel
 from .controller import Controller, motor_torque, random_positions, speed_error
 from .simulator import parameter_vector
 

@@ -5,18 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...model import (
-    InertialParameters,
-    InputError,
-    Kernel,
-    Measurement,
-    Motion,
-    Recording,
-    Robot,
-    inverse_dynamics,
-    standard_columns,
-)
-from ...model.arrays import Array
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters, Motion, Recording, Robot, inverse_dynamics, standard_columns
+from ...model.kernel import Kernel
+from ...model.motion import Measurement
 
 RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 """White torque noise per joint at 250 Hz [N·m] that leaves residuals like those behind the paper's Table 2."""

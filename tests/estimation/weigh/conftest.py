@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import WeighProblem, difference_weighing
+from dynident.common.arrays import Array
+from dynident.estimation.weigh import WeighProblem, difference_weighing
 from dynident.model import InertialParameters, load_robot
-from dynident.model.arrays import Array
 from dynident.tests.estimation.weigh.recordings import LOAD, NOISE, Pair, Record, near
 from dynident.trajectories import Simulator
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from dynident.estimation import WeighAnswer, answer_weighing, difference_weighing
+from dynident.estimation import WeighAnswer, answer_weighing
+from dynident.estimation.weigh import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot
 from dynident.trajectories import RX90_NOISE, NearMotion
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.estimation import StandIn
-from dynident.model import InertialParameters, InputError
-from dynident.model.arrays import Array
+from dynident.model import InertialParameters
 from dynident.tests.estimation.weigh.recordings import Record, weighed
 from dynident.trajectories import Simulator
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import OFFSET_SHARE, WeighProblem, difference_weighing, solve_weighing
+from dynident.estimation.weigh import OFFSET_SHARE, WeighProblem, difference_weighing, solve_weighing
 from dynident.estimation.weigh.run import free_offsets
 from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, weighed
 from dynident.trajectories import Simulator

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from dynident.estimation import GainErrors, WeighProblem, answer_weighing
-from dynident.model import InertialParameters, InputError
+from dynident.common.errors import InputError
+from dynident.estimation import GainErrors, answer_weighing
+from dynident.estimation.weigh import WeighProblem
+from dynident.model import InertialParameters
 from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import GainErrors, answer_weighing, difference_weighing, identify, known_robot_weighing
-from dynident.model import InputError
+from dynident.common.errors import InputError
+from dynident.estimation import GainErrors, answer_weighing, identify
+from dynident.estimation.weigh import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.weigh.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
 

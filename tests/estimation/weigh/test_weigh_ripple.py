@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation import RIPPLE_CHANCE, difference_weighing
-from dynident.estimation.weigh import ripple
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.estimation.weigh import RIPPLE_CHANCE, difference_weighing, ripple
 from dynident.report.weigh import detail_notes
 from dynident.tests.estimation.weigh.recordings import LOAD, Pair, Record, weighed
 from dynident.trajectories import Simulator

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from dynident.estimation import WeighProblem, difference_weighing, solve_weighing
-from dynident.estimation.filtering import measurement
+from dynident.common.errors import InputError
+from dynident.estimation.signals.filtering import measurement
+from dynident.estimation.weigh import WeighProblem, difference_weighing, solve_weighing
 from dynident.estimation.weigh.moving import telling_rows
-from dynident.model import InputError
 from dynident.tests.estimation.weigh.recordings import LOAD, Record, cut
 from dynident.trajectories import Simulator
 

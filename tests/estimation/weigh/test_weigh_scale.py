@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.estimation import KnownMass, PossibleBody, StandIn
-from dynident.model import InputError
 from dynident.tests.estimation.weigh.recordings import LOAD, Record, weighed
 from dynident.trajectories import Simulator
 

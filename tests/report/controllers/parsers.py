@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 from scipy.spatial.transform import Rotation
 
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.commands.export import NAMES
-from dynident.model import InertialParameters, InputError
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters
 from dynident.report.controllers import FORMATS, ControllerLoad
 from dynident.tests.report.controllers.parsers import MOMENTS_ONLY, PARSERS
 from hypothesis import assume, given, settings

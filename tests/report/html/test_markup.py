@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import Curve, TorquePrediction
+from dynident.estimation.payload import Curve, TorquePrediction
 from dynident.report.figures import Drawing, prediction_figure, save_drawings, worst_joint_figure
 from dynident.report.figures.canvas import new_figure
 from dynident.report.html import (

@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing, difference_weighing
+from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing
+from dynident.estimation.weigh import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.report.html import Page, Provenance, weigh_page
 from dynident.report.weigh_documents import weigh_document

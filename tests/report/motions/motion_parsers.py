@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import yaml
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
 
 
 class Read(NamedTuple):

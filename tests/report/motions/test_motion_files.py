@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.model import InputError, Robot, load_robot
-from dynident.model.arrays import Array
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import Robot, load_robot
 from dynident.model.kinematics import forward_kinematics
 from dynident.report.motions import (
     WrittenMotion,

@@ -1,0 +1,1 @@
+"""Services that know nothing of robots: errors, locked arrays, whole files, long arrays, progress."""

@@ -1,0 +1,1 @@
+"""Whole answers, one function a question; the only place that calls several floors."""

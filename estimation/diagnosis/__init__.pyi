@@ -1,0 +1,13 @@
+from .causes.search import likely_causes as likely_causes
+from .kinematics_check import KinematicsCheck as KinematicsCheck
+from .kinematics_check import rank_readings as rank_readings
+from .kinematics_check import rank_readings_by_pose as rank_readings_by_pose
+from .log_check.check import LogCheck as LogCheck
+from .log_check.check import check_log as check_log
+from .log_check.finding import Finding as Finding
+from .pose_check import PoseCheck as PoseCheck
+from .pose_check import check_pose as check_pose
+from .readings import Reading as Reading
+from .verdict.joints import JointReading as JointReading
+from .verdict.joints import worst_joint as worst_joint
+from .verdict.residual import fit_reasons as fit_reasons

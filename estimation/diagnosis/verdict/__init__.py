@@ -1,0 +1,1 @@
+"""Whether numbers may be typed into a controller, and why: one check a file."""

@@ -1,0 +1,7 @@
+from .observation import Observation as Observation
+from .observation import Observer as Observer
+from .problem import ReducedProblem as ReducedProblem
+from .problem import merged as merged
+from .reduction import reduced as reduced
+from .reduction import reduced_measurement as reduced_measurement
+from .reduction import reduced_stream as reduced_stream

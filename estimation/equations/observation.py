@@ -1,0 +1,280 @@
+"""The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.paged import parts
+from ...model import Motion, Processing, Robot, regressor
+from ...model.kernel import Kernel
+from ...model.motion import Measurement
+from ..signals.decimation import Decimator, noise_bandwidth
+from ..signals.rows import Mask, used_rows
+from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
+
+_PART = 1024  # samples evaluated at once
+_PIECE = 4096  # decimated samples of a piece
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The equations of one recording, held whole.
+
+    Attributes:
+        columns: names of the columns of W.
+        W: per joint, r_j x c.
+        Y: per joint, torques [N·m or N], shape (r_j,); known torques (a spring) are already moved here.
+        t: per joint, time of the rows [s], shape (r_j,).
+        bandwidth: share of the frequency range that white noise fills; 1 without decimation.
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring.
+    """
+
+    columns: tuple[str, ...]
+    W: tuple[Array, ...]
+    Y: tuple[Array, ...]
+    t: tuple[Array, ...]
+    bandwidth: float
+    shared: tuple[SharedTorque, ...] = ()
+
+    def between(self, start: float, stop: float) -> "Observation":
+        """The equations with start <= t < stop [s]."""
+        ends = [slice(*np.searchsorted(t, (start, stop))) for t in self.t]
+        W, Y, t = (
+            tuple(array[part] for array, part in zip(arrays, ends, strict=True))
+            for arrays in (self.W, self.Y, self.t)
+        )
+        shared = tuple(one._replace(torque=one.torque[ends[one.joint]]) for one in self.shared)
+        return replace(self, W=W, Y=Y, t=t, shared=shared)
+
+    def errors(self, values: Array) -> tuple[Array, ...]:
+        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,)."""
+        return tuple(Y - W @ values for W, Y in zip(self.W, self.Y, strict=True))
+
+
+@dataclass(frozen=True)
+class Block:
+    """Decimated equations of a stretch of time.
+
+    Attributes:
+        equations: for each joint the non-zero entries of its row of the regressor, then its torque [N·m or N],
+            known torques already moved there, and what of it its own motor does not make;
+            (entries + n + shared) x M.
+        keep: which rows are used, n x M.
+        t: time [s], shape (M,).
+    """
+
+    equations: Array
+    keep: Mask
+    t: Array
+
+
+class Observer:
+    """Turns measurements of one robot into equations in chosen columns.
+
+    Attributes:
+        robot: the robot.
+        columns: what the columns are called.
+        place: position of each column among the distinct ones that are evaluated.
+        distinct: number of those.
+        rows: per joint, where its entries and torque stand among a block's equations.
+        touched: per joint, the distinct columns of its entries.
+        motors: per joint, whose torque stands behind its own: other motors (from 0), ``NO_MOTOR`` for a spring.
+    """
+
+    def __init__(self, robot: Robot, columns: Sequence[str], names: Sequence[str] | None = None) -> None:
+        """Generate the code of the columns' regressor.
+
+        Args:
+            robot: the robot.
+            columns: standard parameters whose columns make up W; may repeat.
+            names: what the columns are called, by default the standard names.
+        """
+        self.robot = robot
+        self.columns = tuple(names or columns)
+        unique = tuple(dict.fromkeys(columns))
+        self.place = np.array([unique.index(name) for name in columns])
+        self.distinct = len(unique)
+        self.motors = sharing(robot)
+        function, self.touched = _equations(robot, unique, self.motors)
+        sizes = [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+        ends = np.cumsum(sizes)
+        self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
+        self._kernel = Kernel(function)
+
+    def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
+        """Equations of one measurement, block by block.
+
+        Y and every column of W are filtered and decimated alike; rows outside the moving stretches and rows of
+        slow joints are marked as not used.
+
+        Args:
+            data: the measurement, even in time if it is to be decimated.
+            processing: settings.
+            partner: another motion on the same time whose slow rows are left out as well.
+        """
+        return self.stream(_used(data, processing, partner), processing.decimate)
+
+    def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
+        """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
+
+        Raises:
+            InputError: if a joint leaves the table of its spring.
+        """
+        decimator = Decimator(self.rows[-1].stop, factor)
+        waiting = _Waiting(self.robot.n, factor)
+        for data, keep in pieces:
+            self._check_spring(data.motion.q)
+            keep = _of_motors(self.robot, keep)
+            for part in _parts(len(data.motion.t), factor):
+                motion = data.motion
+                waiting.push(motion.t[part], keep[part])
+                states = (motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
+                equations = self._kernel(*states, *self._before(data, part))
+                yield _block(decimator.push(equations), waiting)
+        if factor > 1:
+            yield _block(decimator.finish(), waiting)
+
+    def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
+        """The equations of one measurement with W held whole; arguments as in ``blocks``."""
+        return self._held(list(self.blocks(data, processing, partner)), processing.decimate)
+
+    def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
+        """The same with the rows to use, N x n, given."""
+        return self._held(list(self.stream([(data, keep)], decimate)), decimate)
+
+    def pieces(
+        self, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> Iterator[Observation]:
+        """The equations of ``observe`` in consecutive pieces that need little memory."""
+        waiting: list[Block] = []
+        for block in self.blocks(data, processing, partner):
+            waiting.append(block)
+            if sum(len(one.t) for one in waiting) >= _PIECE:
+                yield self._held(waiting, processing.decimate)
+                waiting = []
+        if waiting:
+            yield self._held(waiting, processing.decimate)
+
+    def opener(
+        self, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> Callable[[], Iterable[Observation]]:
+        """Opens ``pieces`` as often as wanted; what is a single piece is made once."""
+        if len(data.motion.t) <= _PIECE * processing.decimate:
+            pieces = list(self.pieces(data, processing, partner))
+            return lambda: pieces
+        return lambda: self.pieces(data, processing, partner)
+
+    def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
+        """Equations of blocks, those of each joint in all columns."""
+        W, Y, t, shared = [], [], [], list[SharedTorque]()
+        for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
+            kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
+            dense = np.zeros((kept.shape[1], self.distinct))
+            dense[:, touched] = kept[: len(touched)].T
+            W.append(dense[:, self.place])
+            Y.append(kept[len(touched)])
+            others = kept[len(touched) + 1 :]
+            shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
+            t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
+        return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))
+
+    def _before(self, data: Measurement, part: slice) -> tuple[Array, ...]:
+        """Input of a spring's equations: its torque in the recording that was subtracted, if one was."""
+        if known_spring(self.robot) is None:
+            return ()
+        before = data.spring_before
+        return (before[part, None] if before is not None else np.zeros(1),)
+
+    def _check_spring(self, q: Array) -> None:
+        """A spring's table does not go on beyond its ends."""
+        if self.robot.spring is not None:
+            self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
+
+
+def _equations(
+    robot: Robot, columns: Sequence[str], motors: Sequence[Sequence[int]]
+) -> tuple[ca.Function, tuple[Array, ...]]:
+    """Function of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
+
+    With a known spring its torque in the recording that was subtracted is one more input.
+    """
+    q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
+    phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
+    inputs, apart = [q, qd, qdd, torque], {motor: torque[motor] for motor in range(robot.n)}
+    spring = known_spring(robot)
+    if spring is not None:
+        joint, before = spring.joint - 1, ca.SX.sym("before")
+        apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
+        left[joint] += apart[NO_MOTOR]
+        inputs.append(before)
+    if robot.coupling is not None and robot.coupling.rows == "motor":
+        j, k = (joint - 1 for joint in robot.coupling.joints)
+        phi[j, :] -= phi[k, :]
+        left[j] -= left[k]
+        phi = ca.sparsify(phi)
+    rows, touched = [], []
+    for j in range(robot.n):
+        own = phi[j, :].sparsity().get_triplet()[1]
+        touched.append(np.array(own, dtype=int))
+        rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors[j])]
+    function = ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])
+    return function, tuple(touched)
+
+
+def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:
+    """A measurement in pieces, each with its rows to use."""
+    motion, rows = data.motion, used_rows(data.motion, processing)
+    other = used_rows(partner, processing) if partner is not None else None
+    arrays = [motion.t, motion.q, motion.qd, motion.qdd, data.torque]
+    for part in parts(len(motion.t), *arrays, *([partner.qd] if partner is not None else [])):
+        keep = rows.of(motion.qd[part], part)
+        if partner is not None and other is not None:
+            keep &= other.of(partner.qd[part], part)
+        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
+        before = data.spring_before
+        yield Measurement(own, data.torque[part], before[part] if before is not None else None), keep
+
+
+def _of_motors(robot: Robot, keep: Mask) -> Mask:
+    """Rows to use, N x n: where equations are the motors', that of motor j holds joint k's torque too."""
+    if robot.coupling is None or robot.coupling.rows == "joint":
+        return keep
+    j, k = (joint - 1 for joint in robot.coupling.joints)
+    keep = keep.copy()
+    keep[:, j] &= keep[:, k]
+    return keep
+
+
+def _parts(samples: int, factor: int) -> Iterator[slice]:
+    """Stretches that stay in the processor's cache, long against the reach of the decimation filter."""
+    size = max(_PART, 64 * factor if factor > 1 else 0)
+    return (slice(start, start + size) for start in range(0, samples, size))
+
+
+def _block(equations: Array, waiting: "_Waiting") -> Block:
+    t, keep = waiting.take(equations.shape[1])
+    return Block(equations, keep, t)
+
+
+class _Waiting:
+    """Times and rows to use of decimated samples that the filter has not given yet."""
+
+    def __init__(self, n: int, factor: int) -> None:
+        self._factor = factor
+        self._skip = 0
+        self._t = np.empty(0)
+        self._keep = np.empty((n, 0), dtype=bool)
+
+    def push(self, t: Array, keep: Mask) -> None:
+        chosen = slice(self._skip, None, self._factor)
+        self._skip = (self._skip - len(t)) % self._factor
+        self._t = np.concatenate([self._t, t[chosen]])
+        self._keep = np.concatenate([self._keep, keep[chosen].T], axis=1)
+
+    def take(self, count: int) -> tuple[Array, Mask]:
+        t, keep = self._t[:count], self._keep[:, :count]
+        self._t, self._keep = self._t[count:], self._keep[:, count:]
+        return t, keep

@@ -1,0 +1,125 @@
+"""Compresses equations by QR, block by block and joint by joint; W is never held whole."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ...common.arrays import Array
+from ...model import Motion, Processing
+from ...model.motion import Measurement
+from ..signals.decimation import noise_bandwidth
+from ..signals.rows import Mask
+from .observation import Block, Observation, Observer
+from .problem import ReducedProblem
+from .shared_torque import SharedTorque, beside, compressed, refilled
+
+_ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
+_PANEL = 8  # columns that the QR takes at once
+
+
+def reduced_measurement(
+    observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
+) -> ReducedProblem:
+    """Reduce one measurement; arguments as in ``Observer.blocks``."""
+    return _reduced(observer, observer.blocks(data, processing, partner), processing.decimate)
+
+
+def reduced_stream(
+    observer: Observer, pieces: Iterable[Measurement], slow_speed: Array, decimate: int = 1
+) -> ReducedProblem:
+    """Reduce one recording that arrives in pieces, however long it is.
+
+    Args:
+        observer: whose columns.
+        pieces: consecutive pieces, even in time if they are to be decimated.
+        slow_speed: rows of a joint slower than this are left out, shape (n,) [rad/s or m/s].
+        decimate: parallel decimation of Y and W.
+    """
+
+    def kept(data: Measurement) -> Mask:
+        speed = np.abs(data.motion.qd)
+        mask: Mask = (speed >= slow_speed) & (speed > 0.0)
+        return mask
+
+    return reduced_pieces(observer, ((data, kept(data)) for data in pieces), decimate)
+
+
+def reduced_pieces(
+    observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1
+) -> ReducedProblem:
+    """The same with the rows to use told for each piece, N x n."""
+    return _reduced(observer, observer.stream(pieces, decimate), decimate)
+
+
+def reduced(observation: Observation) -> ReducedProblem:
+    """Reduce equations that are held whole."""
+    factors, shared = [], list[SharedTorque]()
+    for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
+        others, width = beside(observation.shared, j, len(Y)), W.shape[1] + 1
+        factor = _empty_factor(width + others.shape[1])
+        for start in range(0, len(Y), _ROWS):
+            part = slice(start, start + _ROWS)
+            factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part], others[part]])))
+        factors.append(np.triu(factor[:width, :width]))
+        shared += refilled(observation.shared, j, factor[:width, width:])
+    rows = tuple(len(Y) for Y in observation.Y)
+    effective = tuple(observation.bandwidth * count for count in rows)
+    return ReducedProblem(observation.columns, tuple(factors), rows, effective, tuple(shared))
+
+
+def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> ReducedProblem:
+    """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
+
+    The blocks' equations are used up: the QR works where they stand.
+    """
+    factors = [_empty_factor(own.stop - own.start) for own in observer.rows]
+    rows = np.zeros(len(factors), dtype=int)
+    for block in blocks:
+        rows += block.keep.sum(axis=1)
+        for j, own in enumerate(observer.rows):
+            equations = block.equations[own]
+            if not block.keep[j].all():
+                equations *= block.keep[j]  # a row of zeros says nothing
+            factors[j] = _folded(factors[j], equations.T)
+    bandwidth = noise_bandwidth(decimate)
+    spread = [_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)]
+    return ReducedProblem(
+        observer.columns,
+        tuple(factor for factor, _ in spread),
+        tuple(int(count) for count in rows),
+        tuple(float(bandwidth * count) for count in rows),
+        tuple(
+            SharedTorque(j, motor, others[:, k])
+            for j, (_, others) in enumerate(spread)
+            for k, motor in enumerate(observer.motors[j])
+        ),
+    )
+
+
+def _empty_factor(width: int) -> Array:
+    return np.zeros((width, width), order="F")
+
+
+def _folded(factor: Array, equations: Array) -> Array:
+    """R of a factor with more rows below it; both are Fortran-ordered, and overwritten.
+
+    LAPACK's QR of a triangle above a rectangle: faster than a QR of both as one matrix.
+    """
+    if len(equations):
+        factor, _, _, failed = lapack.dtpqrt(
+            0, min(_PANEL, len(factor)), factor, equations, overwrite_a=1, overwrite_b=1
+        )
+        if failed:
+            raise ValueError(f"QR: LAPACK refuses argument {-failed}")
+    return factor
+
+
+def _spread(observer: Observer, joint: int, factor: Array) -> tuple[Array, Array]:
+    """A joint's factor in all columns that were asked for, and what others' motors make of its torque."""
+    own, others = len(observer.touched[joint]), len(observer.motors[joint])
+    factor = factor[: own + 1]  # what stands below is of the others' torques alone
+    wide = np.zeros((len(factor), observer.distinct + 1 + others))
+    wide[:, observer.touched[joint]] = factor[:, :own]
+    wide[:, observer.distinct :] = factor[:, own:]
+    return compressed(wide[:, [*observer.place, *range(observer.distinct, wide.shape[1])]], others)

@@ -1,0 +1,5 @@
+from .information import read_information as read_information
+from .information import recorded_noise as recorded_noise
+from .stored import StoredRobot as StoredRobot
+from .stored import read_stored_robot as read_stored_robot
+from .stored_gains import read_stored_gains as read_stored_gains

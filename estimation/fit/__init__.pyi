@@ -1,0 +1,14 @@
+from .drive_gains import NOT_TOLD as NOT_TOLD
+from .error_covariance import error_model as error_model
+from .essential import Elimination as Elimination
+from .essential import EliminationPath as EliminationPath
+from .essential import StopRule as StopRule
+from .essential import eliminate as eliminate
+from .estimate import Fit as Fit
+from .estimate import fit as fit
+from .gain_recordings import GainRecordings as GainRecordings
+from .least_squares import ordinary as ordinary
+from .least_squares import weighted as weighted
+from .robust import RobustCovariance as RobustCovariance
+from .robust import jackknife as jackknife
+from .robust import student95 as student95

@@ -1,0 +1,240 @@
+"""Essential parameters: those that the torques show, by backward elimination (section III).
+
+At each step the parameter with the largest relative standard deviation (21) is cancelled and the others are
+estimated anew, weights unchanged. No step solves least squares again: with R of the QR decomposition of [W Y],
+weighted, T = R^-1 holds the covariance as T T', and cancelling a parameter projects T's rows along its own.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..equations.problem import ReducedProblem
+from .estimate import Estimate, fit
+
+STOP_RATIO = 1.02
+"""The paper's: the error's standard deviation over that with all parameters."""
+
+
+@dataclass(frozen=True)
+class EliminationPath:
+    """Backward elimination down to no parameter at all.
+
+    Attributes:
+        order: the parameters, first eliminated first, c.
+        sigma_ratio: error's standard deviation with k parameters eliminated over that with none, shape (c + 1,).
+        largest_relative_sigma: of the parameters that remain then, a fraction, shape (c + 1,); 0 where none does.
+    """
+
+    order: tuple[str, ...]
+    sigma_ratio: Array
+    largest_relative_sigma: Array
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        for name in ("sigma_ratio", "largest_relative_sigma"):
+            values = np.asarray(getattr(self, name), dtype=float)
+            if values.shape != (len(self.order) + 1,):
+                raise ValueError(f"{name} must have {len(self.order) + 1} entries, got {values.shape}")
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+
+@dataclass(frozen=True)
+class StopRule(ABC):
+    """When elimination ends."""
+
+    @property
+    @abstractmethod
+    def description(self) -> str:
+        """The rule in one line."""
+
+    @abstractmethod
+    def eliminated(self, path: EliminationPath) -> int:
+        """How many parameters of a path go."""
+
+
+@dataclass(frozen=True)
+class SigmaRatio(StopRule):
+    """The paper's rule: end before the error's standard deviation reaches ``limit`` times the first one.
+
+    Attributes:
+        limit: the ratio, above 1.
+    """
+
+    limit: float = STOP_RATIO
+
+    def __post_init__(self) -> None:
+        """Refuse a ratio that no set of parameters meets."""
+        if not 1.0 < self.limit < np.inf:
+            raise InputError(f"essential parameters: ratio {self.limit:g} must be above 1, such as {STOP_RATIO}")
+
+    @property
+    def description(self) -> str:
+        """The rule in one line."""
+        return f"error's standard deviation below {self.limit:g} times that with all parameters"
+
+    def eliminated(self, path: EliminationPath) -> int:
+        """Steps before the first one that reaches the limit; later ones may fall below it again."""
+        over = np.flatnonzero(path.sigma_ratio[1:] >= self.limit)
+        return int(over[0]) if len(over) else len(path.order)
+
+
+@dataclass(frozen=True)
+class SigmaBound(StopRule):
+    """End at the first set whose relative standard deviations are all within ``limit``.
+
+    Attributes:
+        limit: largest relative standard deviation, a fraction (the paper speaks of 0.05 to 0.10).
+    """
+
+    limit: float = 0.10
+
+    def __post_init__(self) -> None:
+        """Refuse a bound that is none."""
+        if not 0.0 < self.limit < np.inf:
+            raise InputError(f"essential parameters: bound {self.limit:g} must be positive, such as 0.1 (10 %)")
+
+    @property
+    def description(self) -> str:
+        """The rule in one line."""
+        return f"all relative standard deviations within {100.0 * self.limit:g} %"
+
+    def eliminated(self, path: EliminationPath) -> int:
+        """Steps to the first set within the bound."""
+        return int(np.flatnonzero(path.largest_relative_sigma <= self.limit)[0])
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """Essential parameters and how they were found.
+
+    Attributes:
+        path: the whole elimination.
+        rule: when it ended.
+        estimate: of the essential parameters, the others zero; weights as with all parameters.
+    """
+
+    path: EliminationPath
+    rule: StopRule
+    estimate: Estimate
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Names of the essential parameters, in the problem's order."""
+        return self.estimate.names
+
+    @cached_property
+    def eliminated(self) -> tuple[str, ...]:
+        """Names of the others, first eliminated first."""
+        return self.path.order[: len(self.path.order) - len(self.essential)]
+
+    @property
+    def sigma_ratio(self) -> float:
+        """Error's standard deviation with the essential parameters over that with all."""
+        return float(self.path.sigma_ratio[len(self.eliminated)])
+
+    @property
+    def largest_relative_sigma(self) -> float:
+        """Of the essential parameters, a fraction."""
+        return float(self.path.largest_relative_sigma[len(self.eliminated)])
+
+
+def eliminate(problem: ReducedProblem, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
+    """Essential parameters of a problem.
+
+    Args:
+        problem: the problem that was solved.
+        estimate: its weighted estimate; the weights stay as they are.
+        rule: when to end; the paper's by default.
+    """
+    rule = rule or SigmaRatio()
+    start = _Factor.of(problem, estimate.weights)
+    path = _path(start, problem.columns)
+    reduced = start
+    for name in path.order[: rule.eliminated(path)]:
+        reduced = reduced.without(problem.columns.index(name))
+    names = tuple(name for k, name in enumerate(problem.columns) if reduced.kept[k])
+    essential = Estimate(
+        names=names,
+        values=reduced.x[reduced.kept],
+        covariance=reduced.variance * reduced.T[reduced.kept] @ reduced.T[reduced.kept].T,
+        degrees_of_freedom=reduced.degrees_of_freedom,
+        fit=fit(problem.select(names), reduced.x[reduced.kept]),
+        weights=estimate.weights,
+    )
+    return Elimination(path, rule, essential)
+
+
+def _path(factor: "_Factor", columns: tuple[str, ...]) -> EliminationPath:
+    """Eliminate one by one until none is left."""
+    order, variances, largest = [], [factor.variance], []
+    for _ in columns:
+        relative = factor.relative_sigma()
+        worst = int(np.argmax(relative))
+        largest.append(float(relative[worst]))
+        order.append(columns[worst])
+        factor = factor.without(worst)
+        variances.append(factor.variance)
+    with np.errstate(over="ignore"):  # data without noise: any elimination is infinitely worse
+        ratio = np.sqrt(np.array(variances) / max(variances[0], np.finfo(float).tiny))
+    return EliminationPath(tuple(order), np.append(1.0, ratio[1:]), np.array([*largest, 0.0]))
+
+
+@dataclass(frozen=True)
+class _Factor:
+    """Least squares with some parameters held at zero.
+
+    Attributes:
+        T: c x c with T T' the covariance for unit variance; rows of eliminated parameters are zero.
+        x: the solution, shape (c,).
+        squares: sum of squared weighted errors.
+        rows: number of equations with independent noise.
+        kept: which parameters are not eliminated, shape (c,).
+    """
+
+    T: Array
+    x: Array
+    squares: float
+    rows: float
+    kept: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+    @staticmethod
+    def of(problem: ReducedProblem, weights: Array) -> "_Factor":
+        R, c = problem.stacked(weights), len(problem.columns)
+        T = solve_triangular(R[:c, :c], np.eye(c))
+        squares = float(np.sum(R[c:, c] ** 2))
+        return _Factor(T, T @ R[:c, c], squares, sum(problem.effective_rows), np.ones(c, dtype=bool))
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        return self.rows - int(self.kept.sum())
+
+    @property
+    def variance(self) -> float:
+        return self.squares / self.degrees_of_freedom
+
+    def relative_sigma(self) -> Array:
+        """As fractions; of eliminated parameters -1."""
+        sigma = np.sqrt(self.variance) * np.sqrt(np.einsum("kl,kl->k", self.T, self.T))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = np.where(self.x == 0.0, np.inf, sigma / np.abs(self.x))
+        return np.where(self.kept, relative, -1.0)
+
+    def without(self, k: int) -> "_Factor":
+        """The same with parameter k held at zero as well.
+
+        Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
+        by x_k^2 / (t t'), and T loses its part along t.
+        """
+        length = float(np.linalg.norm(self.T[k]))
+        u, pull = self.T[k] / length, float(self.x[k]) / length
+        along = self.T @ u
+        T, x, kept = self.T - np.outer(along, u), self.x - along * pull, self.kept.copy()
+        T[k], x[k], kept[k] = 0.0, 0.0, False
+        return _Factor(T, x, self.squares + pull * pull, self.rows, kept)

@@ -1,0 +1,171 @@
+"""What every estimator returns: names, values, covariance, and how well the torques are explained."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...common.arrays import Array, frozen_array
+from ..equations.problem import ReducedProblem
+from .robust import RobustCovariance, student95
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a model explains torques.
+
+    Attributes:
+        error_norms: per joint, norm of Y_j - W_j chi [N·m or N].
+        torque_norms: per joint, norm of Y_j.
+        rows: per joint, number of equations.
+    """
+
+    error_norms: Array
+    torque_norms: Array
+    rows: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        """Lock the norms and check that there is one for each joint."""
+        n = len(self.rows)
+        object.__setattr__(self, "error_norms", frozen_array(self.error_norms, (n,), "error_norms"))
+        object.__setattr__(self, "torque_norms", frozen_array(self.torque_norms, (n,), "torque_norms"))
+
+    @property
+    def relative(self) -> float:
+        """Norm of the error over norm of the torque, all joints; nan without any torque."""
+        torque = float(np.linalg.norm(self.torque_norms))
+        return float(np.linalg.norm(self.error_norms)) / torque if torque > 0.0 else float("nan")
+
+    @property
+    def relative_per_joint(self) -> Array:
+        """The same for each joint, shape (n,); nan for a joint without equations."""
+        torque = np.where(self.torque_norms > 0.0, self.torque_norms, np.nan)
+        return np.asarray(self.error_norms / torque)
+
+
+def fit(problem: ReducedProblem, values: Array) -> Fit:
+    """How well parameters explain a problem's torques; for cross validation, another recording's."""
+    return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters with their covariance.
+
+    Attributes:
+        names: names of the parameters, c.
+        values: estimated values, SI units, shape (c,).
+        covariance: of the estimation error by (17)-(19), for white torque noise; c x c.
+        degrees_of_freedom: independent equations minus parameters.
+        fit: how well the torques of the data are explained.
+        weights: per joint, the weights that were used [1/(N·m) or 1/N].
+        robust: covariance that holds for autocorrelated noise as well, where it was asked for.
+        gain_sensitivity: derivatives by the relative error of each motor's torque, c x n, where they were computed.
+        gain_covariance: of those errors, n x n; None where drive gains are taken as exact. Not part of
+            ``covariance`` and ``robust``: what else is made of the same drives has the same errors.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    degrees_of_freedom: float
+    fit: Fit
+    weights: Array
+    robust: RobustCovariance | None = None
+    gain_sensitivity: Array | None = None
+    gain_covariance: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Lock the arrays and check their shapes."""
+        c = len(self.names)
+        object.__setattr__(self, "values", frozen_array(self.values, (c,), "values"))
+        object.__setattr__(self, "covariance", frozen_array(self.covariance, (c, c), "covariance"))
+        object.__setattr__(self, "weights", frozen_array(self.weights, (None,), "weights"))
+        if self.robust is not None and self.robust.covariance.shape != (c, c):
+            raise ValueError(f"robust covariance must be {c} x {c}, got {self.robust.covariance.shape}")
+        if self.gain_sensitivity is not None:
+            n = len(self.fit.rows)
+            object.__setattr__(
+                self, "gain_sensitivity", frozen_array(self.gain_sensitivity, (c, n), "gain_sensitivity")
+            )
+        if self.gain_covariance is not None:
+            n = len(self.fit.rows)
+            if self.gain_sensitivity is None:
+                raise ValueError("gain_covariance needs gain_sensitivity")
+            object.__setattr__(
+                self, "gain_covariance", frozen_array(self.gain_covariance, (n, n), "gain_covariance")
+            )
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviations (20), shape (c,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def relative_sigma_percent(self) -> Array:
+        """Relative standard deviations (21) in percent, shape (c,); infinite where the value is zero."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(100.0 * self.sigma / np.abs(self.values))
+
+    @cached_property
+    def interval95(self) -> Array:
+        """Nominal 95 % intervals by Student's t, c x 2."""
+        half = student95(self.degrees_of_freedom) * self.sigma
+        return np.column_stack([self.values - half, self.values + half])
+
+    @property
+    def sigma_robust(self) -> Array | None:
+        """Standard deviations that hold for autocorrelated noise, shape (c,), where they were asked for."""
+        return self.robust.sigma if self.robust is not None else None
+
+    @cached_property
+    def larger_sigma(self) -> Array:
+        """The larger of the formula's and the robust standard deviation of each parameter, shape (c,)."""
+        return self.sigma if self.robust is None else np.maximum(self.sigma, self.robust.sigma)
+
+    @cached_property
+    def robust_interval95(self) -> Array | None:
+        """95 % intervals that hold for autocorrelated noise, c x 2, where they were asked for."""
+        if self.robust is None:
+            return None
+        half = self.robust.quantile95 * self.robust.sigma
+        return np.column_stack([self.values - half, self.values + half])
+
+    @property
+    def covariance_by_gains(self) -> Array | None:
+        """Of the parameters, by errors of the drive gains alone, c x c; None where gains are taken as exact."""
+        S, C = self.gain_sensitivity, self.gain_covariance
+        return S @ C @ S.T if S is not None and C is not None else None
+
+    @cached_property
+    def sigma_by_gains(self) -> Array | None:
+        """Standard deviations by errors of the drive gains alone, shape (c,)."""
+        C = self.covariance_by_gains
+        return np.sqrt(np.maximum(np.diag(C), 0.0)) if C is not None else None
+
+    @cached_property
+    def total_sigma(self) -> Array:
+        """``larger_sigma`` and, where they are not taken as exact, errors of the drive gains, shape (c,)."""
+        return (
+            self.larger_sigma if self.sigma_by_gains is None else np.hypot(self.larger_sigma, self.sigma_by_gains)
+        )
+
+    @cached_property
+    def interval95_with_gains(self) -> Array | None:
+        """95 % intervals of the robust (else the formula's) and the gains' covariance together, c x 2."""
+        if self.sigma_by_gains is None:
+            return None
+        own, quantile = self.sigma, student95(self.degrees_of_freedom)
+        if self.robust is not None:
+            own, quantile = self.robust.sigma, self.robust.quantile95
+        half = quantile * np.hypot(own, self.sigma_by_gains)
+        return np.column_stack([self.values - half, self.values + half])
+
+    def __getitem__(self, name: str) -> float:
+        """Value of one parameter."""
+        return float(self.values[self.names.index(name)])
+
+    def select(self, names: tuple[str, ...]) -> tuple[Array, Array]:
+        """Values (k,) and covariance k x k of some of the parameters."""
+        places = [self.names.index(name) for name in names]
+        return self.values[places], self.covariance[np.ix_(places, places)]

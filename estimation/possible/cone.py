@@ -1,0 +1,150 @@
+"""Least squares over bodies that can exist, as a cone program, solved by Clarabel.
+
+Minimise t with ||R z - d|| <= t, A z + b >= 0 and positive semidefinite pseudo-inertias. The form with the norm,
+not its square, keeps the condition number of R instead of R'R; z must be scaled to the order of 1.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from .constraints import PSEUDO_INERTIA
+
+
+class ConeProgram(NamedTuple):
+    """Minimise ||R z - d|| under constraints.
+
+    ``R`` k x n, ``d`` (k,); A z + b >= 0 with ``A`` r x n, ``b`` (r,); ``bodies``: maps p x 10 x n from z to the
+    ten of each body whose pseudo-inertia must be positive semidefinite.
+    """
+
+    R: Array
+    d: Array
+    A: Array
+    b: Array
+    bodies: Array
+
+
+class ConeSolution(NamedTuple):
+    """``z`` (n,), ``norm`` = ||R z - d||, and how fast it falls as constraints are relaxed.
+
+    ``row_multipliers`` (r,): by A z + b >= -e; ``body_multipliers`` (p,): by J >= -e times identity.
+    """
+
+    z: Array
+    norm: float
+    row_multipliers: Array
+    body_multipliers: Array
+    status: str
+    iterations: int
+
+
+class SolverError(RuntimeError):
+    """The cone solver ended without a clean solution.
+
+    Attributes:
+        status: what the solver says.
+        problem: the cone program.
+        demands: what the constraints demand, in words.
+    """
+
+    def __init__(self, status: str, problem: ConeProgram, demands: Sequence[str] = ()) -> None:
+        """Say what happened and what may be the reason; ``demands`` describe the constraints."""
+        self.status = status
+        self.problem = problem
+        self.demands = tuple(demands)
+        infeasible = "Infeasible" in status
+        text = "no body holds all constraints" if infeasible else "the constrained estimate was not found"
+        told = f": {'; '.join(demands)}" if demands else ""
+        advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
+        super().__init__(f"{text} (solver: {status}){told}: {advice}")
+
+    def naming(self, *demands: str) -> "SolverError":
+        """The same error, the constraints named."""
+        return SolverError(self.status, self.problem, demands)
+
+
+def solve_cone(program: ConeProgram, largest: float | None = None) -> ConeSolution:
+    """Solve a cone program.
+
+    Args:
+        program: what to solve.
+        largest: R with larger entries is scaled down to this.
+
+    Raises:
+        SolverError: for anything but a clean solve.
+    """
+    import clarabel
+
+    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
+    scale = max(1.0, float(np.abs(program.R).max()) / (largest or _LARGEST))
+    matrix, right = _stacked(program, scale)
+    cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
+    cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]
+    cost = np.append(np.zeros(n), 1.0)
+    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, sparse(matrix), right, cones, settings())
+    solution = solver.solve()
+    if str(solution.status) != "Solved":
+        raise SolverError(str(solution.status), program)
+    z = np.asarray(solution.x)[:n]
+    dual = np.asarray(solution.z) * scale
+    traces = dual[r + k + 1 :].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
+    norm = float(np.linalg.norm(program.R @ z - program.d))
+    return ConeSolution(z, norm, dual[:r], traces, "Solved", int(solution.iterations))
+
+
+def _stacked(program: ConeProgram, scale: float) -> tuple[Array, Array]:
+    """Clarabel's matrix and right-hand side: right - matrix (z, t) lies in the cones."""
+    (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
+    matrix = np.zeros((r + k + 1 + 10 * p, n + 1))
+    matrix[:r, :n] = -program.A
+    matrix[r, n] = -1.0
+    matrix[r + 1 : r + k + 1, :n] = -program.R / scale
+    matrix[r + k + 1 :, :n] = -(TRIANGLE @ program.bodies).reshape(10 * p, n)
+    return matrix, np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
+
+
+def sparse(matrix: Array) -> Any:
+    """Compressed columns of a matrix, without the detour by coordinates."""
+    from scipy.sparse import csc_matrix
+
+    there = matrix.T != 0.0
+    starts = np.append(0, np.cumsum(there.sum(axis=1)))
+    return csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
+
+
+@cache
+def _no_squares(size: int) -> Any:
+    """The quadratic part of the cost: none."""
+    from scipy.sparse import csc_matrix
+
+    return csc_matrix((size, size))
+
+
+@cache
+def settings(reused: bool = False) -> Any:
+    """One thread, no output. A reused solver's rows are well scaled and stay as they are: its costs come later."""
+    import clarabel
+
+    chosen = clarabel.DefaultSettings()
+    chosen.verbose = False
+    chosen.max_threads = 1
+    if reused:
+        chosen.presolve_enable = False
+        chosen.chordal_decomposition_enable = False
+        chosen.equilibrate_enable = False
+        chosen.tol_gap_abs = chosen.tol_gap_rel = chosen.tol_feas = 1e-7
+    return chosen
+
+
+_LARGEST = 1e5
+"""R with larger entries, from data almost without noise, is scaled down to this."""
+_PLACES = [(row, column) for column in range(4) for row in range(column + 1)]
+_DIAGONAL = [k for k, (row, column) in enumerate(_PLACES) if row == column]
+TRIANGLE: Array = np.array(
+    [(1.0 if i == j else np.sqrt(2.0)) * PSEUDO_INERTIA[:, i, j] for i, j in _PLACES],
+)
+"""The ten -> upper triangle of the pseudo-inertia, column by column, off-diagonals times sqrt 2: 10 x 10."""

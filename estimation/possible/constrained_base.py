@@ -1,0 +1,192 @@
+"""Base parameters of a robot that can exist.
+
+Standard parameters are the variables, the data speak only through base parameters chi = G x: the nearest chi for
+which *some* robot exists whose every link can exist and whose drives neither push nor have negative inertia. The
+standard parameters themselves stay undetermined (26 directions on the RX90) and are not a result.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import BaseParameters, InertialParameters, Robot
+from ..fit.error_covariance import error_model
+from ..fit.estimate import Estimate
+from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
+from .constraints import MassBounds
+from .data_share import hidden_directions
+from .robot_rules import RobotRules, link_places, sizes
+from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, rise_p_value, whitening
+
+_NEXT_TO_NOTHING = 1e-3
+"""Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
+_LARGEST = 1e3
+"""R with larger entries is scaled down: the norm of exact data is zero, at the tip of its cone."""
+_UNSEEN = 1e-3
+"""In standard deviations: what a repair may change."""
+
+
+class Holding(NamedTuple):
+    """What holds the estimate back.
+
+    ``description``; ``multiplier``: how fast chi2 falls as it is relaxed, in scaled units.
+    """
+
+    description: str
+    multiplier: float
+
+
+@dataclass(frozen=True)
+class ConstrainedBase:
+    """Base parameters of a robot that can exist.
+
+    Attributes:
+        free: the unconstrained estimate with the covariance by which distance and p-value go: that of
+            ``error_model``.
+        values: the constrained base parameters, in the order of ``free.names``.
+        chi2_rise: squared distance from the free ones by their covariance.
+        active: links and drives that hold the estimate back, largest multiplier first.
+        witness: standard parameters of one robot that can exist and has these base parameters. One of many: not
+            identified.
+        min_eigenvalues: smallest eigenvalue of each link's pseudo-inertia in ``witness``; none is negative.
+        unidentifiable: changes of standard parameters that change no torque ("M1", "IA1 - ZZ1").
+        status: of the solver.
+    """
+
+    free: Estimate
+    values: Array
+    chi2_rise: float
+    active: tuple[Holding, ...]
+    witness: dict[str, float]
+    min_eigenvalues: tuple[float, ...]
+    unidentifiable: tuple[str, ...]
+    status: str
+
+    def __post_init__(self) -> None:
+        """Lock the values."""
+        object.__setattr__(self, "values", frozen_array(self.values, (len(self.free.names),), "base parameters"))
+
+    @property
+    def min_pseudo_inertia_eigenvalue(self) -> float:
+        """Smallest among the links of ``witness``; not negative."""
+        return min(self.min_eigenvalues)
+
+    @property
+    def p_value(self) -> float:
+        """As for ``ConstrainedEstimate``: never too small for a robot that can exist."""
+        return rise_p_value(self.chi2_rise, len(self.free.names), self.free.degrees_of_freedom)
+
+
+class RobotProgram(NamedTuple):
+    """The problem in z = standard parameters / ``scale`` (N_s,).
+
+    ``R`` N_b x N_b whitens base parameters; ``program`` minimises ||R (G x - chi)||; ``rules``: its rows;
+    ``links``: positions of each link's ten.
+    """
+
+    scale: Array
+    R: Array
+    program: ConeProgram
+    rules: RobotRules
+    links: list[list[int]]
+
+    @staticmethod
+    def of(robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None) -> "RobotProgram":
+        """Scale an estimate of all base parameters; raises InputError if it is not one."""
+        if estimate.names != base.columns:
+            raise InputError(
+                f"the estimate is not of the {len(base.columns)} base parameters: identify the robot anew"
+            )
+        scale = sizes(robot, base, estimate)
+        G = base.grouping * scale
+        R = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * np.abs(G).max(axis=1))
+        rules, links = RobotRules.of(robot, base.standard, scale, total_mass), link_places(robot, base.standard)
+        bodies = np.eye(len(scale))[np.array(links)]
+        program = ConeProgram(R @ G, R @ estimate.values, rules.A, rules.b, bodies)
+        return RobotProgram(scale, R, program, rules, links)
+
+    def min_eigenvalues(self, z: Array) -> tuple[float, ...]:
+        """Smallest eigenvalue of each link's pseudo-inertia, SI units."""
+        return tuple(_lowest((z * self.scale)[link]) for link in self.links)
+
+    def repaired(self, z: Array) -> Array:
+        """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number.
+
+        Raises:
+            SolverError: if that is more than rounding.
+        """
+        result = z.copy()
+        for link in self.links:
+            step, size = max(-_lowest(z[link]), 0.0), max(1.0, float(np.abs(z[link]).max()))
+            while _lowest((z[link] + step * IDENTITY) * self.scale[link]) < 0.0 and step < TOLERANCE * size:
+                step = 2.0 * step + 1e-16 * size
+            if step >= TOLERANCE * size:
+                raise SolverError("eigenvalues too negative to be repaired", self.program)
+            result[link] += step * IDENTITY
+        if (self.rules.A @ result + self.rules.b < -TOLERANCE).any():
+            raise SolverError("friction, rotor inertia or mass missed by more than rounding", self.program)
+        signed = list(self.rules.signed)
+        result[signed] = np.maximum(result[signed], 0.0)
+        if self.rules.rotors:
+            j, k = self.rules.rotors
+            result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j])
+        if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
+            raise SolverError("constraints missed by more than the data's accuracy", self.program)
+        return np.asarray(result)
+
+
+def solve_constrained_base(
+    robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
+) -> ConstrainedBase:
+    """The nearest base parameters of a robot that can exist.
+
+    Every link can exist, friction and rotor inertias are not negative, and of coupled rotors IA_j >= IA_k. Nearest
+    by robust standard deviations where the estimate has them (``error_model``).
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        estimate: of all of them, in their order.
+        total_mass: bounds of the mass of all links together, where known.
+
+    Raises:
+        InputError: if the estimate is not of these parameters, or its covariance does not determine them.
+        SolverError: for anything but a clean solve.
+    """
+    estimate = error_model(estimate)
+    return solve_robot_program(RobotProgram.of(robot, base, estimate, total_mass), base, estimate)
+
+
+def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> ConstrainedBase:
+    """The same from a problem that is scaled already."""
+    solution = solve_cone(problem.program, _LARGEST)
+    z = problem.repaired(solution.z)
+    x = z * problem.scale
+    values = base.grouping @ x
+    chi2 = float(np.sum((problem.R @ (values - estimate.values)) ** 2))
+    witness = {name: float(value) for name, value in zip(base.standard, x, strict=True)}
+    active = _active(solution, problem.program, z, problem.rules.texts)
+    lowest, hidden = problem.min_eigenvalues(z), hidden_directions(base)
+    return ConstrainedBase(estimate, values, chi2, active, witness, lowest, hidden, solution.status)
+
+
+def _lowest(ten: Array) -> float:
+    return InertialParameters(ten).min_pseudo_inertia_eigenvalue
+
+
+def _active(solution: ConeSolution, program: ConeProgram, z: Array, texts: Sequence[str]) -> tuple[Holding, ...]:
+    """Constraints whose multiplier exceeds their slack, and is not next to nothing."""
+    slacks = [*(program.A @ z + program.b), *(_lowest(body @ z) for body in program.bodies)]
+    links = [f"link {j} can exist" for j in range(1, len(program.bodies) + 1)]
+    prices = [*solution.row_multipliers, *solution.body_multipliers]
+    floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
+    found = [
+        Holding(text, 2.0 * solution.norm * float(price))
+        for text, price, slack in zip([*texts, *links], prices, slacks, strict=True)
+        if price > max(slack, floor)
+    ]
+    return tuple(sorted(found, key=lambda holding: -holding.multiplier))

@@ -1,0 +1,200 @@
+"""What is known about a body beforehand, as small values that can be combined."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import InertialParameters
+
+PSEUDO_INERTIA: Array = np.array([InertialParameters(unit).pseudo_inertia for unit in np.eye(10)])
+"""J = sum over k of x_k times the k-th: 10 x 4 x 4."""
+
+
+class Rows(NamedTuple):
+    """Linear inequalities A x + b >= 0: ``A`` k x 10, ``b`` (k,)."""
+
+    A: Array
+    b: Array
+
+
+class SoftTerm(NamedTuple):
+    """A measurement a'x = b with standard deviation ``sigma``: adds ((a'x - b) / sigma)^2; ``a`` (10,)."""
+
+    a: Array
+    b: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Constraint(ABC):
+    """Something known about x, Khalil's ten of one body about the origin and in the axes of its frame."""
+
+    @property
+    @abstractmethod
+    def description(self) -> str:
+        """What is demanded, in one line."""
+
+    def violation(self, x: ArrayLike) -> float:
+        """How far x, shape (10,), is from holding it: <= 0 where it holds, in the constraint's own unit."""
+        A, b = self.rows
+        return float(np.max(-(A @ np.asarray(x, dtype=float) + b)))
+
+    @property
+    def rows(self) -> Rows:
+        """The linear inequalities it stands for; none by default."""
+        return Rows(np.zeros((0, 10)), np.zeros(0))
+
+
+@dataclass(frozen=True)
+class PossibleBody(Constraint):
+    """The body can exist: its 4 x 4 pseudo-inertia is positive semidefinite (Wensing, Kim and Slotine, 2018).
+
+    Nothing weaker will do: positive mass and a positive definite inertia still allow principal inertias that
+    break the triangle inequality, which no distribution of mass has.
+
+    Attributes:
+        body: how texts call the body.
+    """
+
+    body: str = "payload"
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"{self.body} can exist: pseudo-inertia positive semidefinite"
+
+    def violation(self, x: ArrayLike) -> float:
+        """Minus the smallest eigenvalue of the pseudo-inertia (mixed units)."""
+        return -InertialParameters(np.asarray(x, dtype=float)).min_pseudo_inertia_eigenvalue
+
+    def explanation(self, x: ArrayLike) -> str:
+        """Which inequality fails, in one line; empty for a body that can exist."""
+        body = InertialParameters(np.asarray(x, dtype=float))
+        if body.min_pseudo_inertia_eigenvalue >= 0.0:
+            return ""
+        if body.mass <= 0.0:
+            return f"{self.body} cannot exist: its mass is {body.mass:.4g} kg"
+        a, b, c = np.linalg.eigvalsh(body.inertia_com)
+        return (
+            f"{self.body} cannot exist: of its principal inertias at the centre of mass "
+            f"{a:.4f}, {b:.4f}, {c:.4f} kg m^2 the largest exceeds the sum of the others by {c - a - b:.2g} kg m^2"
+        )
+
+
+@dataclass(frozen=True)
+class MassBounds(Constraint):
+    """low <= M <= high.
+
+    Attributes:
+        low: smallest mass [kg].
+        high: largest mass [kg]; may be infinite.
+    """
+
+    low: float = 0.0
+    high: float = float("inf")
+
+    def __post_init__(self) -> None:
+        """Refuse bounds that leave nothing."""
+        if not self.low <= self.high or not np.isfinite(self.low) or not self.high > 0.0:
+            raise InputError(
+                f"mass bounds {self.low:g} to {self.high:g} kg leave nothing: give low <= high, and high above 0"
+            )
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"mass from {self.low:g} to {self.high:g} kg"
+
+    @cached_property
+    def rows(self) -> Rows:
+        """M - low >= 0 and high - M >= 0 [kg]."""
+        finite = np.isfinite([self.low, self.high])
+        A = np.zeros((2, 10))
+        A[:, 9] = 1.0, -1.0
+        return Rows(A[finite], np.array([-self.low, self.high])[finite])
+
+
+@dataclass(frozen=True)
+class KnownMass(Constraint):
+    """The body was weighed: a soft term ((M - mass) / sigma)^2, because scales err too.
+
+    Attributes:
+        mass: what the scale shows [kg].
+        sigma: its standard deviation [kg].
+    """
+
+    mass: float
+    sigma: float
+
+    def __post_init__(self) -> None:
+        """Refuse a scale without error."""
+        if not (self.mass > 0.0 and self.sigma > 0.0 and np.isfinite([self.mass, self.sigma]).all()):
+            raise InputError(
+                f"known mass {self.mass:g} kg with sigma {self.sigma:g} kg: mass and sigma must be positive"
+            )
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"mass weighed as {self.mass:g} kg, standard deviation {self.sigma:g} kg"
+
+    def violation(self, x: ArrayLike) -> float:
+        """|M - mass| beyond three sigma [kg]; an estimate may violate it, at the price of the soft term."""
+        return abs(float(np.asarray(x, dtype=float)[9]) - self.mass) - 3.0 * self.sigma
+
+    @property
+    def soft(self) -> SoftTerm:
+        """The measurement."""
+        return SoftTerm(np.eye(10)[9], self.mass, self.sigma)
+
+
+@dataclass(frozen=True)
+class CentreOfMassInBox(Constraint):
+    """The centre of mass lies in a box along the frame's axes.
+
+    Attributes:
+        low: smallest coordinates [m], shape (3,).
+        high: largest coordinates [m], shape (3,).
+    """
+
+    low: ArrayLike
+    high: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Refuse an empty box."""
+        for name in ("low", "high"):
+            object.__setattr__(self, name, as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
+        if (np.asarray(self.low) > np.asarray(self.high)).any():
+            raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"centre of mass in the box {self.low!r} to {self.high!r} m"
+
+    @cached_property
+    def rows(self) -> Rows:
+        """MX - M low >= 0 and M high - MX >= 0 for each axis [kg m]."""
+        A = np.zeros((6, 10))
+        A[:3, 6:9], A[3:, 6:9] = np.eye(3), -np.eye(3)
+        A[:3, 9], A[3:, 9] = -np.asarray(self.low), np.asarray(self.high)
+        return Rows(A, np.zeros(6))
+
+
+def as_tuples(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Any:
+    """Numbers as nested tuples, which compare and hash, after a check of their shape.
+
+    Raises:
+        InputError: for another shape or a number that is not finite.
+    """
+    try:
+        array = frozen_array(values, shape, name)
+    except ValueError as error:
+        raise InputError(f"{error}: correct it") from None
+    return tuple(map(tuple, array.tolist())) if array.ndim == 2 else tuple(array.tolist())

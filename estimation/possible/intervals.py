@@ -1,0 +1,194 @@
+"""Intervals of a payload that must exist: the convex profile.
+
+The interval of a number f(x) runs from its smallest to its largest value over all payloads x that hold the
+constraints and lie no farther from the free estimate than d^2 = k2 + 1.2 t^2: k2 is the smallest distance that the
+constraints allow, t Student's 97.5 % point. One rule, whether or not a constraint is active; where none is it gives
+the usual interval, 1.1 times as long.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...common.arrays import Array
+from ..equations.names import PAYLOAD
+from ..fit.robust import student95
+from .constrained import ConstrainedEstimate
+from .profile import ProfileSet
+from .scaling import ScaledProblem
+
+WIDENING = 1.2
+"""Of t^2, found by simulation: with 1 instead, intervals at an active constraint hold the truth in 91 to 93 %."""
+_ROUNDS = 10
+"""Linearisations of a number that is not linear; fewer where nothing is gained."""
+_GAIN = 1e-4
+"""A smaller gain, as a fraction of the way so far, is none."""
+_STEPS: Array = np.linspace(0.125, 1.0, 8)
+"""Parts of the way to a new point that are tried."""
+_NEXT_TO_NOTHING = 1e-3
+"""Of the mass's upper end: where the lower one is smaller, the payload may weigh nothing."""
+_NOT_NEGATIVE = [0, 3, 5, 9]  # XX, YY, ZZ, M
+_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """95 % intervals, each [low, high].
+
+    Centre of mass and inertia are infinitely uncertain where the data allow a payload without mass. All are nan
+    where constraints contradict the data: however short, no interval would mean anything.
+
+    Attributes:
+        parameters: of the ten, 10 x 2.
+        com: of the centre of mass [m], 3 x 2.
+        inertia_com: of the inertia at the centre of mass in the frame's axes [kg m^2], 3 x 3 x 2.
+        principal_moments: of its eigenvalues in rising order [kg m^2], 3 x 2.
+    """
+
+    parameters: Array
+    com: Array
+    inertia_com: Array
+    principal_moments: Array
+
+    def __post_init__(self) -> None:
+        """Lock the arrays."""
+        shapes = {"parameters": (10, 2), "com": (3, 2), "inertia_com": (3, 3, 2), "principal_moments": (3, 2)}
+        for name, shape in shapes.items():
+            values = np.asarray(getattr(self, name), dtype=float).reshape(shape).copy()
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+
+NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2), (3, 3, 2), (3, 2))))
+"""Where constraints contradict the data."""
+
+
+def profile_intervals(result: ConstrainedEstimate) -> Intervals:
+    """Intervals of the ten and of what follows from them.
+
+    The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
+    found by repeated linearisation, which stays in the set and only ever gains. Principal moments, which repel each
+    other where they should be equal, go by the delta method with room for that: simulated for a disc, a cube and a
+    body of three unequal moments it covers 89 to 100 %, the profile 72 to 99 %.
+
+    Args:
+        result: the nearest payload; the covariance and the degrees of freedom of its free estimate are those that
+            the intervals go by.
+
+    Raises:
+        SolverError: for anything but a clean solve.
+    """
+    problem = ScaledProblem.of(result.free, result.constraints)
+    nearest = problem.select @ result.values / problem.scale
+    half = float(np.sqrt(WIDENING)) * student95(result.free.degrees_of_freedom)
+    profile = ProfileSet(problem, nearest, half**2)
+    ten = _ten(profile, result.values)
+    # A body that can exist has none of these negative; the solver's points may by rounding.
+    ten[_NOT_NEGATIVE] = np.maximum(ten[_NOT_NEGATIVE], 0.0)
+    if ten[9, 0] <= _NEXT_TO_NOTHING * ten[9, 1]:
+        unknown = np.array([-np.inf, np.inf])
+        return Intervals(ten, np.tile(unknown, (3, 1)), np.tile(unknown, (3, 3, 1)), np.tile(unknown, (3, 1)))
+    com = _com(profile, result.body.com)
+    inertia = np.zeros((3, 3, 2))
+    for (i, j), ends in zip(_UPPER, _searched(profile, nearest), strict=True):
+        inertia[i, j] = inertia[j, i] = ends
+    inertia[range(3), range(3)] = np.maximum(inertia[range(3), range(3)], 0.0)
+    return Intervals(ten, com, inertia, _moments(result, half))
+
+
+def _ten(profile: ProfileSet, values: Array) -> Array:
+    """10 x 2; eliminated parameters are zero and certain."""
+    problem = profile.problem
+    ends = [[unit @ profile.farthest(sign * unit) for sign in (-1.0, 1.0)] for unit in np.eye(len(problem.scale))]
+    return _holding(problem.select.T @ (np.array(ends) * problem.scale[:, None]), values)
+
+
+def _com(profile: ProfileSet, com: Array) -> Array:
+    """3 x 2; zero and certain where the first moment was eliminated."""
+    problem = profile.problem
+    columns = (problem.scale[:, None] * problem.select)[:, 6:10]
+    mass = int(problem.select[:, 9].argmax())
+    ends = np.zeros((3, 2))
+    for k, c in enumerate(columns[:, :3].T / problem.scale[mass]):
+        if c.any():
+            ends[k] = [sign * profile.largest_ratio(sign * c, mass) for sign in (-1.0, 1.0)]
+    return _holding(ends, com)
+
+
+def _holding(ends: Array, values: Array) -> Array:
+    """Intervals stretched by rounding to hold the estimate itself."""
+    return np.column_stack([np.minimum(ends[:, 0], values), np.maximum(ends[:, 1], values)])
+
+
+def _searched(profile: ProfileSet, start: Array) -> Array:
+    """Smallest and largest value of each of ``_UPPER``, 6 x 2; a search starts from the best point so far."""
+    points = [start]
+    for i, j in _UPPER:
+        for sign in (-1.0, 1.0):
+            _climb(profile, i, j, sign, points)
+    values = _inertias(profile.problem.full(np.array(points)))
+    return np.array([[values[:, i, j].min(), values[:, i, j].max()] for i, j in _UPPER])
+
+
+def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]) -> None:
+    """Adds points of ever larger sign I_ij: along its gradient to the farthest, or as far that way as it gains."""
+    problem = profile.problem
+    known = sign * _inertias(problem.full(np.array(points)))[:, i, j]
+    first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
+    for _ in range(_ROUNDS):
+        gradient = problem.select @ _gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+        if not gradient.any():  # all it depends on was eliminated
+            break
+        tried = z + _STEPS[:, None] * (profile.farthest(sign * gradient) - z)
+        values = sign * _inertias(problem.full(tried))[:, i, j]
+        gain, k = float(values.max()) - best, int(values.argmax())
+        if gain <= 0.0:
+            break
+        z, best = tried[k], float(values[k])
+        points.append(z)
+        if gain < _GAIN * (best - first):
+            break
+
+
+def _moments(result: ConstrainedEstimate, half: float) -> Array:
+    """Principal moments of the constrained body by the delta method, 3 x 2.
+
+    Of moments that may be equal, being closer than their own intervals, V' dI V decides, V their directions: its
+    largest variance in any symmetric direction bounds theirs, however V is turned. Errors drive such moments apart,
+    so that the smallest comes out too small and the largest too large: their outer ends, from which errors lead
+    away, take the largest variance along V alone. Simulated: 3 to 11 % shorter, and they hold the truth as often.
+    """
+    values, vectors = np.linalg.eigh(result.body.inertia_com)
+    places = [PAYLOAD.index(name) for name in result.free.names]
+
+    def sigma(directions: Array) -> float:
+        pairs = [
+            (v, w, 1.0 if k == j else np.sqrt(2.0))
+            for k, v in enumerate(directions)
+            for j, w in enumerate(directions[: k + 1])
+        ]
+        J = np.array([factor * _gradient(result.values, v, w)[places] for v, w, factor in pairs])
+        return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
+
+    ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])
+    for k in range(3):
+        alike = np.abs(values - values[k]) <= half * own[k]
+        bound, outer = sigma(vectors[:, alike].T), own[alike].max()
+        ends[k] = values[k] + half * np.array([-outer if k == 0 else -bound, outer if k == 2 else bound])
+    return np.maximum(ends, 0.0)
+
+
+def _inertias(x: Array) -> Array:
+    """I = I_0 - (|h|^2 1 - h h') / M of k x 10 parameters, k x 3 x 3."""
+    h, M = x[:, 6:9], x[:, 9, None, None]
+    squares = (h * h).sum(axis=1)[:, None, None] * np.eye(3) - h[:, :, None] * h[:, None, :]
+    return np.asarray(x[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]] - squares / M)
+
+
+def _gradient(x: Array, v: Array, w: Array) -> Array:
+    """Of v' I w by the ten at x, (10,)."""
+    h, M = x[6:9], x[9]
+    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
+    turned = np.trace(V) * h - V @ h
+    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
+    return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])

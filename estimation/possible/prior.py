@@ -1,0 +1,108 @@
+"""What the links of a robot were thought to be before any data: from the robot's file, or from its geometry."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import INERTIAL, InertialParameters, Robot
+from ...model.base import frame_origin
+
+RADIUS = 0.08
+"""Radius of the geometric default's cylinders, of the sum of the lengths between joints."""
+
+
+@dataclass(frozen=True)
+class RobotPrior:
+    """Links as they are thought to be.
+
+    Attributes:
+        bodies: one per link, in its own frame; each has some extent (positive definite pseudo-inertia).
+        source: where they come from, in words.
+    """
+
+    bodies: tuple[InertialParameters, ...]
+    source: str
+
+    def __post_init__(self) -> None:
+        """Refuse a link from which no distance can be measured.
+
+        Raises:
+            InputError: names the link.
+        """
+        for link, body in enumerate(self.bodies, start=1):
+            if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
+                raise InputError(
+                    f"prior of link {link} ({self.source}): smallest eigenvalue of its pseudo-inertia "
+                    f"{body.min_pseudo_inertia_eigenvalue:.2g}: give a body with mass and some extent"
+                )
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of all links [kg]."""
+        return sum(body.mass for body in self.bodies)
+
+
+def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
+    """The prior of a robot: the inertial parameters of its file, or cylinders of a stated total mass.
+
+    Args:
+        robot: the robot.
+        total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
+
+    Raises:
+        InputError: if neither is there, or the file holds only some of the parameters.
+    """
+    if total_mass is not None:
+        return cylinder_prior(robot, total_mass)
+    names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
+    missing = [name for name in names if name not in robot.parameters]
+    if len(missing) == len(names):
+        raise InputError(
+            f"robot {robot.name!r} has no inertial parameters in its file to serve as prior: give them under "
+            "[parameters] of a robot file of your own, or the total mass of its links (--prior-mass KG)"
+        )
+    if missing:
+        raise InputError(
+            f"robot {robot.name!r}: {', '.join(missing[:6])} missing in [parameters]: a prior needs the ten of "
+            "every link"
+        )
+    vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
+    return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
+
+
+def cylinder_prior(robot: Robot, total_mass: float) -> RobotPrior:
+    """Cylinders of one density and radius, each from a joint to the next at q = 0.
+
+    The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
+    both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
+
+    Args:
+        robot: the robot.
+        total_mass: of all links [kg].
+
+    Raises:
+        InputError: if the mass is not positive.
+    """
+    if not 0.0 < total_mass < np.inf:
+        raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
+    ends = [np.asarray(frame_origin(joint, {}), dtype=float) for joint in robot.joints[1:]] + [np.zeros(3)]
+    reach = float(sum(np.linalg.norm(end) for end in ends)) or 1.0
+    radius = RADIUS * reach
+    lengths = np.array([np.linalg.norm(end) for end in ends]) + 2.0 * radius
+    masses = total_mass * lengths / lengths.sum()
+    bodies = tuple(
+        _cylinder(float(mass), end, float(length), radius)
+        for mass, end, length in zip(masses, ends, lengths, strict=True)
+    )
+    source = f"cylinders of one density, radius {radius:.3g} m, {total_mass:g} kg in all"
+    return RobotPrior(bodies, source)
+
+
+def _cylinder(mass: float, end: Array, length: float, radius: float) -> InertialParameters:
+    distance = float(np.linalg.norm(end))
+    axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+    along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
+    inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+    return InertialParameters.from_com(mass, end / 2.0, inertia)

@@ -1,0 +1,12 @@
+from .flags import with_flags as with_flags
+from .layout import Layout as Layout
+from .mapping import FilePart as FilePart
+from .mapping import Quantity as Quantity
+from .opening import open_log as open_log
+from .pose_columns import ToolColumns as ToolColumns
+from .recording import Samples as Samples
+from .recording import holds_currents_only as holds_currents_only
+from .recording import holds_torques as holds_torques
+from .recording import stream_samples as stream_samples
+from .tool_pose import read_tool_poses as read_tool_poses
+from .trajectory import read_trajectory as read_trajectory

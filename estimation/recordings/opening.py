@@ -1,0 +1,72 @@
+"""Opens a log by its ending: one reader a format, all of them give the same raw tables."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...common.errors import InputError
+from .csv_log import csv_log
+from .layout import Layout
+from .mapping import LogMap
+from .mat_log import mat_log
+from .npz_log import npz_log
+from .parquet_log import parquet_log
+from .ros_bag import ros_bag
+from .table import RawLog, Table
+
+_READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
+    ".npz": npz_log,
+    ".mat": mat_log,
+    ".parquet": parquet_log,
+    ".mcap": ros_bag,
+    ".db3": ros_bag,
+}
+"""By ending; everything else is text."""
+
+
+def open_log(path: str | Path, log_map: LogMap) -> RawLog:
+    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together.
+
+    Raises:
+        InputError: if there is no such file, or it cannot be read.
+    """
+    path = Path(path)
+    if log_map.files:
+        return _joined(path, log_map)
+    if path.is_dir() and (path / "metadata.yaml").is_file():
+        return ros_bag(path, log_map.layout)
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
+    return _READERS.get(path.suffix.lower(), csv_log)(path, log_map.layout)
+
+
+def _joined(folder: Path, log_map: LogMap) -> RawLog:
+    """Files side by side, row by row."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
+    logs = []
+    for part in log_map.files:
+        path = folder / part.name
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; {log_map.source} needs it")
+        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part.layout))
+
+    def blocks(wanted: Sequence[str]) -> Iterator[Table]:
+        own = [(log, [name for name in wanted if name in log.names]) for log in logs]
+        used = [(log, names) for log, names in own if names]
+        streams = [log.blocks(names) for log, names in used]
+        while True:
+            parts = [next(stream, None) for stream in streams]
+            tables = [part for part in parts if part is not None]
+            if not tables:
+                return
+            if len({len(table.values) for table in tables}) > 1 or len(tables) < len(parts):
+                files = ", ".join(log.path.name for log, _ in used)
+                raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
+            names = tuple(name for table in tables for name in table.names)
+            yield Table(names, np.hstack([table.values for table in tables]))
+
+    return RawLog(folder, tuple(name for log in logs for name in log.names), blocks)

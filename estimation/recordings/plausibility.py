@@ -1,0 +1,236 @@
+"""Looks for mistakes of unit and dead channels in recordings before any number is computed from them."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array, equal
+from ...common.errors import InputError
+from ...common.paged import ROWS, parts, release
+from ...model import Recording, Robot
+
+_MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
+_BEYOND_LIMITS = 0.1  # of the range
+_MOST_TORQUE = 1e5  # N·m or N: no arm's joint has more
+_OVER_LIMIT = 3.0  # times the torque limit: sensors and currents overshoot, units are off by more
+_MOVES = 1e-3  # rad or m: a joint that covers less does not move
+_WEAKEST = 1.0  # N·m per cubic metre of reach: the lightest arms carry themselves with a hundred times this
+_STRONGEST = 2e4  # N·m per cubic metre of reach: the strongest arms have a tenth of this
+_OVER_SPEED = 3.0  # times the speed limit: noise and overshoot reach less
+_MOST_SPEED = 50.0  # rad/s or m/s, for a joint without a limit
+_WINDOW = 0.01  # s: over which a speed is taken, to see past quantisation
+_PLATEAU = 5  # samples in a row at the very extreme
+_PLATEAU_SHARE = 0.01  # of the recording at the extreme
+_PLATEAU_EXCESS = 20.0  # times as many samples as another level has: coarse numbers repeat everywhere
+
+
+def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings whose units or channels cannot be right, and one that is given twice.
+
+    Raises:
+        InputError: names the recording, the joint and what it looks like.
+    """
+    if not recordings:
+        raise InputError("no recordings: give at least one")
+    for k, recording in enumerate(recordings):
+        for other in recordings[:k]:
+            if equal(recording.torque, other.torque) and equal(recording.q, other.q):
+                raise InputError(
+                    f"{recording.source} holds the same numbers as {other.source}: given twice it would only seem "
+                    "more certain; give it once"
+                )
+        _check_positions(robot, recording)
+        _check_steps(robot, recording)
+        _check_torques(robot, recording)
+        _check_reach(robot, recording)
+        _check_saturation(recording)
+        if recording.qd is not None:
+            _check_speeds(recording)
+
+
+def _extremes(values: Array) -> tuple[Array, Array]:
+    """Smallest and largest of each column."""
+    ends = [(values[part].min(axis=0), values[part].max(axis=0)) for part in parts(len(values), values)]
+    low, high = zip(*ends, strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0)
+
+
+def _check_positions(robot: Robot, recording: Recording) -> None:
+    lows, highs = _extremes(recording.q)
+    for j, joint in enumerate(robot.joints):
+        if not joint.revolute:
+            continue
+        low, high = joint.limits.position
+        margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
+        low, high = max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
+        if lows[j] < low or highs[j] > high:
+            worst = max(lows[j], highs[j], key=abs)
+            guess = "degrees" if abs(worst) > 2 * np.pi else "another zero or another joint"
+            raise InputError(
+                f"{recording.source}: q{j + 1} reaches {worst:.4g} rad, outside the range of joint {j + 1} of "
+                f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
+                "be in rad, as the robot file counts them"
+            )
+
+
+def _check_torques(robot: Robot, recording: Recording) -> None:
+    lows, highs = _extremes(recording.torque)
+    for j, joint in enumerate(robot.joints):
+        most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE)
+        worst = float(max(-lows[j], highs[j]))
+        if worst > most:
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of "
+                f"{robot.name} can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
+            )
+        if lows[j] == highs[j]:
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
+            )
+
+
+def _check_steps(robot: Robot, recording: Recording) -> None:
+    """No joint jumps from one sample to the next."""
+    window = max(1, int(_WINDOW * (len(recording.t) - 1) / (recording.t[-1] - recording.t[0])))
+    if len(recording.t) <= window:
+        return
+    speeds = np.array([joint.limits.speed for joint in robot.joints])
+    most = np.where(np.isfinite(speeds), _OVER_SPEED * speeds, _MOST_SPEED)
+    worst = [(0.0, 0)] * robot.n  # of each joint the speed over what it may be, and where
+    for part, dt, dq in _differences(recording, window):
+        share = np.abs(dq) / dt[:, None] / most
+        for j, k in enumerate(np.argmax(share, axis=0)):
+            worst[j] = max(worst[j], (float(share[k, j]), part.start + int(k)), key=lambda found: found[0])
+    for j, (share_of_limit, k) in enumerate(worst):
+        if share_of_limit > 1.0:
+            step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
+            raise InputError(
+                f"{recording.source}: q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
+                f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck "
+                "encoder, poses without the motion between them, or another unit; record the motion itself"
+            )
+
+
+def _differences(recording: Recording, window: int) -> Iterator[tuple[slice, Array, Array]]:
+    """Changes of time and position over a window of samples, stretch by stretch, and where they begin."""
+    t, q = recording.t, recording.q
+    for start in range(0, len(t) - window, ROWS):
+        here = slice(start, min(start + ROWS, len(t) - window))
+        later = slice(here.start + window, here.stop + window)
+        yield here, t[later] - t[here], q[later] - q[here]
+        release(t, q)
+
+
+def _check_reach(robot: Robot, recording: Recording) -> None:
+    """Torques of an arm lie between its own weight and what any arm of its size can give."""
+    if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
+        return
+    reach = sum(abs(joint.d) + abs(joint.r) for joint in robot.joints[1:])
+    low, high = _extremes(recording.torque)
+    worst = np.maximum(-low, high)
+    if 0.0 < worst.max() < _WEAKEST * reach**3:
+        raise InputError(
+            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
+            "reach to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the "
+            "joint"
+        )
+    if worst.max() > _STRONGEST * reach**3:
+        joint = int(np.argmax(worst)) + 1
+        raise InputError(
+            f"{recording.source}: the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
+            f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
+        )
+
+
+def _check_saturation(recording: Recording) -> None:
+    """A torque that stays at its very extreme was cut off."""
+    for extreme in _extremes(recording.torque):
+        count, longest = _at_extreme(recording.torque, extreme)
+        for j in range(len(extreme)):
+            share = count[j] / len(recording.t)
+            if share < _PLATEAU_SHARE or longest[j] < _PLATEAU:
+                continue
+            if share < _PLATEAU_EXCESS / _levels(recording.torque[:, j], int(_PLATEAU_EXCESS / share) + 1):
+                continue
+            raise InputError(
+                f"{recording.source}: the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
+                f"{100 * share:.0f} % of the recording: it is saturated; record a gentler motion"
+            )
+
+
+def _at_extreme(torque: Array, extreme: Array) -> tuple[Array, Array]:
+    """For each column how many samples are at its extreme, and the most of them in a row."""
+    count, longest, run = np.zeros((3, len(extreme)))
+    for part in parts(len(torque), torque):
+        there = torque[part] == extreme
+        count += there.sum(axis=0)
+        for j, own in enumerate(there.T):
+            longest[j], run[j] = _longest_run(own, longest[j], run[j])
+    return count, longest
+
+
+def _longest_run(mask: NDArray[np.bool_], longest: float, before: float) -> tuple[float, float]:
+    """Most true values in a row and how many of them the end has, where ``before`` of them precede."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    runs = (edges[1::2] - edges[::2]).astype(float)
+    if len(runs) and mask[0]:
+        runs[0] += before
+    return max(longest, float(runs.max(initial=0.0))), float(runs[-1]) if len(runs) and mask[-1] else 0.0
+
+
+def _levels(torque: Array, enough: int) -> int:
+    """How many values a channel takes; counts until it is ``enough``."""
+    seen = np.empty(0)
+    for part in parts(len(torque), torque):
+        seen = np.union1d(seen, torque[part])
+        if len(seen) >= enough:
+            break
+    return len(seen)
+
+
+def _check_speeds(recording: Recording) -> None:
+    assert recording.qd is not None
+    span = recording.t[-1] - recording.t[0]
+    window = max(1, int(0.05 / (span / (len(recording.t) - 1))))  # 50 ms, to see past quantisation
+    if len(recording.t) <= 2 * window:
+        return
+    moved, both = np.zeros((2, recording.q.shape[1]))
+    for part, dt, dq in _differences(recording, window):
+        slope = dq / dt[:, None]
+        later = slice(part.start + window, part.stop + window)
+        moved += np.sum(slope**2, axis=0)
+        both += np.sum(0.5 * (recording.qd[later] + recording.qd[part]) * slope, axis=0)
+        release(recording.qd)
+    low, high = _extremes(recording.q)
+    for j in range(recording.q.shape[1]):
+        if high[j] - low[j] < _MOVES or moved[j] == 0.0:
+            continue
+        ratio = float(both[j] / moved[j])
+        if not 0.8 < ratio < 1.25:
+            unit = "; the speed looks like degrees per second" if 45 < ratio < 70 else ""
+            raise InputError(
+                f"{recording.source}: qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: both must be in "
+                "the same unit (rad and rad/s) and on the same time"
+            )
+
+
+def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
+    """Refuse one recording given both with and without payload.
+
+    Raises:
+        InputError: names both.
+    """
+    for a in loaded:
+        for b in unloaded:
+            if equal(a.torque, b.torque) and equal(a.q, b.q):
+                raise InputError(
+                    f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
+                    "one with and one without the payload"
+                )
+
+
+def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:
+    """Numbers of the joints that move in none of the recordings."""
+    spans = np.max([high - low for low, high in (_extremes(one.q) for one in recordings)], axis=0)
+    return tuple(int(j) + 1 for j in np.flatnonzero(spans < _MOVES))

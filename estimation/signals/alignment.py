@@ -1,0 +1,143 @@
+"""Brings two recordings of the same trajectory onto one time."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.paged import empty, parts, release
+from ...model import Recording
+from .filtering import on_grid, resampled
+
+_FINE = 50  # steps per sample in the search for the best lag
+_MOST = 200_000  # samples that are compared in it
+
+
+class AlignedPair(NamedTuple):
+    """Two recordings of one trajectory on the same even time.
+
+    ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
+    trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position.
+    """
+
+    unloaded: Recording
+    loaded: Recording
+    lag: float
+    max_mismatch: float
+    rms_mismatch: float
+
+
+def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float) -> AlignedPair:
+    """Align by cross-correlation of the positions, to a fraction of a sample.
+
+    Args:
+        unloaded: recording without payload.
+        loaded: recording with payload, on the same trajectory.
+        rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
+        max_mismatch: largest difference of position that is accepted [rad or m].
+
+    Raises:
+        InputError: if the positions differ by more, that is if the trajectories are not the same.
+    """
+    loaded = resampled(loaded, rate)
+    step = float(loaded.t[1] - loaded.t[0])
+    other = resampled(unloaded, 1.0 / step)
+    thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
+    coarse = thin * step * _coarse_lag(other.q[::thin], loaded.q[::thin]) + (loaded.t[0] - other.t[0])
+    release(other.q, loaded.q)
+    lag = _fine_lag(unloaded, loaded, coarse, step, thin)
+    low = max(loaded.t[0], unloaded.t[0] + lag)
+    high = min(loaded.t[-1], unloaded.t[-1] + lag)
+    inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
+    if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(other.t)):
+        raise _different(unloaded, loaded, "they overlap by less than half")
+    common = loaded.t[inside]
+    a = on_grid(unloaded, _earlier(common, lag))
+    a = Recording(common, a.q, a.torque, a.qd, a.source, a.notes)
+    qd = loaded.qd[inside] if loaded.qd is not None else None
+    b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
+    largest, squares = np.zeros((2, a.q.shape[1]))
+    for part in parts(len(common), a.q, b.q):
+        difference = np.abs(a.q[part] - b.q[part])
+        largest, squares = np.maximum(largest, difference.max(axis=0)), squares + np.sum(difference**2, axis=0)
+    worst = float(largest.max())
+    if worst > max_mismatch:
+        joint = int(np.argmax(largest)) + 1
+        raise _different(
+            unloaded,
+            loaded,
+            f"q{joint} differs by up to {worst:.3g} (limit {max_mismatch:g}; rad or m) at the best lag",
+        )
+    rms = float(np.sqrt(squares.sum() / a.q.size))
+    return AlignedPair(a, b, lag, worst, rms)
+
+
+def _earlier(t: Array, lag: float) -> Array:
+    moved = empty(t.shape)
+    for part in parts(len(t), t, moved):
+        moved[part] = t[part] - lag
+    return moved
+
+
+def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
+    return InputError(
+        f"{unloaded.source} and {loaded.source} are not the same trajectory: {why}: method 3 needs one "
+        "trajectory run twice; use methods 1, 2 or 4, or raise --max-mismatch"
+    )
+
+
+def _coarse_lag(a: Array, b: Array) -> int:
+    """Whole samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
+    from scipy.signal import correlate, correlation_lags
+
+    total = np.zeros(len(a) + len(b) - 1)
+    for j in range(a.shape[1]):
+        x, y = a[:, j] - a[:, j].mean(), b[:, j] - b[:, j].mean()
+        size = np.linalg.norm(x) * np.linalg.norm(y)
+        if size > 0.0:
+            total += correlate(y, x, mode="full", method="fft") / size
+    return int(correlation_lags(len(b), len(a), mode="full")[np.argmax(total)])
+
+
+def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
+    """Lag with the smallest squared difference of position, by a parabola around the best fine step.
+
+    Of long recordings every ``thin``-th sample is compared.
+    """
+    t, q, positions = loaded.t[::thin], loaded.q[::thin], _positions(unloaded, thin > 1)
+
+    def mismatch(lag: float) -> float:
+        difference = positions(t - lag) - q
+        return float(np.nanmean(difference**2)) if np.isfinite(difference).any() else np.inf
+
+    width = 2.0 * step * thin
+    lag = coarse
+    while width > step / _FINE:
+        candidates = lag + width * np.linspace(-1.0, 1.0, 9)
+        lag = float(candidates[int(np.argmin([mismatch(c) for c in candidates]))])
+        width /= 4.0
+    low, mid, high = (mismatch(lag + d) for d in (-width, 0.0, width))
+    curve = low - 2.0 * mid + high
+    return lag + (0.5 * width * (low - high) / curve if curve > 0.0 else 0.0)
+
+
+def _positions(recording: Recording, long: bool) -> Callable[[Array], Array]:
+    """Positions at any time, nan beyond the recording; of long ones linear between samples."""
+    t, q = recording.t, recording.q
+    if not long:
+        from scipy.interpolate import PchipInterpolator
+
+        smooth: Callable[[Array], Array] = PchipInterpolator(t, q, axis=0, extrapolate=False)
+        return smooth
+
+    def between(times: Array) -> Array:
+        after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+        share = ((times - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
+        values = (1.0 - share) * q[after - 1] + share * q[after]
+        values[(times < t[0]) | (times > t[-1])] = np.nan
+        release(t, q)
+        return values
+
+    return between

@@ -1,0 +1,182 @@
+"""Signal processing: uneven time to even, Butterworth, central differences.
+
+scipy.signal and scipy.interpolate are imported where they are used: they are slow to import.
+"""
+
+import math
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.paged import ROWS, empty, parts, release
+from ...model import Motion, Processing, Recording
+from ...model.motion import Measurement
+
+_ORDER = 4  # of the Butterworth filter on positions and speeds
+_MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
+_FEWEST = 30  # samples
+_MOVES = 1e-3  # rad or m: rms of a joint that moves
+_MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
+_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+_EVEN = 1e-2  # time steps that differ by less than this fraction count as even
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
+    """Make a recording even in time and filter positions and speeds; torques stay as they are.
+
+    Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the
+    controller writes none. The filter runs forward and backward, so that nothing is delayed.
+
+    Raises:
+        InputError: if the recording is too short or the cut-off too high for its rate.
+    """
+    even = resampled(recording, processing.rate)
+    step = float(even.t[1] - even.t[0])
+    q = lowpass(even.q, step, processing.cutoff, recording.source)
+    _check_cutoff(even.q, q, processing.cutoff, recording.source)
+    qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
+    return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
+
+
+def resampled(recording: Recording, rate: float | None) -> Recording:
+    """The recording on an even time grid.
+
+    Args:
+        recording: the recording.
+        rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
+            rate.
+
+    Raises:
+        InputError: if the rate is far above the recorded one, or leaves too few samples.
+    """
+    times = recording.t
+    mean = float(times[-1] - times[0]) / (len(times) - 1)
+    if (rate is None or abs(rate * mean - 1.0) < 1e-6) and _is_even(times, mean):
+        t = _grid(times[0], mean, len(times))
+        return Recording(t, recording.q, recording.torque, recording.qd, recording.source, recording.notes)
+    rate = rate or 1.0 / mean
+    if rate * mean > _MOST_OVERSAMPLING:
+        raise InputError(
+            f"{recording.source}: was recorded at {1 / mean:.4g} Hz; {rate:g} Hz would only interpolate: "
+            "lower --rate"
+        )
+    count = math.floor((recording.t[-1] - recording.t[0]) * rate * (1.0 + 1e-12)) + 1
+    if count < _FEWEST:
+        raise InputError(
+            f"{recording.source}: {count} samples at {rate:g} Hz are too few: raise --rate, record longer"
+        )
+    return on_grid(recording, _grid(times[0], 1.0 / rate, count))
+
+
+def _is_even(t: Array, step: float) -> bool:
+    return all(
+        bool((np.abs(np.diff(t[part.start : part.stop + 1]) - step) < _EVEN * step).all())
+        for part in parts(len(t), t)
+    )
+
+
+def _grid(start: float, step: float, count: int) -> Array:
+    t = empty((count,))
+    for part in parts(count, t):
+        t[part] = start + step * np.arange(part.start, part.stop)
+    return _locked(t)
+
+
+def _locked(array: Array) -> Array:
+    """What no one changes any more, so that a motion need not copy it."""
+    if array.flags.writeable:
+        array.setflags(write=False)
+    return array
+
+
+def on_grid(recording: Recording, t: Array) -> Recording:
+    """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
+    from scipy.interpolate import PchipInterpolator
+
+    own = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
+    made = [empty((len(t), one.shape[1])) for one in own]
+    at_once = max(1, min(ROWS, ROWS * len(t) // len(recording.t)))  # so that the samples in between are few as well
+    for start in range(0, len(t), at_once):
+        part = slice(start, start + at_once)
+        times = np.clip(t[part], recording.t[0], recording.t[-1])
+        low, high = np.searchsorted(recording.t, times[[0, -1]])
+        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        for one, values in zip(own, made, strict=True):
+            values[part] = PchipInterpolator(recording.t[near], one[near], axis=0)(times)
+        release(recording.t, t, *own, *made)
+    q, torque, *speeds = map(_locked, made)
+    return Recording(t, q, torque, speeds[0] if speeds else None, recording.source, recording.notes)
+
+
+def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str) -> None:
+    """A filter that changes the positions themselves is too low for the motion."""
+    mean, spread, lost = (np.zeros(raw.shape[1]) for _ in range(3))
+    for part in parts(len(raw), raw):
+        mean += raw[part].sum(axis=0) / len(raw)
+    for part in parts(len(raw), raw, filtered):
+        spread += np.sum((raw[part] - mean) ** 2, axis=0)
+        lost += np.sum((raw[part] - filtered[part]) ** 2, axis=0)
+    spread, lost = np.sqrt(spread), np.sqrt(lost)
+    share = np.where(spread > _MOVES * np.sqrt(len(raw)), lost / np.where(spread > 0.0, spread, 1.0), 0.0)
+    j = int(np.argmax(share))
+    if cutoff is not None and share[j] > _MOST_LOST:
+        raise InputError(
+            f"{source}: a cut-off of {cutoff:g} Hz takes {100 * share[j]:.1f} % off the motion of joint {j + 1}: "
+            "the cut-off lies below the motion; raise --cutoff"
+        )
+
+
+def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> Array:
+    """Zero-phase Butterworth filter of signals (N, k), ``step`` [s] apart; no cut-off [Hz] leaves them as they are.
+
+    Raises:
+        InputError: names the source if the cut-off does not suit it.
+    """
+    if cutoff is None:
+        return signals
+    if cutoff * step >= 0.5:
+        raise InputError(
+            f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
+            "lower --cutoff"
+        )
+    if cutoff * step * len(signals) < 1.0:
+        raise InputError(
+            f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
+        )
+    from scipy.signal import butter
+
+    if len(signals) < _FEWEST:
+        raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
+    return _forward_and_backward(butter(_ORDER, 2.0 * cutoff * step, output="sos"), signals)
+
+
+def _forward_and_backward(sos: Array, signals: Array) -> Array:
+    """What ``scipy.signal.sosfiltfilt`` gives, stretch by stretch: the filter's state goes from one to the next."""
+    from scipy.signal import sosfilt, sosfilt_zi
+
+    edge = 3 * (2 * len(sos) + 1)  # samples by which the ends are mirrored, scipy's number
+    before = 2.0 * signals[0] - signals[edge:0:-1]
+    after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
+    rest = sosfilt_zi(sos)[:, :, None]
+    result = empty(signals.shape)
+    _, state = sosfilt(sos, before, axis=0, zi=rest * before[0])
+    for part in parts(len(signals), signals, result):
+        result[part], state = sosfilt(sos, signals[part], axis=0, zi=state)
+    beyond, _ = sosfilt(sos, after, axis=0, zi=state)
+    _, state = sosfilt(sos, beyond[::-1], axis=0, zi=rest * beyond[-1])
+    for part in reversed(list(parts(len(signals)))):
+        backward, state = sosfilt(sos, result[part][::-1], axis=0, zi=state)
+        result[part] = backward[::-1]
+        release(result)
+    return result
+
+
+def slopes(values: Array, step: float) -> Array:
+    """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
+    result = empty(values.shape)
+    for part in parts(len(values), values, result):
+        start, stop = max(part.start - 1, 0), min(part.stop + 1, len(values))
+        wide = np.gradient(values[start:stop], step, axis=0)
+        result[part] = wide[part.start - start : part.stop - start]
+    return result

@@ -1,0 +1,10 @@
+from .following import FollowingChange as FollowingChange
+from .following import following_change as following_change
+from .following import read_following as read_following
+from .offsets import OFFSET_SHARE as OFFSET_SHARE
+from .problem import WeighProblem as WeighProblem
+from .problem import difference_weighing as difference_weighing
+from .problem import known_robot_weighing as known_robot_weighing
+from .repeats import Repeats as Repeats
+from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE
+from .solve import solve_weighing as solve_weighing

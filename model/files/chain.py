@@ -1,0 +1,221 @@
+"""Picks the chain from base to flange out of a URDF tree and makes it a robot."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ...common.errors import InputError
+from ..inertia import InertialParameters
+from ..pose import Pose
+from ..robot import Links, Robot
+from .reframe import JointAxis, Reframed, modified_dh
+from .tree import UrdfJoint, UrdfTree, read_urdf
+
+_FAR = 20.0  # m: no arm is as large
+_MOVES = ("revolute", "continuous", "prismatic")
+
+
+class _Link(NamedTuple):
+    """A moving link: its joint, and where that joint's frame stands in the base at the zero position."""
+
+    joint: UrdfJoint
+    pose: Pose
+
+
+def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None) -> Robot:
+    """Read a serial robot from a URDF file.
+
+    Fixed joints are merged, meshes are not read. Gravity points along -z of the base link. Joint positions count
+    as in the file. Inertias are read into ``Robot.parameters``, as a prior.
+
+    Args:
+        path: the file.
+        base: first link of the chain; the root by default.
+        tip: the flange's link; by default the only link at an end of the tree that a joint moves.
+
+    Raises:
+        InputError: if there is no such chain, or several, or a joint of it is of a kind that is not supported.
+    """
+    tree = read_urdf(path)
+    children = _children(tree)
+    first = _base(tree, base)
+    last = _tip(tree, children, first, tip)
+    path_down = _path(tree, first, last)
+    _check_joints(tree, path_down)
+    links, flange = _along(path_down)
+    frames = modified_dh([_axis(link) for link in links], flange)
+    robot = Robot(
+        name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
+        joints=frames.joints,
+        gravity=_gravity(frames.base),
+        payload_frame=f"link {last} of {Path(path).name}",
+        flange=frames.flange,
+        base=frames.base,
+        links=_names(links, frames, first, last),
+        title=f"{tree.name} ({Path(path).name}, {first} to {last})",
+        snapped=tree.notes,
+    )
+    parameters, left_out = _parameters(tree, children, links, frames)
+    return replace(robot, parameters=parameters, snapped=(*robot.snapped, *left_out, *_far_frames(robot)))
+
+
+def _far_frames(robot: Robot) -> list[str]:
+    """Axes that are neither parallel nor clearly apart put their common normal far from the arm."""
+    return [
+        f"axes {number - 1} and {number} are almost parallel (a calibrated description?): their common normal lies "
+        f"{max(abs(joint.d), abs(joint.r)):.3g} m away, and parameters lose digits; the nominal description has "
+        "them parallel"
+        for number, joint in enumerate(robot.joints, start=1)
+        if max(abs(joint.d), abs(joint.r)) > _FAR
+    ]
+
+
+def _children(tree: UrdfTree) -> dict[str, list[UrdfJoint]]:
+    children: dict[str, list[UrdfJoint]] = {name: [] for name in tree.links}
+    moved: dict[str, str] = {}
+    for joint in tree.joints:
+        if joint.child in moved:
+            raise InputError(
+                f"{tree.source}: link {joint.child!r} is the child of joints {moved[joint.child]!r} and "
+                f"{joint.name!r}: closed loops are not supported"
+            )
+        moved[joint.child] = joint.name
+        children[joint.parent].append(joint)
+    reached = [name for name in tree.links if name not in moved]
+    for name in reached:  # grows while it is walked
+        reached += [joint.child for joint in children[name]]
+    if len(reached) < len(tree.links):
+        ring = next(name for name in tree.links if name not in set(reached))
+        raise InputError(f"{tree.source}: link {ring!r} is its own ancestor: closed loops are not supported")
+    return children
+
+
+def _base(tree: UrdfTree, base: str | None) -> str:
+    if base is not None:
+        return _known(tree, base, "--base")
+    below = {joint.child for joint in tree.joints}
+    roots = [name for name in tree.links if name not in below]
+    if not roots:
+        raise InputError(f"{tree.source}: no links in the file")
+    if len(roots) > 1:
+        raise InputError(f"{tree.source}: {len(roots)} links have no parent: give --base, one of {_list(roots)}")
+    return roots[0]
+
+
+def _tip(tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], base: str, tip: str | None) -> str:
+    if tip is not None:
+        return _known(tree, tip, "--tip")
+    ends: list[str] = []
+    stack = [(base, False)]
+    while stack:
+        link, moves = stack.pop()
+        stack += [(joint.child, moves or joint.kind != "fixed") for joint in children[link]]
+        if moves and not children[link]:
+            ends.append(link)
+    if not ends:
+        raise InputError(f"{tree.source}: no joint moves anything from link {base!r} on: give another --base")
+    if len(ends) > 1:
+        raise InputError(f"{tree.source}: several chains end in a link: give --tip, one of {_list(sorted(ends))}")
+    return ends[0]
+
+
+def _known(tree: UrdfTree, link: str, option: str) -> str:
+    if link not in tree.links:
+        raise InputError(f"{tree.source}: {option}: no link {link!r}: the links are {_list(list(tree.links))}")
+    return link
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names[:30]) + (" and more" if len(names) > 30 else "")
+
+
+def _path(tree: UrdfTree, base: str, tip: str) -> list[UrdfJoint]:
+    above = {joint.child: joint for joint in tree.joints}
+    path: list[UrdfJoint] = []
+    link = tip
+    while link != base:
+        if link not in above:
+            raise InputError(f"{tree.source}: no chain leads from {base!r} down to {tip!r}: swap or change them")
+        path.append(above[link])
+        link = above[link].parent
+    return path[::-1]
+
+
+def _check_joints(tree: UrdfTree, path: Sequence[UrdfJoint]) -> None:
+    for joint in path:
+        if joint.kind not in (*_MOVES, "fixed"):
+            raise InputError(
+                f"{tree.source}: joint {joint.name!r} is {joint.kind or 'of no kind'!r}: a chain of revolute, "
+                "continuous, prismatic and fixed joints is needed; choose another --base or --tip"
+            )
+        if joint.mimics and joint.kind != "fixed":
+            raise InputError(
+                f"{tree.source}: joint {joint.name!r} mimics {joint.mimics!r}: coupled joints of a URDF are not "
+                "supported; choose another --base or --tip"
+            )
+    if not any(joint.kind in _MOVES for joint in path):
+        raise InputError(f"{tree.source}: no joint moves between base and tip: choose another --base or --tip")
+
+
+def _along(path: Sequence[UrdfJoint]) -> tuple[list[_Link], Pose]:
+    """Moving links and the tip, all in the base at the zero position."""
+    pose, links = Pose(), []
+    for joint in path:
+        pose = pose @ joint.origin
+        if joint.kind in _MOVES:
+            links.append(_Link(joint, pose))
+    return links, pose
+
+
+def _axis(link: _Link) -> JointAxis:
+    x, y, z = (link.pose.R @ np.array(link.joint.axis)).tolist()
+    kind: Literal["prismatic", "revolute"] = "prismatic" if link.joint.kind == "prismatic" else "revolute"
+    return JointAxis(kind, (x, y, z), link.pose.origin, link.joint.limits)
+
+
+def _names(links: Sequence[_Link], frames: Reframed, base: str, tip: str) -> Links:
+    return Links(
+        tuple(link.joint.child for link in links),
+        tuple(frame.inverse() @ link.pose for frame, link in zip(frames.frames, links, strict=True)),
+        tuple(link.joint.name for link in links),
+        base,
+        tip,
+    )
+
+
+def _gravity(base: Pose) -> tuple[float, float, float]:
+    x, y, z = (base.R @ np.array([0.0, 0.0, -9.81]) + 0.0).tolist()
+    return x, y, z
+
+
+def _parameters(
+    tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], links: Sequence[_Link], frames: Reframed
+) -> tuple[dict[str, float], list[str]]:
+    """Standard parameters of the links whose bodies the file gives, and what is left out."""
+    values: dict[str, float] = {}
+    notes: list[str] = []
+    own = {link.joint.name for link in links}
+    for j, (link, frame) in enumerate(zip(links, frames.frames, strict=True), start=1):
+        total, found = np.zeros(10), False
+        stack = [(link.joint.child, frame.inverse() @ link.pose)]
+        while stack:
+            name, pose = stack.pop()
+            body = tree.links[name]
+            if body is not None:
+                total, found = total + body.moved(pose.R, pose.p).vector, True
+            for joint in children[name]:
+                if joint.kind == "fixed":
+                    stack.append((joint.child, pose @ joint.origin))
+                elif joint.name not in own:
+                    notes.append(f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out")
+        if found:
+            values |= InertialParameters(total).named(str(j))
+        if link.joint.damping is not None:
+            values[f"FV{j}"] = link.joint.damping
+        if link.joint.friction is not None:
+            values[f"FS{j}"] = link.joint.friction
+    return values, notes

@@ -1,0 +1,1 @@
+from .kernel import Kernel as Kernel

@@ -1,0 +1,136 @@
+"""Logs of every format give the same recording, or are refused with the reason."""
+
+import builtins
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.common.errors import InputError
+from dynident.estimation import LogMap, read_recording
+from dynident.estimation.recordings import Layout, Quantity, open_log, with_flags
+from dynident.model import Robot
+from dynident.tests.estimation.logs.log_files import FORMATS, NAMES, as_bag, as_csv, as_npz, same
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_round_trip(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+    recording = read_recording(FORMATS[name](tmp_path / name, signals), arm)
+    same(recording, signals)
+    assert recording.notes == ()
+
+
+def test_a_fingerprint_is_the_recordings_not_the_files(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
+) -> None:
+    """The same in every format and whatever the gains; another with any other number."""
+    prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
+    assert len(prints) == 1
+    header = ["t"] + [f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7)]
+    found = []
+    for change in (0.0, 1e-9):
+        i = signals["tau"].copy()
+        i[200, 3] += change
+        path = tmp_path / f"{change}.csv"
+        table = np.column_stack([signals["t"], signals["q"], i])
+        np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.17g")
+        found += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
+    assert found[0] == found[1] != found[2] == found[3]
+    assert {found[0]} == prints
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "name", "decimal"), [("\t", "tab", "."), (";", "semicolon", ","), (" ", "space", ".")]
+)
+def test_text_layouts(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], delimiter: str, name: str, decimal: str
+) -> None:
+    path = as_csv(tmp_path / "a.txt", signals, delimiter, decimal)
+    same(read_recording(path, arm, None, LogMap(layout=Layout(name, decimal))), signals)
+
+
+def test_tsv_by_its_ending(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    same(read_recording(as_csv(tmp_path / "a.tsv", signals, "\t"), arm), signals)
+
+
+@pytest.mark.parametrize("name", ["mcap", "sqlite"])
+def test_ros_bag(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+    """Joints come in alphabetical order: only their names tell which is which."""
+    path = as_bag(tmp_path / name, signals)
+    with pytest.raises(InputError, match=r"elbow, shoulder_lift.*--joints"):
+        read_recording(path, arm)
+    recording = read_recording(path, arm, None, with_flags(LogMap(), joints=NAMES))
+    same(recording, signals)
+    file = next(p for p in path.iterdir() if p.suffix in (".mcap", ".db3"))
+    same(read_recording(file, arm, None, LogMap(joints=NAMES)), signals)
+    with pytest.raises(InputError, match="no topic '/arm'"):
+        read_recording(path, arm, None, with_flags(LogMap(), joints=NAMES, topic="/arm"))
+    with pytest.raises(InputError, match=r"elbo\.position.* missing \(is it 'elbow\.position'"):
+        read_recording(path, arm, None, with_flags(LogMap(), joints=[n.replace("elbow", "elbo") for n in NAMES]))
+
+
+def test_ros_bag_with_numbered_joints(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    names = tuple(f"arm_joint{j}" for j in range(1, 7))
+    same(read_recording(as_bag(tmp_path / "sqlite", signals, names, gripper=False), arm), signals)
+
+
+def test_effort_may_be_a_current(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    how = LogMap(joints=NAMES, quantities=(Quantity("current", ("{joint}.effort",)),))
+    recording = read_recording(as_bag(tmp_path / "mcap", signals), arm, [10.0] * 6, how)
+    assert np.allclose(recording.torque, 10.0 * signals["tau"])
+
+
+def test_structures_of_a_mat_file(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "s.mat", {"log": {**signals, "run": {"id": 3}}})
+    kinds = {"position": "log.q{}", "velocity": "log.qd{}", "torque": "log.tau{}"}
+    how = LogMap(time="log.t", quantities=tuple(Quantity(kind, (name,)) for kind, name in kinds.items()))
+    same(read_recording(tmp_path / "s.mat", arm, None, how), signals)
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.mat", "a.parquet", "a.mcap", "a.db3"])
+def test_files_of_another_kind(tmp_path: Path, arm: Robot, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"t,q1\n1,2\n" * 100)
+    with pytest.raises(InputError, match=r"a\.\w+: not a") as caught:
+        read_recording(path, arm)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("name", "module"), [("seven.mat", "h5py"), ("a.parquet", "pyarrow"), ("mcap", "rosbags")])
+def test_missing_library_names_the_extra(
+    tmp_path: Path,
+    arm: Robot,
+    signals: dict[str, np.ndarray],
+    name: str,
+    module: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = as_bag(tmp_path / name, signals) if name == "mcap" else FORMATS[name](tmp_path / name, signals)
+    real = __import__
+    import sys
+
+    for loaded in [key for key in sys.modules if key.split(".")[0] == module]:
+        monkeypatch.delitem(sys.modules, loaded)
+
+    class Finder:
+        def find_spec(self, full: str, *_: Any) -> None:
+            if full.split(".")[0] == module:
+                raise ImportError(full)
+
+    monkeypatch.setattr(sys, "meta_path", [Finder(), *sys.meta_path])
+    assert builtins.__import__ is real
+    with pytest.raises(InputError, match=rf"needs {module}: install dynident\[logs\]"):
+        read_recording(path, arm)
+
+
+def test_not_a_number_is_placed(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    spoilt = {name: np.array(values) for name, values in signals.items()}
+    spoilt["q"][7, 2] = np.nan
+    with pytest.raises(InputError, match="row 8, column 'q3': nan"):
+        read_recording(as_npz(tmp_path / "a.npz", spoilt), arm)
+
+
+def test_open_log_lists_its_columns(tmp_path: Path, signals: dict[str, np.ndarray]) -> None:
+    assert open_log(as_npz(tmp_path / "a.npz", signals), LogMap()).names[:3] == ("t", "q1", "q2")

@@ -1,0 +1,84 @@
+"""Log maps and flags: files side by side, mistakes refused by name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.common.errors import InputError
+from dynident.estimation import LogMap, read_log_map, read_recording
+from dynident.estimation.recordings import FilePart, Layout, Quantity, with_flags
+from dynident.model import Robot
+from dynident.tests.estimation.logs.log_files import NAMES, as_csv
+
+
+def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    np.savetxt(tmp_path / "a.csv", signals["q"], delimiter=",")
+    np.savetxt(tmp_path / "b.csv", signals["tau"][:-1], delimiter=",")
+    names = {kind: tuple(f"{kind}{j}" for j in range(1, 7)) for kind in ("q", "tau")}
+    parts = (FilePart("a.csv", Layout(names=names["q"])), FilePart("b.csv", Layout(names=names["tau"])))
+    how = LogMap(files=parts, time="", rate=100.0)
+    with pytest.raises(InputError, match=r"a\.csv, b\.csv have not the same number of rows"):
+        read_recording(tmp_path, arm, None, how)
+    np.savetxt(tmp_path / "b.csv", signals["tau"], delimiter=",")
+    recording = read_recording(tmp_path, arm, None, how)
+    assert np.allclose(recording.torque, signals["tau"])
+    assert np.allclose(recording.t, signals["t"])
+    with pytest.raises(InputError, match="needs the folder that holds"):
+        read_recording(tmp_path / "a.csv", arm, None, how)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[positoin]\n", "'positoin': unknown"),
+        ('[position]\nunit = "grad"', "'grad' of position"),
+        ('[position]\nside = "motor"', "motor side without gear ratios"),
+        ('[torque]\nunit = "percent"', "rated goes with"),
+        ("[torque]\nsign = [2, 1, 1, 1, 1, 1]", "sign must be 1 or -1"),
+        ("[torque]\nzero_deg = [0, 0]", "only positions"),
+        ('[current]\nside = "motor"\n[motor]\ngear_ratios = [1, 1]', "a current has no side"),
+        ("[motor]\ngear_ratios = [0, 1]", "ratio 0"),
+        ("[motor]\ngear_ratios = [1, 1]\ncoupling = [{motor = 3, joint = 1}]", "no two of 2"),
+        ("[time]\nrate_hz = -1", "rate_hz must be positive"),
+        ('[time]\nrate_hz = 100\ncolumn = "t"', "give rate_hz, or column"),
+        ('[time]\nunit = "h"', "'h' of time"),
+        ('[file]\ndecimal = ","', "needs a delimiter"),
+        ('[file]\nnames = ["q6..1"]', "a range must rise"),
+        ('[file]\nnames = ["q1", "q1"]', "'q1' is given twice"),
+        ('joints = ["a", "a"]', "named twice"),
+        ("[time", "not valid TOML"),
+    ],
+)
+def test_bad_log_maps(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "map.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words) as caught:
+        read_log_map(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    path = as_csv(tmp_path / "a.csv", signals)
+    how = LogMap("m.toml", quantities=(Quantity("position", sign=(1.0, -1.0)),))
+    with pytest.raises(InputError, match=r"position\.sign has 2 entries, the robot 6"):
+        read_recording(path, arm, None, how)
+    with pytest.raises(InputError, match="5 joints, the robot has 6"):
+        read_recording(path, arm, None, LogMap(joints=NAMES[:5]))
+
+
+def test_flags(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    path = as_csv(tmp_path / "a.csv", signals)
+    turned = (1.0, -1.0, 1.0, 1.0, 1.0, 1.0)
+    how = with_flags(LogMap(), units=["q=deg", "qd=deg/s", "tau=mN·m", "t=ms"], signs=turned)
+    recording = read_recording(path, arm, None, how)
+    assert recording.qd is not None
+    assert np.allclose(recording.q, np.radians(signals["q"]) * turned)
+    assert np.allclose(recording.qd, np.radians(signals["qd"]) * turned)
+    assert np.allclose(recording.torque, 1e-3 * signals["tau"] * turned)
+    assert np.allclose(recording.t, 1e-3 * signals["t"])
+    for bad in ("x=deg", "q", "q="):
+        with pytest.raises(InputError, match="--units"):
+            with_flags(LogMap(), units=[bad])
+    with pytest.raises(InputError, match="unit 'inch' of position"):
+        with_flags(LogMap(), units=["q=inch"])

@@ -1,0 +1,52 @@
+"""Files are read in blocks: no difference, and little memory."""
+
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.common.errors import InputError
+from dynident.estimation import read_recording
+from dynident.estimation.recordings import stream_samples
+from dynident.estimation.recordings.table import BLOCK
+from dynident.model import Robot
+from dynident.tests.estimation.logs.log_files import as_npz
+
+
+def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
+    """A log longer than two blocks, streamed and at once; a bad cell in the last block is found."""
+    rows = 2 * BLOCK + 11
+    table = np.random.default_rng(0).uniform(-1, 1, (rows, 13)).round(4)
+    table[:, 0] = (0.001 * np.arange(rows)).round(4)
+    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
+    path = tmp_path / "long.csv"
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.4f")
+    recording = read_recording(path, arm)
+    assert np.allclose(recording.q, table[:, 1:7])
+    at_once = {"t": table[:, 0], "q": table[:, 1:7], "tau": table[:, 7:]}
+    assert read_recording(as_npz(tmp_path / "a.npz", at_once), arm).fingerprint == recording.fingerprint
+    parts = list(stream_samples(path, arm))
+    assert len(parts) == 3
+    assert np.array_equal(np.concatenate([part.torque for part in parts]), recording.torque)
+    assert np.array_equal(np.concatenate([part.t for part in parts]), recording.t)
+    lines = path.read_text().splitlines()
+    lines[rows - 3] = lines[rows - 3].replace("-", "?").replace("0", "x")
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=f"line {rows - 2}, column 't'"):
+        read_recording(path, arm)
+
+
+def test_a_long_log_takes_little_more_than_its_arrays(tmp_path: Path, arm: Robot) -> None:
+    rows = 120_000
+    path = tmp_path / "long.csv"
+    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
+    cells = ",".join(f"{0.1 * k:.3f}" for k in range(12))
+    with path.open("w") as stream:
+        stream.write(header + "\n")
+        stream.writelines(f"{k / 1000:.3f},{cells}\n" for k in range(rows))
+    tracemalloc.start()
+    recording = read_recording(path, arm)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    arrays = recording.t.nbytes + recording.q.nbytes + recording.torque.nbytes
+    assert peak < 1.25 * arrays + 16e6  # a block of text and numbers on top
