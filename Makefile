@@ -3,12 +3,15 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
-.PHONY: demo test lint docs bench clean
+.PHONY: demo test test-all lint docs bench clean
 
 demo: .venv/installed
 	$(BIN)/dynident demo
 
 test: .venv/installed-test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "not long"
+
+test-all: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
 lint: .venv/installed-dev

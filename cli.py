@@ -8,11 +8,13 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from importlib import import_module
 from typing import NoReturn
 
 from . import __version__
 from .commands import COMMANDS
 from .commands.arguments import BAD_INPUT, INTERRUPTED, check_folder, check_target
+from .common.errors import InputError
 
 _FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
 """Options that name a file to write."""
@@ -24,14 +26,14 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
-    arguments = _parser().parse_args(argv)
-    arguments.argv = tuple(sys.argv[1:] if argv is None else argv)
+    words = tuple(sys.argv[1:] if argv is None else argv)
+    arguments = _parser(words).parse_args(words)
+    arguments.argv = words
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
-    from .common.errors import InputError
 
     try:
         for option in _FILES_WRITTEN:
@@ -80,10 +82,15 @@ class _Version(argparse.Action):
         raise SystemExit(0)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Names of all commands, and the arguments of the one that is called."""
     parser = _Parser(prog="dynident", description="Tells what hangs on the flange of an industrial manipulator.")
     parser.add_argument("--version", action=_Version, nargs=0, help="versions of dynident and of its solvers")
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
-    for command in COMMANDS:
-        command.add_parser(commands)
+    called = next((word for word in words if not word.startswith("-")), None)
+    for command, what in COMMANDS.items():
+        if command == called:
+            import_module(f".commands.{command}", __package__).add_parser(commands)
+        else:
+            commands.add_parser(command, help=what)
     return parser

@@ -9,15 +9,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .. import estimation, model
+from ..common.errors import InputError
 from .values import fraction, gains_list, gains_or_file, mount, positive, texts, three, tool_frame
-
-if TYPE_CHECKING:
-    from ..estimation import LogMap
-    from ..estimation.files import StoredRobot
-    from ..estimation.fit import StopRule
-    from ..model import Pose, Processing, Recording, Robot
 
 ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit statuses of every command."""
@@ -52,27 +48,24 @@ def payload_frame_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def chosen_robot(arguments: argparse.Namespace) -> Robot:
+def chosen_robot(arguments: argparse.Namespace) -> model.Robot:
     """The robot of ``--robot`` as it is mounted, with the payload's frame that is asked for."""
-    from ..common.errors import InputError
-    from ..model import load_robot, mounted, with_gravity, with_tool
-
-    robot = load_robot(arguments.robot, arguments.base, arguments.tip)
+    robot = model.load_robot(arguments.robot, arguments.base, arguments.tip)
     for note in robot.snapped:
         print(f"dynident: note: {arguments.robot}: {note}", file=sys.stderr)
     if arguments.mount is not None and arguments.gravity is not None:
         raise InputError("--mount and --gravity say the same: give one of them")
     if arguments.mount is not None:
-        robot = mounted(robot, arguments.mount)
+        robot = model.mounted(robot, arguments.mount)
     if arguments.gravity is not None:
-        robot = with_gravity(robot, arguments.gravity)
+        robot = model.with_gravity(robot, arguments.gravity)
     tool = getattr(arguments, "tool_frame", None)
     if tool is not None:
-        robot = with_tool(robot, tool, f"tool frame {_shown(tool)} in: {robot.payload_frame}")
+        robot = model.with_tool(robot, tool, f"tool frame {_shown(tool)} in: {robot.payload_frame}")
     return robot
 
 
-def _shown(pose: Pose) -> str:
+def _shown(pose: model.Pose) -> str:
     lengths = ", ".join(f"{value:g}" for value in pose.origin)
     return f"({lengths} m; rpy {', '.join(f'{math.degrees(angle) + 0.0:g}' for angle in pose.rpy)} deg)"
 
@@ -119,19 +112,17 @@ def essential_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def essential_rule(arguments: argparse.Namespace) -> StopRule | None:
+def essential_rule(arguments: argparse.Namespace) -> estimation.fit.StopRule | None:
     """The rule asked for; None for the default."""
-    from ..estimation import SigmaBound, SigmaRatio
-
     if arguments.essential_sigma is not None:
-        return SigmaBound(arguments.essential_sigma)
-    return SigmaRatio(arguments.essential_ratio) if arguments.essential_ratio is not None else None
+        return estimation.SigmaBound(arguments.essential_sigma)
+    return estimation.SigmaRatio(arguments.essential_ratio) if arguments.essential_ratio is not None else None
 
 
-def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -> tuple[Robot, Processing]:
+def settings(
+    arguments: argparse.Namespace, stored: estimation.files.StoredRobot | None = None
+) -> tuple[model.Robot, model.Processing]:
     """The robot with the model structure and processing that the command line asks for."""
-    from ..common.errors import InputError
-
     robot = chosen_robot(arguments)
     read_gains(arguments, robot)
     if stored:
@@ -152,41 +143,38 @@ def settings(arguments: argparse.Namespace, stored: StoredRobot | None = None) -
         raise InputError(str(error)) from None
 
 
-def read_gains(arguments: argparse.Namespace, robot: Robot) -> None:
+def read_gains(arguments: argparse.Namespace, robot: model.Robot) -> None:
     """Put the numbers of a file of gains in the place of its path; ``stored_gains`` holds how sure they are."""
-    from ..estimation.files import read_stored_gains
-
     given = getattr(arguments, "drive_gains", None)
     arguments.stored_gains = None
     if isinstance(given, str):
         arguments.gains_file = given
-        stored = read_stored_gains(given)
+        stored = estimation.files.read_stored_gains(given)
         stored.check(robot, given)
         arguments.drive_gains = tuple(float(value) for value in stored.values)
         arguments.stored_gains = stored
 
 
-def log_map(arguments: argparse.Namespace) -> LogMap:
+def log_map(arguments: argparse.Namespace) -> estimation.LogMap:
     """How the command line wants logs to be read."""
-    from ..estimation import LogMap, read_log_map
-    from ..estimation.recordings import with_flags
-
-    given = read_log_map(arguments.log_map) if arguments.log_map else LogMap(source="command line")
-    return with_flags(given, arguments.joints, arguments.units, arguments.signs, arguments.topic)
+    given = (
+        estimation.read_log_map(arguments.log_map)
+        if arguments.log_map
+        else estimation.LogMap(source="command line")
+    )
+    return estimation.recordings.with_flags(
+        given, arguments.joints, arguments.units, arguments.signs, arguments.topic
+    )
 
 
 def check_target(option: str, path: str | None) -> None:
     """Refuse a file that cannot be written before any work is done."""
-    from ..common.errors import InputError
-
     if path is not None and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
         raise InputError(f"--{option} {path!r}: not a file in a folder that exists")
 
 
 def check_folder(option: str, path: str | None) -> None:
     """Refuse a folder that is none, or cannot be made, before any work is done."""
-    from ..common.errors import InputError
-
     if path is None:
         return
     nearest = Path(path).absolute()
@@ -198,16 +186,14 @@ def check_folder(option: str, path: str | None) -> None:
 
 def read_recordings(
     paths: Sequence[str],
-    robot: Robot,
+    robot: model.Robot,
     gains: tuple[float, ...] | None,
     told: set[str],
     arguments: argparse.Namespace,
-) -> list[Recording]:
+) -> list[model.Recording]:
     """Read recordings; what a file says about unused columns is told once."""
-    from ..estimation import read_recording
-
     how = log_map(arguments)
-    recordings = [read_recording(path, robot, gains, how) for path in paths]
+    recordings = [estimation.read_recording(path, robot, gains, how) for path in paths]
     for recording in recordings:
         for note in recording.notes:
             about = note.split(": ", 1)[1]

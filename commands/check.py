@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from .. import estimation, model, report
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import (
     ANSWERED,
     DO_NOT_USE,
@@ -15,16 +19,12 @@ from .arguments import (
     settings,
 )
 
-if TYPE_CHECKING:
-    from ..estimation.diagnosis import LogCheck
-    from ..model import Robot
-
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser(
         "check",
-        help="look at logs: what was understood, what looks wrong",
+        help=COMMANDS["check"],
         description="Look at logs: what was understood, what looks wrong, and how surely they show each base "
         "parameter. Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
         "reproduces a logged tool pose, is for 'dynident robot check'.",
@@ -38,49 +38,43 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from pathlib import Path
-
-    from ..common.errors import InputError
-    from ..estimation.diagnosis import check_log
-    from ..report.documents import write_json
-    from ..report.log_check import check_document, check_lines, check_tables
-    from ..report.tables import console
-
     folder = Path(arguments.plots) if arguments.plots else None
     if folder and not folder.is_dir():
         raise InputError(f"--plots {arguments.plots!r}: no such folder; make it first")
     robot, processing = settings(arguments)
-    checks: list[LogCheck] = []
+    checks: list[estimation.diagnosis.LogCheck] = []
     for path in arguments.logs:
         gains, currents = _gains(path, arguments, robot)
         (recording,) = read_recordings([path], robot, gains, set(), arguments)
-        checks.append(check_log(robot, recording, processing, currents))
+        checks.append(estimation.diagnosis.check_log(robot, recording, processing, currents))
     for number, check in enumerate(checks, 1):
-        tables = check_tables(robot, check)
-        terminal = console(*tables)
-        for line in check_lines(check):
+        tables = report.log_check.check_tables(robot, check)
+        terminal = report.tables.console(*tables)
+        for line in report.log_check.check_lines(check):
             terminal.print(line, markup=False, highlight=False)
         for table in tables:
             terminal.print(table)
         if folder:
             _plot(folder, number, check)
     if arguments.json:
-        write_json(arguments.json, {"robot": robot.name, "logs": [check_document(check) for check in checks]})
+        report.documents.write_json(
+            arguments.json,
+            {"robot": robot.name, "logs": [report.log_check.check_document(check) for check in checks]},
+        )
     return ANSWERED if all(check.usable for check in checks) else DO_NOT_USE
 
 
-def _gains(path: str, arguments: argparse.Namespace, robot: Robot) -> tuple[tuple[float, ...] | None, bool]:
+def _gains(path: str, arguments: argparse.Namespace, robot: model.Robot) -> tuple[tuple[float, ...] | None, bool]:
     """Gains to read with, and whether the log's torques stay currents."""
-    from ..estimation.recordings import holds_currents_only
-
-    if arguments.drive_gains is None and holds_currents_only(path, robot, log_map(arguments)):
+    if arguments.drive_gains is None and estimation.recordings.holds_currents_only(path, robot, log_map(arguments)):
         return (1.0,) * robot.n, True
     return arguments.drive_gains, False
 
 
-def _plot(folder: Any, number: int, check: LogCheck) -> None:
-    from ..report.plots import save_signals
+def _plot(folder: Any, number: int, check: estimation.diagnosis.LogCheck) -> None:
 
     stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
     for ending in ("png", "svg"):
-        save_signals(folder / f"{number:02d}_{stem}.{ending}", check.recording, "A" if check.currents else "N·m")
+        report.plots.save_signals(
+            folder / f"{number:02d}_{stem}.{ending}", check.recording, "A" if check.currents else "N·m"
+        )

@@ -6,13 +6,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ..common.errors import InputError
+from . import COMMANDS
+from .paper_experiment import run_demo
+from .repeated_experiment import run_repeated
 from .report import report_arguments
 from .values import positive, share, whole
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("demo", help="the paper's experiment on a simulated RX90")
+    parser = commands.add_parser("demo", help=COMMANDS["demo"])
     parser.add_argument("--out", default="demo", metavar="DIR", help="folder of the results (default: demo)")
     parser.add_argument("--seed", type=whole, default=0, help="of the trajectories and the noise (default: 0)")
     parser.add_argument(
@@ -40,17 +44,12 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..common.errors import InputError
-
     if arguments.repeat is None:
-        from .paper_experiment import run_demo
-
         return run_demo(arguments, arguments.gain_error or 0.0)
     if arguments.noise != "paper":
         raise InputError("--repeat runs every noise: leave --noise out")
     if arguments.report or arguments.plots:
         raise InputError("--report and --plots belong to one experiment: leave --repeat out")
-    from .repeated_experiment import run_repeated
 
     gain_error = 0.02 if arguments.gain_error is None else arguments.gain_error
     folder, seed = Path(arguments.out), arguments.seed

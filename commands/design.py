@@ -7,17 +7,30 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.console import Console
+
+from .. import report, trajectories
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import ANSWERED, robot_argument
 from .design_arguments import goal_arguments, limit_arguments, search_arguments, shape_arguments
+from .design_log import logged_motion
 from .design_near import check_near, near_arguments, run_near
-from .design_outputs import output_arguments
+from .design_outputs import (
+    check_formats,
+    check_outputs,
+    figure_motion,
+    output_arguments,
+    replayed,
+    write_design_report,
+    write_motion,
+    write_plots,
+)
+from .design_problem import Request, build_request
+from .design_shape import known_length
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-    from ..trajectories import Design, Score
-    from ..trajectories.design import Floor
-    from .design_problem import Request
 
 
 _SHAPED = ("via_points", "fourier", "duration", "segments", "ramp", "segment_durations", "rest", "starts", "solver")
@@ -26,7 +39,7 @@ _SHAPED = ("via_points", "fourier", "duration", "segments", "ramp", "segment_dur
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("design", help="the most informative motion within the robot's limits")
+    parser = commands.add_parser("design", help=COMMANDS["design"])
     robot_argument(parser)
     shape_arguments(parser)
     goal_arguments(parser)
@@ -39,9 +52,6 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from .design_outputs import check_formats, check_outputs
-    from .design_problem import build_request
-
     check_near(arguments)
     _check(arguments)
     check_outputs(arguments)
@@ -56,9 +66,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
-    from ..common.errors import InputError
-    from .design_shape import known_length
-
     for option in ("cutoff", "log_map"):
         if arguments.evaluate is None and getattr(arguments, option) is not None:
             raise InputError(f"--{option.replace('_', '-')} has no effect without --evaluate")
@@ -70,7 +77,6 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _design(arguments: argparse.Namespace, request: Request) -> int:
-    from .design_outputs import figure_motion, replayed, write_design_report, write_motion, write_plots
 
     design = _solved(arguments, request)
     floor = _floor(arguments, request, design.score) if arguments.bound else None
@@ -85,27 +91,24 @@ def _design(arguments: argparse.Namespace, request: Request) -> int:
     return ANSWERED
 
 
-def _solved(arguments: argparse.Namespace, request: Request) -> Design:
+def _solved(arguments: argparse.Namespace, request: Request) -> trajectories.Design:
     """The best motion that keeps every limit.
 
     Raises:
         InputError: if there is none; says which limit is missed and by how much.
     """
-    from rich.console import Console
-
-    from ..common.errors import InputError
-    from ..report.design_results import criterion_text
-    from ..trajectories import solve_design
-    from ..trajectories.design import Step
-
     kind = request.problem.criterion.kind
     with Console(stderr=True).status("building") as status:
 
-        def show(step: Step) -> None:
-            best = "no motion within the limits yet" if step.best is None else criterion_text(kind, step.best)
+        def show(step: trajectories.design.Step) -> None:
+            best = (
+                "no motion within the limits yet"
+                if step.best is None
+                else report.design_results.criterion_text(kind, step.best)
+            )
             status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
 
-        design = solve_design(
+        design = trajectories.solve_design(
             request.problem,
             seed=arguments.seed,
             starts=arguments.starts,
@@ -122,12 +125,9 @@ def _solved(arguments: argparse.Namespace, request: Request) -> Design:
 
 
 def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
-    from ..trajectories import score_motion
-    from .design_log import logged_motion
-    from .design_outputs import write_design_report, write_plots
 
     motion = logged_motion(arguments, request.problem.robot)
-    score = score_motion(request.problem, motion)
+    score = trajectories.score_motion(request.problem, motion)
     floor = _floor(arguments, request, score) if arguments.bound else None
     told = _print(request, score, f"Motion of {arguments.evaluate}", floor)
     _write_json(arguments, request, score, floor)
@@ -137,37 +137,39 @@ def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
     return ANSWERED
 
 
-def _floor(arguments: argparse.Namespace, request: Request, score: Score) -> Floor | None:
+def _floor(
+    arguments: argparse.Namespace, request: Request, score: trajectories.Score
+) -> trajectories.design.Floor | None:
     """The floor; None if it was interrupted, which costs no motion."""
-    from rich.console import Console
-
-    from ..trajectories import floor_under
-
     try:
         with Console(stderr=True).status("estimating the floor"):
-            return floor_under(request.problem, score.value, seed=arguments.seed)
+            return trajectories.floor_under(request.problem, score.value, seed=arguments.seed)
     except KeyboardInterrupt:
         print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
         return None
 
 
 def _print(
-    request: Request, score: Score, title: str, floor: Floor | None, replay: Score | None = None
+    request: Request,
+    score: trajectories.Score,
+    title: str,
+    floor: trajectories.design.Floor | None,
+    replay: trajectories.Score | None = None,
 ) -> tuple[list[Table], list[str]]:
     """Print the result; returns its tables and lines."""
-    from ..report.design_results import criterion_text, floor_note, replay_note, score_table, sigma_table
-    from ..report.tables import console
-
-    sigmas = sigma_table(score, request.reference, request.labels)
-    tables = [score_table(request.problem, score, title), *([sigmas] if sigmas is not None else [])]
-    terminal = console(*tables)
+    sigmas = report.design_results.sigma_table(score, request.reference, request.labels)
+    tables = [
+        report.design_results.score_table(request.problem, score, title),
+        *([sigmas] if sigmas is not None else []),
+    ]
+    terminal = report.tables.console(*tables)
     terminal.print(*tables)
     kind = request.problem.criterion.kind
-    lines = [f"Criterion {criterion_text(kind, score.value)}."]
+    lines = [f"Criterion {report.design_results.criterion_text(kind, score.value)}."]
     if floor is not None:
-        lines.append(floor_note(kind, floor))
+        lines.append(report.design_results.floor_note(kind, floor))
     if replay is not None:
-        lines.append(replay_note(kind, replay))
+        lines.append(report.design_results.replay_note(kind, replay))
     for line in lines:
         terminal.print(line, markup=False, highlight=False)
     return tables, lines
@@ -176,18 +178,16 @@ def _print(
 def _write_json(
     arguments: argparse.Namespace,
     request: Request,
-    score: Score,
-    floor: Floor | None,
-    design: Design | None = None,
-    replay: Score | None = None,
+    score: trajectories.Score,
+    floor: trajectories.design.Floor | None,
+    design: trajectories.Design | None = None,
+    replay: trajectories.Score | None = None,
 ) -> None:
     if not arguments.json:
         return
-    from ..report.design_results import design_document
-    from ..report.documents import write_json
 
     evaluated = arguments.evaluate
-    document = design_document(
+    document = report.design_results.design_document(
         request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated, replay=replay
     )
-    write_json(arguments.json, document)
+    report.documents.write_json(arguments.json, document)

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from pathlib import Path
 
-from .arguments import ANSWERED
+import numpy as np
+from rich.console import Console
+
+from .. import estimation, model, report, trajectories
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..common.files import write_text
+from .arguments import ANSWERED, chosen_robot
+from .design_outputs import check_formats, write_formats
+from .design_problem import asked_bounds, asked_noise, in_si
+from .near_outputs import write_near_outputs
 from .values import gains_list, positive_number
 from .weigh import joint_list
-
-if TYPE_CHECKING:
-    from ..common.arrays import Array
-    from ..model import Robot
-    from ..trajectories import JointBounds
 
 _WITHOUT = (
     "via_points", "fourier", "rest", "max_duration", "start", "columns", "parameters", "payload_only", "data_from",
@@ -60,8 +66,6 @@ def check_near(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: one line.
     """
-    from ..common.errors import InputError
-
     if arguments.near is None:
         for option in _ONLY:
             if getattr(arguments, option) is not None:
@@ -87,52 +91,33 @@ def check_near(arguments: argparse.Namespace) -> None:
 
 def run_near(arguments: argparse.Namespace) -> int:
     """Run it: visibility first, then the design."""
-    from ..report.near import near_notes, prediction_table, second_pose_note, visibility_table
-    from ..report.tables import console
-    from ..trajectories.design import check_mass_visible
-    from .design_outputs import check_formats
-
     request, hint = _request(arguments)
     check_formats(arguments, request.robot)
     visibility = request.visibility
-    table = visibility_table(visibility)
-    console(table).print(table)
-    check_mass_visible(visibility, request.mass_sigma is not None, "near this pose")
+    table = report.near.visibility_table(visibility)
+    report.tables.console(table).print(table)
+    trajectories.design.check_mass_visible(visibility, request.mass_sigma is not None, "near this pose")
     found = _designed(arguments, request)
-    prediction = prediction_table(found.spread, request.expected)
-    terminal = console(prediction)
+    prediction = report.near.prediction_table(found.spread, request.expected)
+    terminal = report.tables.console(prediction)
     terminal.print(prediction)
-    notes = near_notes(found)
+    notes = report.near.near_notes(found)
     if hint is not None:
-        notes.append(second_pose_note(request, hint.tolist()))
+        notes.append(report.near.second_pose_note(request, hint.tolist()))
     for line in notes:
         terminal.print(line, markup=False, highlight=False)
     _write(arguments, found)
     if arguments.plots or arguments.report:
-        from .near_outputs import write_near_outputs
-
         write_near_outputs(arguments, found, (table, prediction), notes)
     return ANSWERED
 
 
-def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
+def _request(arguments: argparse.Namespace) -> tuple[trajectories.NearRequest, Array | None]:
     """What is asked for, and a second pose that would help where none was asked for."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..estimation.files import read_stored_robot
-    from ..model import InertialParameters
-    from ..trajectories import read_scene
-    from ..trajectories.design import second_pose
-    from .arguments import chosen_robot
-    from .design_problem import asked_bounds, in_si
-
     robot = chosen_robot(arguments)
     known = None
     if arguments.robot_parameters:
-        stored = read_stored_robot(arguments.robot_parameters)
+        stored = estimation.files.read_stored_robot(arguments.robot_parameters)
         robot = stored.applied_to(robot)
         known = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
     if max(arguments.joints) > robot.n:
@@ -140,7 +125,7 @@ def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
     bounds = asked_bounds(arguments, robot)
     noise, rate = _noise(arguments, robot, bounds)
     mass = arguments.mass or arguments.expected_mass or 3.0
-    request = NearRequest(
+    request = trajectories.NearRequest(
         robot,
         in_si(arguments.near, robot),
         arguments.joints,
@@ -148,18 +133,18 @@ def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
         arguments.duration or _DURATION,
         noise,
         rate,
-        InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3)),
+        model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3)),
         arguments.mass_sigma,
         None,
         bounds,
-        read_scene(arguments.scene) if arguments.scene else None,
+        trajectories.read_scene(arguments.scene) if arguments.scene else None,
         known,
     )
     if arguments.second_pose is None:
         visible = request.visibility.mass_visible or request.mass_sigma is not None
-        return request, second_pose(request, arguments.seed) if visible else None
+        return request, trajectories.design.second_pose(request, arguments.seed) if visible else None
     if arguments.second_pose == "auto":
-        found = second_pose(request, arguments.seed)
+        found = trajectories.design.second_pose(request, arguments.seed)
         if found is None:
             print("dynident: note: no second pose would tell much more: there is one pose only", file=sys.stderr)
         return replace(request, second=found), None
@@ -170,12 +155,8 @@ def _request(arguments: argparse.Namespace) -> tuple[NearRequest, Array | None]:
     return replace(request, second=in_si(second, robot)), None
 
 
-def _ranges(arguments: argparse.Namespace, robot: Robot) -> Array:
+def _ranges(arguments: argparse.Namespace, robot: model.Robot) -> Array:
     """A range for each moving joint [rad or m]."""
-    import numpy as np
-
-    from ..common.errors import InputError
-
     given, joints = arguments.range or (30.0,), arguments.joints
     if len(given) not in (1, len(joints)):
         raise InputError(f"--range has {len(given)} numbers for {len(joints)} joints: give one, or one for each")
@@ -186,14 +167,10 @@ def _ranges(arguments: argparse.Namespace, robot: Robot) -> Array:
     return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
 
-def _noise(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds) -> tuple[Array, float]:
+def _noise(
+    arguments: argparse.Namespace, robot: model.Robot, bounds: trajectories.JointBounds
+) -> tuple[Array, float]:
     """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..trajectories import RX90_NOISE
-    from .design_problem import asked_noise
-
     if arguments.torque_noise is not None:
         noise = asked_noise(arguments, bounds)
         if noise is None or noise.shape != (robot.n,) or not (noise > 0.0).all():
@@ -201,7 +178,7 @@ def _noise(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds) -> 
         return noise, arguments.independent_rate
     if robot.name == "rx90":
         print("dynident: note: no --torque-noise: that of the paper's RX90 is assumed", file=sys.stderr)
-        return np.array(RX90_NOISE), 250.0
+        return np.array(trajectories.RX90_NOISE), 250.0
     limits = np.array([joint.limits.torque for joint in robot.joints])
     if not np.isfinite(limits).all():
         raise InputError(
@@ -214,23 +191,18 @@ def _noise(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds) -> 
     return _NOISE * limits, _NOISE_RATE
 
 
-def _designed(arguments: argparse.Namespace, request: NearRequest) -> NearDesign:
+def _designed(arguments: argparse.Namespace, request: trajectories.NearRequest) -> trajectories.NearDesign:
     """The motion; refused if it does not keep every limit.
 
     Raises:
         InputError: names the limit.
     """
-    from rich.console import Console
-
-    from ..common.errors import InputError
-    from ..trajectories.design import Step
-
     with Console(stderr=True).status("building") as status:
 
-        def show(step: Step) -> None:
+        def show(step: trajectories.design.Step) -> None:
             status.update(f"{step.text}, {step.evaluations} evaluations")
 
-        found = design_near(request, seed=arguments.seed, starts=arguments.starts or 1, progress=show)
+        found = trajectories.design_near(request, seed=arguments.seed, starts=arguments.starts or 1, progress=show)
     if not found.design.feasible:
         missed = "; ".join(found.design.score.violations)
         raise InputError(f"no motion was found that keeps every limit, the nearest has: {missed}")
@@ -239,24 +211,20 @@ def _designed(arguments: argparse.Namespace, request: NearRequest) -> NearDesign
     return found
 
 
-def _write(arguments: argparse.Namespace, found: NearDesign) -> None:
+def _write(arguments: argparse.Namespace, found: trajectories.NearDesign) -> None:
     """The motion, its rehearsal and the JSON."""
-    from pathlib import Path
-
-    from ..common.files import write_text
-    from ..report.documents import write_json
-    from ..report.motions import WrittenMotion, csv_text
-    from ..report.near import near_document, near_head
-    from .design_outputs import write_formats
-
     robot, bounds = found.request.robot, found.request.limits
-    write_formats(arguments, WrittenMotion(robot, found.motion, bounds, near_head(found, 1.0)))
+    write_formats(
+        arguments, report.motions.WrittenMotion(robot, found.motion, bounds, report.near.near_head(found, 1.0))
+    )
     rehearsal = arguments.rehearsal
     if rehearsal is None and arguments.csv:
         path = Path(arguments.csv)
         rehearsal = str(path.with_name(f"{path.stem}_rehearsal{path.suffix}"))
     if rehearsal:
-        slow = WrittenMotion(robot, found.motion.slowed(0.1), bounds, near_head(found, 0.1))
-        write_text(rehearsal, csv_text(slow, arguments.sample_rate or 250.0))
+        slow = report.motions.WrittenMotion(
+            robot, found.motion.slowed(0.1), bounds, report.near.near_head(found, 0.1)
+        )
+        write_text(rehearsal, report.motions.csv_text(slow, arguments.sample_rate or 250.0))
     if arguments.json:
-        write_json(arguments.json, near_document(found))
+        report.documents.write_json(arguments.json, report.near.near_document(found))

@@ -6,23 +6,24 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import model, report, trajectories
+from ..common.errors import InputError
+from ..common.files import write_text
+from .design_problem import Request
+from .design_report import design_page, limit_drawings, poses_drawing
+from .values import names_list, positive_number
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.table import Table
 
-    from ..model import Motion, Robot
-    from ..report.motions import WrittenMotion
-    from ..trajectories import Design, Score
-    from .design_problem import Request
 
 _FIGURE_RATE, _REPLAY_RATE = 100.0, 500.0  # Hz
 
 
 def output_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to write what."""
-    from .values import names_list, positive_number
-
     group = parser.add_argument_group("files")
     group.add_argument("--csv", metavar="F", help="samples: t, q, qd, qdd")
     group.add_argument("--json", metavar="F", help="the result as JSON")
@@ -52,8 +53,6 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: one line.
     """
-    from ..common.errors import InputError
-
     for option, needs in (
         ("joint_names", ("ros2",)),
         ("controller_rate", ("urscript",)),
@@ -68,88 +67,84 @@ def check_outputs(arguments: argparse.Namespace) -> None:
                 raise InputError(f"--{option} writes a designed motion: leave it out with --evaluate")
 
 
-def check_formats(arguments: argparse.Namespace, robot: Robot) -> None:
+def check_formats(arguments: argparse.Namespace, robot: model.Robot) -> None:
     """Refuse what a format has no place for, before the search.
 
     Raises:
         InputError: one line.
     """
-    from ..report.motions import CONTROLLER_RATE, check_joint_names, check_urscript, check_val3
-
     if arguments.ros2:
-        check_joint_names(arguments.joint_names or (), robot.n)
+        report.motions.check_joint_names(arguments.joint_names or (), robot.n)
     if arguments.val3:
-        check_val3(robot, not arguments.fourier, Path(arguments.val3).name)
+        report.motions.check_val3(robot, not arguments.fourier, Path(arguments.val3).name)
     if arguments.urscript:
-        check_urscript(robot, arguments.controller_rate or CONTROLLER_RATE)
+        report.motions.check_urscript(robot, arguments.controller_rate or report.motions.CONTROLLER_RATE)
 
 
-def write_motion(arguments: argparse.Namespace, design: Design) -> None:
+def write_motion(arguments: argparse.Namespace, design: trajectories.Design) -> None:
     """Write the motion in the formats asked for."""
-    from ..report.motions import WrittenMotion, design_head
-
     problem = design.problem
-    write_formats(arguments, WrittenMotion(problem.robot, design.plan, problem.bounds, design_head(design)))
+    write_formats(
+        arguments,
+        report.motions.WrittenMotion(
+            problem.robot, design.plan, problem.bounds, report.motions.design_head(design)
+        ),
+    )
 
 
-def write_formats(arguments: argparse.Namespace, written: WrittenMotion) -> None:
+def write_formats(arguments: argparse.Namespace, written: report.motions.WrittenMotion) -> None:
     """Write a motion with its head in the formats asked for."""
-    from ..common.files import write_text
-    from ..report.motions import CONTROLLER_RATE, csv_text, ros2_text, urscript_text, val3_files
-
     rate = arguments.sample_rate or 250.0
     if arguments.csv:
-        write_text(arguments.csv, csv_text(written, rate))
+        write_text(arguments.csv, report.motions.csv_text(written, rate))
     if arguments.ros2:
-        write_text(arguments.ros2, ros2_text(written, rate, arguments.joint_names or ()))
+        write_text(arguments.ros2, report.motions.ros2_text(written, rate, arguments.joint_names or ()))
     if arguments.urscript:
-        write_text(arguments.urscript, urscript_text(written, arguments.controller_rate or CONTROLLER_RATE))
+        write_text(
+            arguments.urscript,
+            report.motions.urscript_text(written, arguments.controller_rate or report.motions.CONTROLLER_RATE),
+        )
     if arguments.val3:
         folder = Path(arguments.val3)
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in val3_files(written, folder.name).items():
+        for name, text in report.motions.val3_files(written, folder.name).items():
             write_text(folder / name, text)
 
 
-def replayed(design: Design) -> Score:
+def replayed(design: trajectories.Design) -> trajectories.Score:
     """What a controller would make of the via points if its profiles are trapezoidal, as ``--val3`` asks for."""
-    from ..report.motions import WrittenMotion, val3_replay
-    from ..trajectories import score_motion
-
     problem = design.problem
-    written = WrittenMotion(problem.robot, design.plan, problem.bounds, ())
-    return score_motion(problem, val3_replay(written).motion(_REPLAY_RATE))
+    written = report.motions.WrittenMotion(problem.robot, design.plan, problem.bounds, ())
+    return trajectories.score_motion(problem, report.motions.val3_replay(written).motion(_REPLAY_RATE))
 
 
-def write_plots(folder: Path, request: Request, score: Score, design: Design | None, motion: Motion) -> None:
+def write_plots(
+    folder: Path,
+    request: Request,
+    score: trajectories.Score,
+    design: trajectories.Design | None,
+    motion: model.Motion,
+) -> None:
     """Write the figures."""
-    from ..common.files import write_text
-    from ..report.arm import arm_animation
-    from ..report.figures import save_drawings
-    from .design_report import limit_drawings, poses_drawing
-
     drawings = limit_drawings(request, score, motion)
-    save_drawings(folder, drawings if design is None else [*drawings, poses_drawing(design)])
+    report.figures.save_drawings(folder, drawings if design is None else [*drawings, poses_drawing(design)])
     if design is not None:
-        write_text(folder / "arm.svg", arm_animation(design.problem.robot, design.plan))
+        write_text(folder / "arm.svg", report.arm.arm_animation(design.problem.robot, design.plan))
 
 
 def write_design_report(
     arguments: argparse.Namespace,
     request: Request,
-    score: Score,
-    design: Design | None,
-    motion: Motion,
+    score: trajectories.Score,
+    design: trajectories.Design | None,
+    motion: model.Motion,
     told: tuple[Sequence[Table], Sequence[str]],
 ) -> None:
     """Write the report, if one was asked for; ``told``: tables and lines of the terminal."""
     if arguments.report:
-        from ..report.html import write_report
-        from .design_report import design_page
-
-        write_report(arguments.report, design_page(arguments, request, score, motion, design, told))
+        report.html.write_report(arguments.report, design_page(arguments, request, score, motion, design, told))
 
 
-def figure_motion(design: Design) -> Motion:
+def figure_motion(design: trajectories.Design) -> model.Motion:
     """Samples for figures."""
     return design.motion(_FIGURE_RATE)

@@ -7,12 +7,15 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from ..common.arrays import Array
-    from ..model import InertialParameters, Robot
-    from ..trajectories import DesignProblem, Earlier, Goal, JointBounds, Loads
+import numpy as np
+
+from .. import estimation, model, trajectories
+from ..common.arrays import Array
+from ..common.errors import InputError
+from .arguments import chosen_robot
+from .design_shape import asked_shape, known_length
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
@@ -26,7 +29,7 @@ class Request(NamedTuple):
         labels: how to call a parameter ("ZZ1R"), by its name.
     """
 
-    problem: DesignProblem
+    problem: trajectories.DesignProblem
     reference: Mapping[str, float]
     labels: Mapping[str, str]
 
@@ -37,22 +40,16 @@ def build_request(arguments: argparse.Namespace) -> Request:
     Raises:
         InputError: for whatever does not fit; one line.
     """
-    from ..estimation.files import read_stored_robot
-    from ..model import base_parameters
-    from ..trajectories import build_design, read_scene
-    from .arguments import chosen_robot
-    from .design_shape import asked_shape
-
     robot = chosen_robot(arguments)
     known: Mapping[str, float] = {}
     if arguments.robot_parameters:
-        stored = read_stored_robot(arguments.robot_parameters)
+        stored = estimation.files.read_stored_robot(arguments.robot_parameters)
         robot = stored.applied_to(robot)
         known = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
     payload = _payload(arguments.heaviest_payload, robot) if arguments.heaviest_payload else None
     bounds = asked_bounds(arguments, robot)
     reference = _reference(robot, known, payload if arguments.payload_only else None, arguments.payload_only)
-    problem = build_design(
+    problem = trajectories.build_design(
         robot,
         asked_shape(arguments),
         _goal(arguments, robot, bounds, reference),
@@ -60,28 +57,22 @@ def build_request(arguments: argparse.Namespace) -> Request:
         loads=_loads(robot, known, payload, bounds, arguments.payload_only),
         duration=arguments.max_duration,
         start=_start(arguments.start, robot) if arguments.start else None,
-        scene=read_scene(arguments.scene) if arguments.scene else None,
+        scene=trajectories.read_scene(arguments.scene) if arguments.scene else None,
     )
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     labels = {} if arguments.payload_only else dict(zip(base.columns, base.names, strict=True))
     return Request(problem, reference, labels)
 
 
-def in_si(values: Sequence[float], robot: Robot) -> Array:
+def in_si(values: Sequence[float], robot: model.Robot) -> Array:
     """Degrees of turning joints in radians; metres of sliding ones as they are."""
-    import numpy as np
-
-    from ..common.errors import InputError
-
     if len(values) != robot.n:
         raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
     return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])
 
 
-def _start(values: Sequence[float], robot: Robot) -> Array:
+def _start(values: Sequence[float], robot: model.Robot) -> Array:
     """The pose where the motion begins, checked in the units it was given in."""
-    from ..common.errors import InputError
-
     pose = in_si(values, robot)
     for j, (joint, given, position) in enumerate(zip(robot.joints, values, pose, strict=True), 1):
         low, high = joint.limits.position
@@ -94,28 +85,29 @@ def _start(values: Sequence[float], robot: Robot) -> Array:
     return pose
 
 
-def asked_bounds(arguments: argparse.Namespace, robot: Robot) -> JointBounds:
+def asked_bounds(arguments: argparse.Namespace, robot: model.Robot) -> trajectories.JointBounds:
     """Limits of the joints."""
-    from ..trajectories import JointBounds
-
     given: list[float] | None = None
     if isinstance(arguments.acceleration, float):
         given = [arguments.acceleration * joint.limits.speed for joint in robot.joints]
     elif arguments.acceleration is not None:
         given = in_si(arguments.acceleration, robot).tolist()
     torque = (math.inf,) * robot.n if arguments.torque_limits == "none" else arguments.torque_limits
-    return JointBounds.of(robot, override=arguments.speed_override, acceleration=given, torque=torque)
+    return trajectories.JointBounds.of(robot, override=arguments.speed_override, acceleration=given, torque=torque)
 
 
-def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, reference: Mapping[str, float]) -> Goal:
-    from ..trajectories import Goal
-    from .design_shape import known_length
+def _goal(
+    arguments: argparse.Namespace,
+    robot: model.Robot,
+    bounds: trajectories.JointBounds,
+    reference: Mapping[str, float],
+) -> trajectories.Goal:
 
     noise, earlier = asked_noise(arguments, bounds), None
     length = arguments.data_length
     if arguments.data_from:
         earlier, length = _earlier(arguments, robot, noise), length or known_length(arguments)
-    return Goal(
+    return trajectories.Goal(
         arguments.criterion,
         columns=arguments.columns,
         payload_only=arguments.payload_only,
@@ -128,54 +120,41 @@ def _goal(arguments: argparse.Namespace, robot: Robot, bounds: JointBounds, refe
     )
 
 
-def asked_noise(arguments: argparse.Namespace, bounds: JointBounds) -> Array | None:
+def asked_noise(arguments: argparse.Namespace, bounds: trajectories.JointBounds) -> Array | None:
     """Torque noise as asked for, else that of the earlier recordings."""
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..estimation.files import recorded_noise
-
     if isinstance(arguments.torque_noise, float):
         if not np.isfinite(bounds.torque).all():
             raise InputError("--torque-noise as a percentage needs a torque limit of every joint: --torque-limits")
         return np.asarray(arguments.torque_noise * bounds.torque)
     if arguments.torque_noise is not None:
         return np.array(arguments.torque_noise)
-    found = recorded_noise(arguments.data_from[0]) if arguments.data_from else None
+    found = estimation.files.recorded_noise(arguments.data_from[0]) if arguments.data_from else None
     if found is None:
         print("dynident: note: no --torque-noise: 1 N·m (or N) in every joint is assumed", file=sys.stderr)
     return found
 
 
-def _earlier(arguments: argparse.Namespace, robot: Robot, noise: Array | None) -> Earlier:
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..estimation.files import read_information
-    from ..model.regressors import payload_columns
-    from ..trajectories import Earlier
+def _earlier(arguments: argparse.Namespace, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
 
     weighted = arguments.criterion in ("d", "a")
     if weighted and noise is None:
         raise InputError(f"{arguments.data_from[0]}: carries no weights: give --torque-noise")
-    found = [read_information(path, noise if weighted else None) for path in arguments.data_from]
+    found = [estimation.files.read_information(path, noise if weighted else None) for path in arguments.data_from]
     if arguments.payload_only:
-        found = [one.of_payload(payload_columns(robot)) for one in found]
+        found = [one.of_payload(model.regressors.payload_columns(robot)) for one in found]
     columns = found[0].columns
     for path, other in zip(arguments.data_from, found, strict=True):
         if set(other.columns) != set(columns):
             raise InputError(f"{path}: has other columns than {arguments.data_from[0]}: give files of one model")
     rows = [one.factor[:, [one.columns.index(name) for name in columns]] for one in found]
-    return Earlier(columns, np.vstack(rows))
+    return trajectories.Earlier(columns, np.vstack(rows))
 
 
 def _reference(
-    robot: Robot, known: Mapping[str, float], payload: InertialParameters | None, payload_only: bool
+    robot: model.Robot, known: Mapping[str, float], payload: model.InertialParameters | None, payload_only: bool
 ) -> dict[str, float]:
     """Values that standard deviations are relative to, as far as they are known."""
-    from ..model import base_parameters
-
-    base, values = base_parameters(robot), dict(known)
+    base, values = model.base_parameters(robot), dict(known)
     if payload_only:
         values = payload.named(str(robot.n)) if payload is not None else {}
     elif not known and all(name in robot.parameters for name in base.standard):
@@ -184,16 +163,12 @@ def _reference(
 
 
 def _loads(
-    robot: Robot,
+    robot: model.Robot,
     known: Mapping[str, float],
-    payload: InertialParameters | None,
-    bounds: JointBounds,
+    payload: model.InertialParameters | None,
+    bounds: trajectories.JointBounds,
     payload_only: bool,
-) -> Loads | None:
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..trajectories import Loads
+) -> trajectories.Loads | None:
 
     if not np.isfinite(bounds.torque).any():
         if payload is not None and not payload_only:
@@ -201,18 +176,13 @@ def _loads(
         return None
     if not (known or payload):
         return None
-    return Loads(known or robot.parameters, payload)
+    return trajectories.Loads(known or robot.parameters, payload)
 
 
-def _payload(text: str, robot: Robot) -> InertialParameters:
+def _payload(text: str, robot: model.Robot) -> model.InertialParameters:
     """A TOML file, or a point mass "7.0" or "7.0@0,0,0.2" [kg, m]."""
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..model import InertialParameters, read_payload
-
     if Path(text).suffix.lower() == ".toml":
-        return read_payload(text)
+        return model.read_payload(text)
     mass, _, place = text.partition("@")
     try:
         kilograms = float(mass)
@@ -227,4 +197,4 @@ def _payload(text: str, robot: Robot) -> InertialParameters:
             "the last link's frame: give kg@x,y,z or a TOML file to put it where it hangs",
             file=sys.stderr,
         )
-    return InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))
+    return model.InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))

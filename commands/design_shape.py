@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..trajectories import BlendShape, FourierShape, ViaPointShape
+from .. import trajectories
+from ..common.errors import InputError
 
 
-def asked_shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape | BlendShape:
+def asked_shape(
+    arguments: argparse.Namespace,
+) -> trajectories.FourierShape | trajectories.ViaPointShape | trajectories.BlendShape:
     """The shape of the motion.
 
     Raises:
         InputError: for options that do not go together.
     """
-    from ..common.errors import InputError
-    from ..trajectories import FourierShape
-
     if arguments.fourier is None:
         if arguments.duration is not None:
             raise InputError("--duration is the period of --fourier: via points take --max-duration")
@@ -26,35 +24,29 @@ def asked_shape(arguments: argparse.Namespace) -> FourierShape | ViaPointShape |
         value = getattr(arguments, option)
         if value is not None and value is not False:
             raise InputError(f"--{option.replace('_', '-')} belongs to --via-points: --fourier takes --duration")
-    return FourierShape(arguments.fourier, _period(arguments))
+    return trajectories.FourierShape(arguments.fourier, _period(arguments))
 
 
 def known_length(arguments: argparse.Namespace) -> float | None:
     """How long the motion will take [s], or at most; None where nothing says so."""
-    from ..trajectories import ViaPointShape
-
     if arguments.fourier is not None:
         return _period(arguments)
     fixed = arguments.segment_durations
     if fixed is None:
         length: float | None = arguments.max_duration
         return length
-    moves = (arguments.via_points or ViaPointShape().count) - 1
+    moves = (arguments.via_points or trajectories.ViaPointShape().count) - 1
     return float(moves * fixed[0] if len(fixed) == 1 else sum(fixed))
 
 
 def _period(arguments: argparse.Namespace) -> float:
-    from ..trajectories import FourierShape
 
-    return float(FourierShape().duration if arguments.duration is None else arguments.duration)
+    return float(trajectories.FourierShape().duration if arguments.duration is None else arguments.duration)
 
 
-def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
-    from ..common.errors import InputError
-    from ..trajectories import BlendShape, Trapezoid, ViaPointShape
-    from ..trajectories.motions import Quintic, Segment
+def _via_points(arguments: argparse.Namespace) -> trajectories.ViaPointShape | trajectories.BlendShape:
 
-    count = arguments.via_points or ViaPointShape().count
+    count = arguments.via_points or trajectories.ViaPointShape().count
     if count < 3:
         raise InputError(f"--via-points {count}: give at least 3")
     if arguments.ramp is not None and arguments.segments != "trapezoid":
@@ -63,17 +55,17 @@ def _via_points(arguments: argparse.Namespace) -> ViaPointShape | BlendShape:
     if arguments.segments == "blend":
         if arguments.rest:
             raise InputError("--segments blend passes the via points: --segments trapezoid rests in each")
-        return BlendShape(count, fixed=fixed)
-    segment: Segment = Quintic()
+        return trajectories.BlendShape(count, fixed=fixed)
+    segment: trajectories.motions.Segment = trajectories.motions.Quintic()
     if arguments.segments == "trapezoid":
-        segment = Trapezoid() if arguments.ramp is None else Trapezoid(arguments.ramp)
-    return ViaPointShape(count, passing=segment.passes and not arguments.rest, fixed=fixed, segment=segment)
+        segment = trajectories.Trapezoid() if arguments.ramp is None else trajectories.Trapezoid(arguments.ramp)
+    return trajectories.ViaPointShape(
+        count, passing=segment.passes and not arguments.rest, fixed=fixed, segment=segment
+    )
 
 
 def _fixed(arguments: argparse.Namespace) -> float | tuple[float, ...] | None:
     """Times from point to point [s], if they are fixed."""
-    from ..common.errors import InputError
-
     fixed: tuple[float, ...] | None = arguments.segment_durations
     if fixed is not None and arguments.max_duration is not None:
         raise InputError("--segment-durations fixes the whole duration: leave --max-duration out")

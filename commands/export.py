@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from .arguments import ANSWERED, DO_NOT_USE
+import numpy as np
+
+from .. import report
+from ..common.errors import InputError
+from ..common.files import write_text
+from . import COMMANDS
+from .arguments import ANSWERED, DO_NOT_USE, check_target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..report.controllers import ControllerFormat, ControllerLoad
 
 NAMES = (
     "abb", "kuka", "ur", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
@@ -23,7 +29,7 @@ _POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("export", help="write an identified payload for a controller or a simulator")
+    parser = commands.add_parser("export", help=COMMANDS["export"])
     parser.add_argument("payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload'")
     parser.add_argument("--to", required=True, choices=NAMES, metavar="NAME", help=", ".join(NAMES))
     parser.add_argument("--out", metavar="F", help="file to write; the terminal by default")
@@ -59,14 +65,10 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..common.files import write_text
-    from ..report.controllers import FORMATS, read_load
-    from .arguments import check_target
-
     check_target("out", arguments.out)
-    form = FORMATS[arguments.to]
+    form = report.controllers.FORMATS[arguments.to]
     _check_options(form, arguments)
-    load = read_load(arguments.payload, arguments.method, arguments.despite_verdict)
+    load = report.controllers.read_load(arguments.payload, arguments.method, arguments.despite_verdict)
     if load.verdict == "do_not_use" and not arguments.despite_verdict:
         reasons = "; ".join(load.reasons)
         print(f"dynident: not written: the verdict on {load.source} is 'do not use': {reasons}", file=sys.stderr)
@@ -83,31 +85,33 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def _check_options(form: ControllerFormat, arguments: argparse.Namespace) -> None:
+def _check_options(form: report.controllers.ControllerFormat, arguments: argparse.Namespace) -> None:
     """An option that the format does not know would be ignored."""
-    from ..common.errors import InputError
-    from ..report.controllers import FORMATS
-
     for option, given, known in (
-        ("--tool-frame", arguments.tool_frame, [f.name for f in FORMATS.values() if f.in_tool_frame]),
-        ("--meters-per-unit", arguments.meters_per_unit, [f.name for f in FORMATS.values() if f.own_units]),
+        (
+            "--tool-frame",
+            arguments.tool_frame,
+            [f.name for f in report.controllers.FORMATS.values() if f.in_tool_frame],
+        ),
+        (
+            "--meters-per-unit",
+            arguments.meters_per_unit,
+            [f.name for f in report.controllers.FORMATS.values() if f.own_units],
+        ),
     ):
         if given is not None and form.name not in known:
             raise InputError(f"{option} belongs to --to {', '.join(known)}, not to {form.name}")
 
 
-def _placed(load: ControllerLoad, arguments: argparse.Namespace) -> ControllerLoad:
+def _placed(
+    load: report.controllers.ControllerLoad, arguments: argparse.Namespace
+) -> report.controllers.ControllerLoad:
     """The load in the frame and the units that were asked for."""
-    from dataclasses import replace
-
-    from ..common.errors import InputError
-    from ..report.controllers.payload_file import is_flange
-
     if arguments.flange_frame is not None:
         load = _seen_from(
             load, arguments.flange_frame, f"flange, at {_told(arguments.flange_frame)} in {load.frame}"
         )
-    elif not is_flange(load.frame):
+    elif not report.controllers.payload_file.is_flange(load.frame):
         raise InputError(
             f"{arguments.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
             "flange's pose in it (0 0 0 0 0 0 if it is the same)"
@@ -120,16 +124,18 @@ def _placed(load: ControllerLoad, arguments: argparse.Namespace) -> ControllerLo
     return load
 
 
-def _seen_from(load: ControllerLoad, pose: Sequence[float], frame: str) -> ControllerLoad:
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..report.controllers.rotation import Angles, matrix
+def _seen_from(
+    load: report.controllers.ControllerLoad, pose: Sequence[float], frame: str
+) -> report.controllers.ControllerLoad:
 
     if not np.isfinite(pose).all():
         raise InputError(f"a frame of {_told(pose)}: six finite numbers are needed")
     rx, ry, rz = np.radians(pose[3:])
-    return load.seen_from(matrix(Angles(rz, ry, rx)), np.array(pose[:3]), frame)
+    return load.seen_from(
+        report.controllers.rotation.matrix(report.controllers.rotation.Angles(rz, ry, rx)),
+        np.array(pose[:3]),
+        frame,
+    )
 
 
 def _told(pose: Sequence[float]) -> str:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
+from rich.console import Console
+
+from .. import estimation, report
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("gains", help="identify drive gains from currents and a payload of known mass")
+    parser = commands.add_parser("gains", help=COMMANDS["gains"])
     robot_argument(parser)
     for option, what in (("unloaded", "currents without payload"), ("loaded", "currents with it")):
         parser.add_argument(
@@ -26,21 +32,10 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from dataclasses import replace
-
-    from rich.console import Console
-
-    from ..common.errors import InputError
-    from ..estimation import identify_gains
-    from ..estimation.gains import gain_problem, known_mass, read_known_load
-    from ..report.documents import write_json
-    from ..report.gains import gains_document, gains_notes, gains_table
-    from ..report.tables import console
-
     if arguments.payload and arguments.mass_sigma is not None:
         raise InputError("--mass-sigma belongs to --mass; in a payload's file it is the key mass_sigma")
-    load = read_known_load(arguments.payload) if arguments.payload else None
-    load = load or known_mass(arguments.mass, arguments.mass_sigma or 0.0)
+    load = estimation.gains.read_known_load(arguments.payload) if arguments.payload else None
+    load = load or estimation.gains.known_mass(arguments.mass, arguments.mass_sigma or 0.0)
     robot, processing = settings(arguments)
     told = set[str]()
     amperes = (1.0,) * robot.n
@@ -49,14 +44,14 @@ def run(arguments: argparse.Namespace) -> int:
         read_recordings(paths, plain, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)
     )
     with Console(stderr=True).status("reading") as status:
-        problem = gain_problem(robot, unloaded, loaded, processing, status.update, load)
+        problem = estimation.gains.gain_problem(robot, unloaded, loaded, processing, status.update, load)
         status.update("estimating")
-        gains = identify_gains(problem, load)
-    table = gains_table(gains)
-    terminal = console(table)
+        gains = estimation.identify_gains(problem, load)
+    table = report.gains.gains_table(gains)
+    terminal = report.tables.console(table)
     terminal.print(table)
-    for line in gains_notes(gains):
+    for line in report.gains.gains_notes(gains):
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        write_json(arguments.json, gains_document(gains, processing))
+        report.documents.write_json(arguments.json, report.gains.gains_document(gains, processing))
     return ANSWERED if any(gains.identified) else DO_NOT_USE

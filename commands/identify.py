@@ -5,6 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from rich.console import Console
+
+from .. import estimation, model, report
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import (
     ANSWERED,
     DO_NOT_USE,
@@ -16,21 +21,16 @@ from .arguments import (
     settings,
 )
 from .knowledge import gain_arguments, gain_errors_of
-from .report import report_arguments, write_page
+from .report import drawn, provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..estimation import Identification
-    from ..estimation.possible import ConstrainedBase, ConstrainedRobot
-    from ..model import Processing, Recording
-    from ..report.html import Page
-
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("identify", help="identify the robot's own parameters, without payload")
+    parser = commands.add_parser("identify", help=COMMANDS["identify"])
     robot_argument(parser)
     parser.add_argument(
         "--data",
@@ -67,15 +67,6 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from rich.console import Console
-
-    from ..estimation import identify
-    from ..estimation.diagnosis import fit_reasons
-    from ..estimation.payload import identification_system, impossible_robot
-    from ..estimation.possible import ConstrainedRobot
-    from ..report.robot_tables import constrained_notes, elimination_notes, standard_table
-    from ..report.tables import console, robot_notes, robot_table
-
     robot, processing = settings(arguments)
     _check(arguments)
     told = set[str]()
@@ -84,31 +75,34 @@ def run(arguments: argparse.Namespace) -> int:
     gains = gain_errors_of(arguments, robot, [], recordings)
     with Console(stderr=True).status("reading") as status:
         rule = essential_rule(arguments)
-        result = identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
+        result = estimation.identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
-        warnings = impossible_robot(robot, result.base, result.estimate, result.elimination)
-    tables = [robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, ConstrainedRobot):
-        tables.append(standard_table(constrained, robot.title or robot.name))
-    terminal = console(*tables)
+        warnings = estimation.payload.impossible_robot(robot, result.base, result.estimate, result.elimination)
+    tables = [report.tables.robot_table(result, constrained.values.tolist() if constrained else None)]
+    if isinstance(constrained, estimation.possible.ConstrainedRobot):
+        tables.append(report.robot_tables.standard_table(constrained, robot.title or robot.name))
+    terminal = report.tables.console(*tables)
     terminal.print(*tables)
-    notes = [*robot_notes(result), *elimination_notes(result.elimination, warnings)]
-    for line in [*notes, *(constrained_notes(constrained) if constrained else [])]:
+    notes = [
+        *report.tables.robot_notes(result),
+        *report.robot_tables.elimination_notes(result.elimination, warnings),
+    ]
+    for line in [*notes, *(report.robot_tables.constrained_notes(constrained) if constrained else [])]:
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        from ..report.documents import identification_document, write_json
-
-        document = identification_document(result, processing, arguments.drive_gains, constrained, warnings)
-        write_json(arguments.json, document)
+        document = report.documents.identification_document(
+            result, processing, arguments.drive_gains, constrained, warnings
+        )
+        report.documents.write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
-    write_results(arguments, tables, lambda: identification_system(result, recordings, processing))
-    return DO_NOT_USE if fit_reasons(result.estimate.fit, "the model") else ANSWERED
+    write_results(
+        arguments, tables, lambda: estimation.payload.identification_system(result, recordings, processing)
+    )
+    return DO_NOT_USE if estimation.diagnosis.fit_reasons(result.estimate.fit, "the model") else ANSWERED
 
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
-    from ..common.errors import InputError
-
     for option, gauges in (
         ("prior_mass", ("prior",)),
         ("prior_budget", ("prior",)),
@@ -120,52 +114,46 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _constrained(
-    arguments: argparse.Namespace, result: Identification
-) -> ConstrainedBase | ConstrainedRobot | None:
+    arguments: argparse.Namespace, result: estimation.Identification
+) -> estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None:
     """The robot that can exist, as asked for."""
-    from ..common.errors import InputError
-    from ..estimation import MassBounds, SolverError
-    from ..estimation.possible import BUDGET, robot_prior, solve_constrained_base, solve_constrained_prior
-
     if arguments.constrained == "none":
         return None
     robot, base, estimate = result.robot, result.base, result.estimate
-    mass = MassBounds(*arguments.total_mass) if arguments.total_mass else None
+    mass = estimation.MassBounds(*arguments.total_mass) if arguments.total_mass else None
     try:
         if arguments.constrained == "base":
-            return solve_constrained_base(robot, base, estimate, mass)
-        budget = BUDGET if arguments.prior_budget is None else arguments.prior_budget
-        prior = robot_prior(robot, arguments.prior_mass)
-        return solve_constrained_prior(robot, base, estimate, prior, budget, mass)
-    except SolverError as error:
+            return estimation.possible.solve_constrained_base(robot, base, estimate, mass)
+        budget = estimation.possible.BUDGET if arguments.prior_budget is None else arguments.prior_budget
+        prior = estimation.possible.robot_prior(robot, arguments.prior_mass)
+        return estimation.possible.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
+    except estimation.SolverError as error:
         raise InputError(f"{error}; --constrained none leaves it out") from error
 
 
 def _page(
     arguments: argparse.Namespace,
-    result: Identification,
-    constrained: ConstrainedBase | ConstrainedRobot | None,
-    recordings: Sequence[Recording],
-    held_out: Sequence[Recording],
-    processing: Processing,
+    result: estimation.Identification,
+    constrained: estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None,
+    recordings: Sequence[model.Recording],
+    held_out: Sequence[model.Recording],
+    processing: model.Processing,
     warnings: Sequence[str],
-) -> Page:
+) -> report.html.Page:
     """The report: what was held out is drawn, else what was fitted."""
-    from ..estimation.payload import excitation, robot_prediction
-    from ..report.html import identification_page
-    from .report import drawn, provenance, settings_in_words
-
     files = {"without payload": arguments.data, "held out": arguments.validate}
     shown = drawn(held_out or recordings)
     predictions = [
-        robot_prediction(result.robot, result.base, result.estimate.values, one, processing, bool(held_out))
+        estimation.payload.robot_prediction(
+            result.robot, result.base, result.estimate.values, one, processing, bool(held_out)
+        )
         for one in shown
     ]
-    return identification_page(
+    return report.html.identification_page(
         result,
         constrained,
         predictions,
-        excitation(result.problem, result.estimate),
+        estimation.payload.excitation(result.problem, result.estimate),
         provenance(arguments, files, settings_in_words(result.robot, processing, arguments.drive_gains)),
         warnings,
         others=len(held_out or recordings) - len(shown),

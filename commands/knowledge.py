@@ -7,13 +7,12 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from .. import estimation, model
+from ..common.errors import InputError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..estimation import GainErrors
-    from ..estimation.files import StoredRobot
-    from ..estimation.possible import Constraint
-    from ..model import Recording, Robot
 
 _FROM_ROBOT = (
     "These errors are those that the robot's parameters were identified with; both owe them to the same drives."
@@ -56,38 +55,35 @@ def gain_arguments(group: Any) -> None:
     )
 
 
-def constraints_of(arguments: argparse.Namespace) -> list[Constraint]:
+def constraints_of(arguments: argparse.Namespace) -> list[estimation.possible.Constraint]:
     """The constraints that the command line names.
 
     Raises:
         InputError: if they make no sense.
     """
-    from ..common.errors import InputError
-    from ..estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
-
     if (arguments.mass is None) != (arguments.mass_sigma is None):
         raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
-    found: list[Constraint] = [PossibleBody()]
+    found: list[estimation.possible.Constraint] = [estimation.PossibleBody()]
     if arguments.mass is not None:
-        found.append(KnownMass(arguments.mass, arguments.mass_sigma))
+        found.append(estimation.KnownMass(arguments.mass, arguments.mass_sigma))
     if arguments.mass_min is not None or arguments.mass_max is not None:
         low = arguments.mass_min if arguments.mass_min is not None else 0.0
-        found.append(MassBounds(low, arguments.mass_max if arguments.mass_max is not None else math.inf))
+        found.append(estimation.MassBounds(low, arguments.mass_max if arguments.mass_max is not None else math.inf))
     if arguments.com_within is not None:
-        found.append(CentreOfMassInBox(arguments.com_within[::2], arguments.com_within[1::2]))
+        found.append(estimation.CentreOfMassInBox(arguments.com_within[::2], arguments.com_within[1::2]))
     if arguments.ellipsoid is not None:
-        found.append(InEllipsoid(arguments.ellipsoid[:3], arguments.ellipsoid[3:]))
+        found.append(estimation.InEllipsoid(arguments.ellipsoid[:3], arguments.ellipsoid[3:]))
     return found
 
 
 def gain_errors_of(
     arguments: argparse.Namespace,
-    robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    stored: StoredRobot | None = None,
+    robot: model.Robot,
+    loaded: Sequence[model.Recording],
+    unloaded: Sequence[model.Recording],
+    stored: estimation.files.StoredRobot | None = None,
     compared: bool = False,
-) -> GainErrors | None:
+) -> estimation.GainErrors | None:
     """The uncertainty of the drive gains; None where nothing is said of it.
 
     What is said now, by options or a file of gains, goes before what was said when the robot was identified: the
@@ -104,9 +100,6 @@ def gain_errors_of(
     Raises:
         InputError: if it cannot be used, before any work is done.
     """
-    from ..common.errors import InputError
-    from ..estimation.fit import NOT_TOLD
-
     then = stored.gains if stored is not None else None
     gains = _told_now(arguments)
     notes: tuple[str, ...] = (_FROM_ROBOT,)
@@ -118,21 +111,19 @@ def gain_errors_of(
     else:
         return None
     if stored is not None and stored.estimate.gain_sensitivity is None and not compared:
-        raise InputError(NOT_TOLD)
+        raise InputError(estimation.fit.NOT_TOLD)
     # The same gains, even if they are told by numbers now.
     source = then if then is not None and not any(gains.recordings) else gains
     used = source.recordings.notes(loaded, unloaded, source.mass)
     return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
 
 
-def _told_now(arguments: argparse.Namespace) -> GainErrors | None:
+def _told_now(arguments: argparse.Namespace) -> estimation.GainErrors | None:
     """The uncertainty by options or a file of gains."""
-    from ..estimation import GainErrors
-
     file = arguments.stored_gains
     if arguments.gain_sigma is None and arguments.gain_sigma_common is None and file is None:
         return None
-    told = GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
+    told = estimation.GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
     if file is None:
         return told
     mass = None if math.isnan(file.mass) else file.mass

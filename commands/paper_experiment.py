@@ -5,14 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ..estimation.equations import Observer
-from ..estimation.payload import payload_map
-from ..estimation.signals import measurement
-from ..report.documents import identification_document, payload_document, write_json
-from ..report.paper import paper_tables
-from ..report.paper_comparison import constrained_table, experiment_notes, table1, table2
-from ..report.plots import save_torques
-from ..report.tables import console, paper_payload_table, payload_notes
+from .. import estimation, report
 from .paper_analysis import Analysis, analyse
 from .paper_report import write_paper_report
 from .paper_setup import levels, paper_robot, simulate_paper
@@ -30,28 +23,30 @@ def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
     """
     folder, disturbances = Path(arguments.out), levels(arguments.noise, gain_error)
     folder.mkdir(parents=True, exist_ok=True)
-    robot, paper = paper_robot(), paper_tables()
+    robot, paper = paper_robot(), report.paper.paper_tables()
     with bar("simulating") as progress:
         experiment = simulate_paper(
             robot, paper.payload, disturbances, arguments.seed, arguments.trajectories, progress
         )
     with Console(stderr=True).status("reducing") as status:
         analysis = analyse(experiment, status.update)
-    first = table1(analysis.answer, paper)
+    first = report.paper_comparison.table1(analysis.answer, paper)
     tables = [
         *([first] if first else []),
-        table2(analysis.joint, analysis.essential, analysis.truth, paper),
-        paper_payload_table(analysis.answer.estimates, paper.payload, paper),
-        constrained_table(analysis.answer, paper.payload),
+        report.paper_comparison.table2(analysis.joint, analysis.essential, analysis.truth, paper),
+        report.tables.paper_payload_table(analysis.answer.estimates, paper.payload, paper),
+        report.paper_comparison.constrained_table(analysis.answer, paper.payload),
     ]
-    terminal = console(*tables)
+    terminal = report.tables.console(*tables)
     terminal.print(*tables)
-    notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
-    for line in [*notes, *payload_notes(analysis.answer)]:
+    notes = report.paper_comparison.experiment_notes(
+        experiment, analysis.robot, analysis.joint, analysis.held_out, paper
+    )
+    for line in [*notes, *report.tables.payload_notes(analysis.answer)]:
         terminal.print(line, markup=False, highlight=False)
     _save(folder, analysis)
-    report = write_paper_report(arguments, analysis, tables, notes)
-    files = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), report)
+    page = write_paper_report(arguments, analysis, tables, notes)
+    files = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), page)
     written = ", ".join(str(path) for path in files)
     terminal.print(f"Written: {written}", highlight=False)
     return 0
@@ -60,15 +55,19 @@ def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
 def _save(folder: Path, analysis: Analysis) -> None:
     problem = analysis.answer.problem
     robot, processing = problem.robot, problem.robot.processing
-    write_json(folder / "payload.json", payload_document(analysis.answer, processing))
-    write_json(folder / "robot.json", identification_document(analysis.robot, processing, None))
-    observer = Observer(robot, problem.base.columns)
+    report.documents.write_json(
+        folder / "payload.json", report.documents.payload_document(analysis.answer, processing)
+    )
+    report.documents.write_json(
+        folder / "robot.json", report.documents.identification_document(analysis.robot, processing, None)
+    )
+    observer = estimation.equations.Observer(robot, problem.base.columns)
     held_out = analysis.experiment.runs[-1].recording
-    observation = observer.observe(measurement(held_out, processing), processing)
+    observation = observer.observe(estimation.signals.measurement(held_out, processing), processing)
     bare, joint = analysis.robot.estimate.values, analysis.joint.values
     # The payload changes the base parameters as in (25)-(28).
-    with_payload = joint[: len(bare)] + payload_map(problem) @ joint[len(bare) :]
-    save_torques(
+    with_payload = joint[: len(bare)] + estimation.payload.payload_map(problem) @ joint[len(bare) :]
+    report.plots.save_torques(
         folder / "torques.png",
         observation,
         [("predicted with payload (method 4)", with_payload), ("predicted without payload", bare)],

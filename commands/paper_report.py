@@ -5,17 +5,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from ..estimation.payload import elimination_warnings, payload_excitation, payload_prediction, robot_prediction
-from ..report.documents import payload_document
-from ..report.html import Page, Section, payload_page, plain_section, robot_section
+from .. import estimation, report
+from .paper_analysis import Analysis
 from .report import provenance, settings_in_words, write_page
-
-if TYPE_CHECKING:
-    from .paper_analysis import Analysis
 
 
 def write_paper_report(
@@ -35,14 +30,16 @@ def write_paper_report(
     return target
 
 
-def _page(arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> Page:
+def _page(
+    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
+) -> report.html.Page:
     answer, experiment = analysis.answer, analysis.experiment
     robot, base = answer.problem.robot, answer.problem.base
     processing = robot.processing
     bare, loaded = (run.recording for run in experiment.runs[-2:])
     predictions = [
-        payload_prediction(answer, loaded, processing, True),
-        robot_prediction(robot, base, analysis.robot.estimate.values, bare, processing, True),
+        estimation.payload.payload_prediction(answer, loaded, processing, True),
+        estimation.payload.robot_prediction(robot, base, analysis.robot.estimate.values, bare, processing, True),
     ]
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
@@ -50,12 +47,12 @@ def _page(arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Ta
         "noise": arguments.noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    warnings = elimination_warnings(answer)
-    return payload_page(
+    warnings = estimation.payload.elimination_warnings(answer)
+    return report.html.payload_page(
         answer,
-        payload_document(answer, processing, None, warnings),
+        report.documents.payload_document(answer, processing, None, warnings),
         predictions,
-        payload_excitation(answer.problem),
+        estimation.payload.payload_excitation(answer.problem),
         provenance(arguments, {}, settings_in_words(robot, processing, None, simulated)),
         warnings,
         others=len(experiment.runs) - 2,
@@ -64,8 +61,8 @@ def _page(arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Ta
     )
 
 
-def _extra(analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> tuple[Section, ...]:
+def _extra(analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> tuple[report.html.Section, ...]:
     return (
-        plain_section("paper", "Beside the truth and the paper", tables, notes),
-        robot_section(analysis.robot, None),
+        report.html.plain_section("paper", "Beside the truth and the paper", tables, notes),
+        report.html.robot_section(analysis.robot, None),
     )

@@ -6,13 +6,8 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from .. import estimation, model, report
 from ..common.files import write_text
-from ..estimation.repetition import Outcome
-from ..model import InertialParameters
-from ..report.documents import write_json
-from ..report.experiment import Scenario, repeated_document, repeated_numbers
-from ..report.paper import paper_tables
-from ..report.repetition_plot import save_repetitions
 from .paper_analysis import outcome
 from .paper_setup import TRAJECTORIES, levels, paper_robot, simulate_paper
 from .progress import bar
@@ -31,8 +26,8 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
         gain_error: standard deviation of the drive gains in the scenario with gain errors, relative.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    payload = paper_tables().payload
-    results: dict[int, dict[str, Outcome]] = {}
+    payload = report.paper.paper_tables().payload
+    results: dict[int, dict[str, estimation.repetition.Outcome]] = {}
     # A new interpreter each: a copy of this one would share its compiled code's state.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(WORKERS, count), mp_context=context) as pool, bar("experiments") as progress:
@@ -44,10 +39,14 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    scenarios = {name: Scenario.of([results[k][name] for k in range(count)]) for name in results[0]}
-    document = repeated_document(scenarios, paper_tables(), trajectories, range(seed, seed + count), gain_error)
+    scenarios = {
+        name: report.experiment.Scenario.of([results[k][name] for k in range(count)]) for name in results[0]
+    }
+    document = report.experiment.repeated_document(
+        scenarios, report.paper.paper_tables(), trajectories, range(seed, seed + count), gain_error
+    )
     write_text(folder / "simulated_experiment.md", document)
-    save_repetitions(
+    report.repetition_plot.save_repetitions(
         folder / "simulated_experiment.png",
         {
             "noise as on the paper's robot": scenarios["paper"].payload,
@@ -55,14 +54,14 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
             f"drive gains wrong by {100 * gain_error:g} %": scenarios["gains"].payload,
         },
     )
-    write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
+    report.documents.write_json(folder / "simulated_experiment.json", report.experiment.repeated_numbers(scenarios))
     print(document)
     return 0
 
 
 def one_experiment(
-    payload: InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
-) -> dict[str, Outcome]:
+    payload: model.InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
+) -> dict[str, estimation.repetition.Outcome]:
     """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
     robot = paper_robot()
     experiment = simulate_paper(robot, payload, levels("paper"), seed, trajectories)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
+import platform
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
+
+from .. import __version__, model, report
+from ..common.errors import InputError
 
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from ..model import Processing, Robot
-    from ..report.html import Page, Provenance
 
 T = TypeVar("T")
 _MOST_DRAWN = 3
@@ -29,17 +34,16 @@ def report_arguments(parser: argparse.ArgumentParser, default: str = "") -> None
     group.add_argument("--plots", metavar="DIR", help="write its figures as PNG, SVG and PDF; made if missing")
 
 
-def write_page(arguments: argparse.Namespace, page: Callable[[], Page]) -> None:
+def write_page(arguments: argparse.Namespace, page: Callable[[], report.html.Page]) -> None:
     """Write what was asked for; ``page`` is called only then."""
     if not (arguments.report or arguments.plots):
         return
-    from ..report.html import write_plots, write_report
 
     made = page()
     if arguments.report:
-        write_report(arguments.report, made)
+        report.html.write_report(arguments.report, made)
     if arguments.plots:
-        write_plots(arguments.plots, made)
+        report.html.write_plots(arguments.plots, made)
 
 
 def drawn(recordings: Sequence[T]) -> Sequence[T]:
@@ -49,7 +53,7 @@ def drawn(recordings: Sequence[T]) -> Sequence[T]:
 
 def provenance(
     arguments: argparse.Namespace, files: Mapping[str, Sequence[str]], settings: Mapping[str, str]
-) -> Provenance:
+) -> report.html.Provenance:
     """What the report was made from.
 
     Args:
@@ -57,21 +61,17 @@ def provenance(
         files: role -> paths of the files that were read.
         settings: in words.
     """
-    from ..report.html import Provenance, SourceFile
-
-    found = [SourceFile(role, path, checksum(path)) for role, paths in files.items() for path in paths]
+    found = [report.html.SourceFile(role, path, checksum(path)) for role, paths in files.items() for path in paths]
     for role, path in (("robot", "robot"), ("log map", "log_map"), ("drive gains", "gains_file")):
         given = getattr(arguments, path, None)
         if given and Path(given).is_file():
-            found.append(SourceFile(role, given, checksum(given)))
+            found.append(report.html.SourceFile(role, given, checksum(given)))
     command = shlex.join(["dynident", *arguments.argv])
-    return Provenance(command, now(), tuple(found), versions(), settings)
+    return report.html.Provenance(command, now(), tuple(found), versions(), settings)
 
 
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file's bytes."""
-    import hashlib
-
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
@@ -82,10 +82,6 @@ def now() -> datetime:
     Raises:
         InputError: if that variable is no number of seconds.
     """
-    from datetime import UTC, datetime
-
-    from ..common.errors import InputError
-
     fixed = os.environ.get("SOURCE_DATE_EPOCH")
     if not fixed:
         return datetime.now(UTC)
@@ -97,11 +93,6 @@ def now() -> datetime:
 
 def versions() -> dict[str, str]:
     """Of dynident, Python, and the packages that decide numbers and figures."""
-    import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    from .. import __version__
-
     found = {"dynident": __version__, "Python": platform.python_version()}
     for package in _PACKAGES:
         try:
@@ -112,7 +103,10 @@ def versions() -> dict[str, str]:
 
 
 def settings_in_words(
-    robot: Robot, processing: Processing, gains: Sequence[float] | None, more: Mapping[str, str] | None = None
+    robot: model.Robot,
+    processing: model.Processing,
+    gains: Sequence[float] | None,
+    more: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
     """Robot and processing for the report.
 

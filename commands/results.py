@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from .. import estimation, report
+from ..common.files import write_text
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from rich.table import Table
-
-    from ..estimation.payload import ObservationSystem
 
 
 def result_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +23,9 @@ def result_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def write_results(
-    arguments: argparse.Namespace, tables: Sequence[Table], system: Callable[[], ObservationSystem]
+    arguments: argparse.Namespace,
+    tables: Sequence[Table],
+    system: Callable[[], estimation.payload.ObservationSystem],
 ) -> None:
     """Write what was asked for.
 
@@ -31,14 +34,9 @@ def write_results(
         tables: as printed.
         system: makes the equations, held whole; called only where they are asked for.
     """
-    from ..common.files import write_text
-    from ..report.csv_tables import csv_tables
-    from ..report.latex import latex_tables
-    from ..report.npz import write_npz
-
     if arguments.csv:
-        write_text(arguments.csv, csv_tables(tables))
+        write_text(arguments.csv, report.csv_tables.csv_tables(tables))
     if arguments.latex:
-        write_text(arguments.latex, latex_tables(tables))
+        write_text(arguments.latex, report.latex.latex_tables(tables))
     if arguments.npz:
-        write_npz(arguments.npz, system())
+        report.npz.write_npz(arguments.npz, system())

@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import robot_check, robot_new, robot_show, robot_urdf
+from .. import model
+from . import COMMANDS, robot_check, robot_new, robot_show, robot_urdf
 from .arguments import ANSWERED
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command and of those below it."""
-    parser = commands.add_parser("robot", help="show a robot, make a new one, check its kinematics by a recording")
+    parser = commands.add_parser("robot", help=COMMANDS["robot"])
     below = parser.add_subparsers(required=True, metavar="what")
     listed = below.add_parser("list", help="the shipped robots")
     listed.set_defaults(run=run_list)
@@ -21,8 +22,6 @@ def add_parser(commands: Any) -> None:
 
 def run_list(_: argparse.Namespace) -> int:
     """Names and titles."""
-    from ..model import load_robot, robot_names
-
-    for name in robot_names():
-        print(f"{name:14s}{load_robot(name).title}")
+    for name in model.robot_names():
+        print(f"{name:14s}{model.load_robot(name).title}")
     return ANSWERED

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rich.console import Console
+
+from .. import estimation, model, report
 from .arguments import (
     ANSWERED,
     DO_NOT_USE,
@@ -15,10 +18,6 @@ from .arguments import (
     settings,
 )
 from .robot_poses import checked_poses, pose_document, pose_lines
-
-if TYPE_CHECKING:
-    from ..estimation.diagnosis import KinematicsCheck
-    from ..model import Recording, Robot
 
 _SHOWN = 6
 _DESCRIPTION = """
@@ -45,24 +44,20 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from rich.console import Console
-
-    from ..estimation.diagnosis import rank_readings
-
     robot, processing = settings(arguments)
     with Console(stderr=True).status("reading") as status:
         poses = checked_poses(arguments, robot, status.update)
         recordings = _recordings(arguments, robot, bool(poses))
-        check = rank_readings(robot, recordings, processing, status.update) if recordings else None
+        check = (
+            estimation.diagnosis.rank_readings(robot, recordings, processing, status.update) if recordings else None
+        )
     for log in poses:
         for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ())):
             print(line)
     for line in lines(check) if check else ["No torques or currents: the pose alone is compared."]:
         print(line)
     if arguments.json:
-        from ..report.documents import write_json
-
-        write_json(
+        report.documents.write_json(
             arguments.json,
             {
                 "robot": robot.name,
@@ -77,16 +72,14 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED if faithful else DO_NOT_USE
 
 
-def _recordings(arguments: argparse.Namespace, robot: Robot, poses: bool) -> list[Recording]:
+def _recordings(arguments: argparse.Namespace, robot: model.Robot, poses: bool) -> list[model.Recording]:
     """The recordings; of logs with poses those that carry torques too."""
-    from ..estimation.recordings import holds_torques
-
     how = log_map(arguments)
-    paths = [path for path in arguments.data if not poses or holds_torques(path, robot, how)]
+    paths = [path for path in arguments.data if not poses or estimation.recordings.holds_torques(path, robot, how)]
     return read_recordings(paths, robot, arguments.drive_gains, set(), arguments)
 
 
-def lines(check: KinematicsCheck) -> list[str]:
+def lines(check: estimation.diagnosis.KinematicsCheck) -> list[str]:
     """The answer in words; a suggestion is never applied."""
     told = [f"As recorded: {check.as_recorded.residual:.4g} ({check.unit}); {len(check.ranked)} readings tried."]
     best = check.suggested
@@ -102,7 +95,7 @@ def lines(check: KinematicsCheck) -> list[str]:
     return told
 
 
-def document(check: KinematicsCheck) -> dict[str, Any]:
+def document(check: estimation.diagnosis.KinematicsCheck) -> dict[str, Any]:
     """What ``--json`` writes."""
     ranked = [
         {

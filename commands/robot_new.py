@@ -6,14 +6,18 @@ import argparse
 import math
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from .. import model, report
+from ..common.errors import InputError
+from ..common.files import write_text
 from .arguments import ANSWERED
+from .robot_show import draw
 from .values import numbers
-
-if TYPE_CHECKING:
-    from ..model import Pose, Robot
-    from ..model.files import JointAxis
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _DESCRIPTION = """
@@ -51,25 +55,16 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from pathlib import Path
-
-    from ..common.errors import InputError
-    from ..common.files import write_text
-    from ..model.files import robot_toml
-    from ..report.robots import robot_description, robot_lines
-    from ..report.tables import console
-    from .robot_show import draw
-
     ask(arguments)
     robot, drawn_at = new_robot(arguments)
     out = Path(arguments.out or f"{robot.name}.toml")
     if out.exists() and not arguments.overwrite:
         raise InputError(f"{out}: is there already: give another --out, or --overwrite")
-    write_text(out, robot_toml(robot, arguments.source))
-    table = robot_description(robot)
-    terminal = console(table)
+    write_text(out, model.files.robot_toml(robot, arguments.source))
+    table = report.robots.robot_description(robot)
+    terminal = report.tables.console(table)
     terminal.print(table)
-    for line in robot_lines(robot):
+    for line in report.robots.robot_lines(robot):
         terminal.print(line, markup=False, highlight=False)
     draw(robot, arguments.drawing or str(out.with_suffix(".svg")), drawn_at)
     print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
@@ -82,8 +77,6 @@ def ask(arguments: argparse.Namespace) -> None:
     Raises:
         InputError: without a terminal to ask on; names what is missing.
     """
-    from ..common.errors import InputError
-
     missing = [name for name in ("name", "joint", "flange") if not getattr(arguments, name)]
     if not missing:
         return
@@ -119,7 +112,6 @@ def _asked_joints() -> list[str]:
 
 
 def _asked(question: str, read: Callable[[str], Any], optional: bool = False) -> Any:
-    from ..common.errors import InputError
 
     try:
         text = input(f"{question}: ").strip()
@@ -135,34 +127,30 @@ def _asked(question: str, read: Callable[[str], Any], optional: bool = False) ->
         raise InputError(f"{question}: {error}") from None
 
 
-def new_robot(arguments: argparse.Namespace) -> tuple[Robot, tuple[float, ...]]:
+def new_robot(arguments: argparse.Namespace) -> tuple[model.Robot, tuple[float, ...]]:
     """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in.
 
     Raises:
         InputError: names the option that does not fit.
     """
-    from ..common.errors import InputError
-    from ..model import Drives, Processing, Robot
-    from ..model.files import modified_dh
-
     axes = [_axis(text) for text in arguments.joint]
     flange = _flange(arguments.flange)
     n = len(axes)
     drawn_at = _counted("--drawn-at", arguments.drawn_at, n) or (0.0,) * n
     axes = _limited(axes, arguments)
-    frames = modified_dh(axes, flange)
+    frames = model.files.modified_dh(axes, flange)
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     try:
-        robot = Robot(
+        robot = model.Robot(
             name=arguments.name,
             joints=tuple(_shifted(joint, q) for joint, q in zip(frames.joints, drawn_at, strict=True)),
             gravity=(x, y, z),
-            drives=Drives.on_link_side() if arguments.side == "link" else Drives(),
+            drives=model.Drives.on_link_side() if arguments.side == "link" else model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if arguments.rated_payload is None else arguments.rated_payload,
-            processing=Processing(cutoff=10.0, decimate=5, slow_fraction=0.01),
+            processing=model.Processing(cutoff=10.0, decimate=5, slow_fraction=0.01),
             title=arguments.title or arguments.name,
         )
     except ValueError as error:
@@ -172,20 +160,13 @@ def new_robot(arguments: argparse.Namespace) -> tuple[Robot, tuple[float, ...]]:
 
 def _shifted(joint: Any, q: float) -> Any:
     """The joint counted so that it stands at ``q`` [deg or m] where the frames were taken."""
-    from dataclasses import replace
-
     if joint.revolute:
         return replace(joint, theta=joint.theta - math.radians(q))
     return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
-def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[JointAxis]:
+def _limited(axes: list[model.files.JointAxis], arguments: argparse.Namespace) -> list[model.files.JointAxis]:
     """The axes with the limits that were given."""
-    from dataclasses import replace
-
-    from ..common.errors import InputError
-    from ..model import Limits
-
     n = len(axes)
     speeds, torques = (_counted(f"--{name}", getattr(arguments, name), n) for name in ("speeds", "torques"))
     pairs = arguments.limits.split(",") if arguments.limits else None
@@ -200,7 +181,7 @@ def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[Joint
                 low, high = (scale * float(end) for end in pairs[j].split(":"))
                 position = (low, high)
             speed = scale * speeds[j] if speeds else math.inf
-            limits = Limits(position, speed, torque=torques[j] if torques else math.inf)
+            limits = model.Limits(position, speed, torque=torques[j] if torques else math.inf)
         except ValueError as error:
             raise InputError(f"limits of joint {j + 1}: {error}") from None
         limited.append(replace(axis, limits=limits))
@@ -208,32 +189,25 @@ def _limited(axes: list[JointAxis], arguments: argparse.Namespace) -> list[Joint
 
 
 def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[float, ...] | None:
-    from ..common.errors import InputError
 
     if values is not None and len(values) != n:
         raise InputError(f"{option} has {len(values)} numbers for {n} joints: give one per joint")
     return values
 
 
-def _axis(text: str) -> JointAxis:
-    from ..common.errors import InputError
-    from ..model.files import JointAxis
+def _axis(text: str) -> model.files.JointAxis:
 
     words = [word.strip() for word in text.split(",")]
     slides = words[-1] == "slide"
     try:
         axis, x, y, z = words[: len(words) - slides]
         point = (float(x), float(y), float(z))
-        return JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
+        return model.files.JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
     except ValueError as error:
         raise InputError(f"--joint {text!r}: AXIS,X,Y,Z[,slide] is needed ({error})") from None
 
 
-def _flange(text: str) -> Pose:
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..model import Pose
+def _flange(text: str) -> model.Pose:
 
     words = [word.strip() for word in text.split(",")]
     try:
@@ -241,7 +215,7 @@ def _flange(text: str) -> Pose:
         x, y, z = (float(word) for word in origin)
         along, across = np.array(_direction(out)), np.array(_direction(side))
         along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
-        return Pose.of(np.column_stack([across, np.cross(along, across), along]), np.array([x, y, z]))
+        return model.Pose.of(np.column_stack([across, np.cross(along, across), along]), np.array([x, y, z]))
     except ValueError as error:
         raise InputError(
             f"--flange {text!r}: X,Y,Z,ZAXIS,XAXIS with two directions at right angles is needed ({error})"

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from .. import estimation, model
+from ..common.errors import InputError
 from .arguments import log_map
-
-if TYPE_CHECKING:
-    from ..estimation.diagnosis import KinematicsCheck, PoseCheck
-    from ..model import Pose, Robot
 
 _LEAST_MOVEMENT = 0.05
 """m: a tool that moves by less proves nothing."""
@@ -21,25 +21,21 @@ class CheckedLog(NamedTuple):
     """A log with tool poses: what forward kinematics leaves, and readings where that is much."""
 
     source: str
-    check: PoseCheck
-    readings: KinematicsCheck | None
+    check: estimation.diagnosis.PoseCheck
+    readings: estimation.diagnosis.KinematicsCheck | None
 
 
-def checked_poses(arguments: argparse.Namespace, robot: Robot, progress: Callable[[str], None]) -> list[CheckedLog]:
+def checked_poses(
+    arguments: argparse.Namespace, robot: model.Robot, progress: Callable[[str], None]
+) -> list[CheckedLog]:
     """Check every log that carries tool poses.
 
     Raises:
         InputError: names the log that cannot be used.
     """
-    import numpy as np
-
-    from ..common.errors import InputError
-    from ..estimation.diagnosis import check_pose, rank_readings_by_pose
-    from ..estimation.recordings import read_tool_poses
-
     checked = []
     for path in arguments.data:
-        poses = read_tool_poses(path, robot, log_map(arguments))
+        poses = estimation.recordings.read_tool_poses(path, robot, log_map(arguments))
         if poses is None:
             continue
         progress(f"comparing tool poses of {poses.source}")
@@ -48,10 +44,12 @@ def checked_poses(arguments: argparse.Namespace, robot: Robot, progress: Callabl
                 f"{poses.source}: the tool moves by less than {1e3 * _LEAST_MOVEMENT:g} mm: too little to check "
                 "the kinematics by; is the unit of its pose right?"
             )
-        check = check_pose(robot, poses.q, poses.positions, poses.rotations)
+        check = estimation.diagnosis.check_pose(robot, poses.q, poses.positions, poses.rotations)
         readings = None
         if not check.reproduced and not wrong_unit(check):
-            readings = rank_readings_by_pose(robot, poses.q, poses.positions, poses.rotations, progress)
+            readings = estimation.diagnosis.rank_readings_by_pose(
+                robot, poses.q, poses.positions, poses.rotations, progress
+            )
         checked.append(CheckedLog(poses.source, check, readings))
     return checked
 
@@ -76,7 +74,7 @@ def pose_lines(log: CheckedLog) -> list[str]:
     return told
 
 
-def wrong_unit(check: PoseCheck) -> str:
+def wrong_unit(check: estimation.diagnosis.PoseCheck) -> str:
     """The unit that the positions seem to be in; empty where theirs is plausible."""
     for factor, words in ((1e3, "mm that are read as m"), (1e-3, "m that are read as mm")):
         if 0.3 < check.scale / factor < 3.0:
@@ -84,7 +82,7 @@ def wrong_unit(check: PoseCheck) -> str:
     return ""
 
 
-def _shown(pose: Pose, axes: bool = True) -> str:
+def _shown(pose: model.Pose, axes: bool = True) -> str:
     place = ", ".join(f"{value:.4f}" for value in pose.origin)
     turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
     return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
@@ -106,5 +104,5 @@ def pose_document(log: CheckedLog) -> dict[str, Any]:
     }
 
 
-def _frame(pose: Pose, axes: bool = True) -> dict[str, Any]:
+def _frame(pose: model.Pose, axes: bool = True) -> dict[str, Any]:
     return {"xyz_m": list(pose.origin), "rpy_rad": list(pose.rpy) if axes else None}

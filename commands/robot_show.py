@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
+from pathlib import Path
 from typing import Any
 
+from .. import report
+from ..common.errors import InputError
 from .arguments import ANSWERED, chosen_robot, payload_frame_argument, robot_argument
 from .values import numbers
 
@@ -21,18 +25,14 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..common.errors import InputError
-    from ..report.robots import robot_description, robot_lines
-    from ..report.tables import console
-
     robot = chosen_robot(arguments)
     at = arguments.at or (0.0,) * robot.n
     if len(at) != robot.n:
         raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
-    table = robot_description(robot)
-    terminal = console(table)
+    table = report.robots.robot_description(robot)
+    terminal = report.tables.console(table)
     terminal.print(table)
-    for line in robot_lines(robot):
+    for line in report.robots.robot_lines(robot):
         terminal.print(line, markup=False, highlight=False)
     if arguments.drawing:
         draw(robot, arguments.drawing, at)
@@ -45,15 +45,9 @@ def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
     Raises:
         InputError: for a format that is not known.
     """
-    import math
-    from pathlib import Path
-
-    from ..common.errors import InputError
-    from ..report.drawing import save_drawing
-
     if Path(path).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InputError(f"{path}: a drawing ends in .png, .svg or .pdf")
     q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
     shown = ", ".join(f"{x:g}" for x in at)
-    save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
+    report.drawing.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
     print(f"Drawn at {shown}: {path}")

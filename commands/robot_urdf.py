@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .. import estimation, model, report
+from ..common.errors import InputError
+from ..common.files import write_text
 from .arguments import ANSWERED, chosen_robot, robot_argument
-
-if TYPE_CHECKING:
-    from ..estimation.files import StoredRobot
-    from ..estimation.possible import Gauge
-    from ..model import BaseParameters, Robot
 
 
 def add_parser(commands: Any) -> None:
@@ -34,10 +32,6 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..common.errors import InputError
-    from ..common.files import write_text
-    from ..report.urdf import robot_urdf
-
     robot = chosen_robot(arguments)
     if arguments.robot_parameters:
         text, gauge = _identified(robot, arguments.robot_parameters, arguments.gauge)
@@ -45,35 +39,31 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("--gauge belongs to --robot-parameters: the robot's own file has no gauge")
     else:
         gauge = "the values are those of the robot's own description."
-        text = robot_urdf(robot, dict(robot.parameters), gauge)
+        text = report.urdf.robot_urdf(robot, dict(robot.parameters), gauge)
     write_text(arguments.out, text)
     print(f"{arguments.out}: {gauge}")
     return ANSWERED
 
 
-def _identified(robot: Robot, path: str, asked: Gauge | None) -> tuple[str, str]:
+def _identified(robot: model.Robot, path: str, asked: estimation.possible.Gauge | None) -> tuple[str, str]:
     """The URDF of one robot that can exist, each number labelled; and what its gauge is, in words."""
-    from ..common.errors import InputError
-    from ..estimation.files import read_stored_robot
-    from ..estimation.possible import robot_origins
-    from ..model import base_parameters
-    from ..report.urdf import robot_urdf
-
-    stored = read_stored_robot(path)
+    stored = estimation.files.read_stored_robot(path)
     robot = stored.applied_to(robot)
-    base = base_parameters(robot)
+    base = model.base_parameters(robot)
     if stored.estimate.names != base.columns:
         raise InputError(f"{path}: other base parameters than this robot's: identify the robot again")
-    gauge: Gauge = asked or ("prior" if stored.nearest_prior else "base")
+    gauge: estimation.possible.Gauge = asked or ("prior" if stored.nearest_prior else "base")
     parameters, words = (_by_prior if gauge == "prior" else _by_convention)(path, robot, base, stored)
-    text = robot_urdf(robot, parameters, words, None, robot_origins(robot, base, parameters, gauge))
+    text = report.urdf.robot_urdf(
+        robot, parameters, words, None, estimation.possible.robot_origins(robot, base, parameters, gauge)
+    )
     return text, words
 
 
-def _by_prior(path: str, robot: Robot, base: BaseParameters, stored: StoredRobot) -> tuple[dict[str, float], str]:
+def _by_prior(
+    path: str, robot: model.Robot, base: model.BaseParameters, stored: estimation.files.StoredRobot
+) -> tuple[dict[str, float], str]:
     """Standard parameters nearest to the prior, as 'identify' stored them."""
-    from ..common.errors import InputError
-
     found = stored.nearest_prior
     if found is None:
         raise InputError(
@@ -89,12 +79,10 @@ def _by_prior(path: str, robot: Robot, base: BaseParameters, stored: StoredRobot
 
 
 def _by_convention(
-    path: str, robot: Robot, base: BaseParameters, stored: StoredRobot
+    path: str, robot: model.Robot, base: model.BaseParameters, stored: estimation.files.StoredRobot
 ) -> tuple[dict[str, float], str]:
     """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
-    from ..estimation.possible import solve_constrained_base
-
-    answer = solve_constrained_base(robot, base, stored.estimate)
+    answer = estimation.possible.solve_constrained_base(robot, base, stored.estimate)
     return answer.witness, (
         f"gauge 'base': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
         f"robot that can exist: chi2 rises by {answer.chi2_rise:.3g}); all other combinations, single masses among "

@@ -8,18 +8,23 @@ tanh(qd / 0.01 rad/s).
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from .. import __version__, estimation, model, report, trajectories
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import ANSWERED, chosen_robot, robot_argument
+from .progress import bar
 from .values import number, share, whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..model import Robot
-    from ..trajectories import Disturbances
-    from ..trajectories.motions import Plan
 
 _SHARE = 0.08
 _POINTS = 16
@@ -27,9 +32,7 @@ _POINTS = 16
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser(
-        "simulate", help="recordings of a robot with known parameters under its controller"
-    )
+    parser = commands.add_parser("simulate", help=COMMANDS["simulate"])
     robot_argument(parser)
     parser.add_argument(
         "--trajectory",
@@ -68,100 +71,87 @@ def rate(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from dataclasses import replace
-
-    from ..model import read_payload
-    from ..trajectories import Controller, Task, run_experiment
-    from ..trajectories.simulation import check_parameters
-    from .progress import bar
-
     robot = chosen_robot(arguments)
-    check_parameters(robot)
-    payload = read_payload(arguments.payload) if arguments.payload else None
+    trajectories.simulation.check_parameters(robot)
+    payload = model.read_payload(arguments.payload) if arguments.payload else None
     references = _references(robot, arguments.trajectory, arguments.seed)
     disturbances = _disturbances(robot, arguments.noise, list(references.values()))
     disturbances = replace(disturbances, gain_error=arguments.gain_error)
-    tasks = [Task(f"{name}_unloaded", reference) for name, reference in references.items()]
+    tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
-        tasks += [Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = Controller()
+        tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
+    controller = trajectories.Controller()
     with bar("simulating") as progress:
-        experiment = run_experiment(
+        experiment = trajectories.run_experiment(
             robot, tasks, disturbances, arguments.seed, controller, arguments.rate, progress
         )
     _write(Path(arguments.out), experiment, controller)
     return ANSWERED
 
 
-def _references(robot: Robot, files: Sequence[str], seed: int) -> dict[str, Plan]:
+def _references(robot: model.Robot, files: Sequence[str], seed: int) -> dict[str, trajectories.motions.Plan]:
     """What to run, by name."""
-    from ..common.errors import InputError
-    from ..estimation.recordings import read_trajectory
-    from ..trajectories import SampledTrajectory, plan_point_to_point
-    from ..trajectories.motions import random_points
-
-    found: dict[str, Plan] = {}
+    found: dict[str, trajectories.motions.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
         if name in found:
             raise InputError(f"--trajectory: two files are called {name!r}: rename one")
-        trajectory = SampledTrajectory(*read_trajectory(file, robot), file)
+        trajectory = trajectories.SampledTrajectory(*estimation.recordings.read_trajectory(file, robot), file)
         trajectory.check_limits(robot)
         found[name] = trajectory
     if found:
         return found
     try:
-        return {"random": plan_point_to_point(robot, random_points(robot, _POINTS, seed))}
+        return {
+            "random": trajectories.plan_point_to_point(
+                robot, trajectories.motions.random_points(robot, _POINTS, seed)
+            )
+        }
     except ValueError as error:
         raise InputError(f"{error}: give --trajectory") from None
 
 
-def _disturbances(robot: Robot, noise: str, references: Sequence[Plan]) -> Disturbances:
-    from ..common.errors import InputError
-    from ..trajectories.simulation import RX90_DISTURBANCES, RX90_SLOW_NOISE, no_disturbances, relative_disturbances
+def _disturbances(
+    robot: model.Robot, noise: str, references: Sequence[trajectories.motions.Plan]
+) -> trajectories.Disturbances:
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
-        return no_disturbances(robot.n)
+        return trajectories.simulation.no_disturbances(robot.n)
     if noise in ("paper", "slow"):
         if robot.name != "rx90":
             raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
-        return RX90_DISTURBANCES if noise == "paper" else RX90_SLOW_NOISE
+        return (
+            trajectories.simulation.RX90_DISTURBANCES
+            if noise == "paper"
+            else trajectories.simulation.RX90_SLOW_NOISE
+        )
     try:
         level = share(noise)
     except argparse.ArgumentTypeError:
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return relative_disturbances(_root_mean_square(robot, references), level)
+    return trajectories.simulation.relative_disturbances(_root_mean_square(robot, references), level)
 
 
-def _root_mean_square(robot: Robot, references: Sequence[Plan]) -> Any:
+def _root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
-    import numpy as np
-
-    from ..model import Motion
-    from ..trajectories import Simulator
-
-    simulator, torques = Simulator(robot), []
+    simulator, torques = trajectories.Simulator(robot), []
     for reference in references:
         t = np.linspace(0.0, reference.duration, 2000)
-        torques.append(simulator.measure(Motion(t, *reference.at(t))).torque)
+        torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
     return np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
 
 
 def _write(folder: Path, experiment: Any, controller: Any) -> None:
-    from importlib.metadata import version
-
-    from .. import __version__
-    from ..report.recordings import write_recording, write_truth
 
     folder.mkdir(parents=True, exist_ok=True)
     files = [f"{run.task.name}.csv" for run in experiment.runs]
     for file, one in zip(files, experiment.runs, strict=True):
-        write_recording(folder / file, one.recording)
+        report.recordings.write_recording(folder / file, one.recording)
     versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
-    write_truth(folder / "truth.toml", experiment, controller, files, versions)
+    report.recordings.write_truth(folder / "truth.toml", experiment, controller, files, versions)
     for file, one in zip(files, experiment.runs, strict=True):
         print(
             f"{folder / file}: {one.exact.motion.t[-1]:.1f} s, tracking error at most "

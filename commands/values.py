@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..model import Pose
+from .. import model
 
 
 def fraction(text: str) -> float:
@@ -66,19 +64,15 @@ def three(text: str) -> tuple[float, float, float]:
 
 def mount(text: str) -> tuple[float, float, float]:
     """Roll, pitch, yaw [rad] of the base, from a word or three angles in degrees."""
-    from ..model.frames import MOUNTS
-
-    degrees = MOUNTS[text] if text in MOUNTS else three(text)
+    degrees = model.frames.MOUNTS[text] if text in model.frames.MOUNTS else three(text)
     roll, pitch, yaw = (math.radians(angle) for angle in degrees)
     return roll, pitch, yaw
 
 
-def tool_frame(text: str) -> Pose:
+def tool_frame(text: str) -> model.Pose:
     """A frame by three lengths in m and three angles in degrees."""
-    from ..model import Pose
-
     values = numbers(text, 6)
-    return Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
+    return model.Pose.from_rpy(values[:3], [math.radians(angle) for angle in values[3:]])
 
 
 def numbers(text: str, count: int | None = None) -> tuple[float, ...]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from .. import estimation, report
+from . import COMMANDS
 from .arguments import ANSWERED, DO_NOT_USE, chosen_robot, log_arguments, log_map, read_gains, robot_argument
 from .values import gains_or_file
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("verify", help="how much the following error fell after a payload was entered")
+    parser = commands.add_parser("verify", help=COMMANDS["verify"])
     robot_argument(parser)
     told = (
         "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
@@ -27,22 +29,18 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from ..estimation.weigh import following_change, read_following
-    from ..report.documents import write_json
-    from ..report.following import following_document, following_notes, following_table
-    from ..report.tables import console
-
     robot, how = chosen_robot(arguments), log_map(arguments)
     read_gains(arguments, robot)
     before, after = (
-        read_following(path, robot, arguments.drive_gains, how) for path in (arguments.before, arguments.after)
+        estimation.weigh.read_following(path, robot, arguments.drive_gains, how)
+        for path in (arguments.before, arguments.after)
     )
-    found = following_change(before, after, robot.processing.still_speed)
-    table = following_table(found)
-    terminal = console(table)
+    found = estimation.weigh.following_change(before, after, robot.processing.still_speed)
+    table = report.following.following_table(found)
+    terminal = report.tables.console(table)
     terminal.print(table)
-    for line in following_notes(found):
+    for line in report.following.following_notes(found):
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        write_json(arguments.json, following_document(found))
+        report.documents.write_json(arguments.json, report.following.following_document(found))
     return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

@@ -5,6 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from rich.console import Console
+
+from .. import estimation, model, report
+from ..common.errors import InputError
+from . import COMMANDS
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
 from .report import provenance, report_arguments, settings_in_words, write_page
@@ -12,16 +17,10 @@ from .report import provenance, report_arguments, settings_in_words, write_page
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from ..estimation import WeighAnswer
-    from ..estimation.files import StoredRobot
-    from ..estimation.weigh import WeighProblem
-    from ..model import Processing, Recording, Robot
-    from ..report.html import Page
-
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("weigh", help="what hangs on the flange, from a short motion near a pose")
+    parser = commands.add_parser("weigh", help=COMMANDS["weigh"])
     robot_argument(parser)
     parser.add_argument(
         "--loaded",
@@ -67,19 +66,11 @@ def joint_list(text: str) -> tuple[int, ...]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    from rich.console import Console
-
-    from ..common.errors import InputError
-    from ..estimation import SolverError, StandIn, answer_weighing
-    from ..estimation.files import read_stored_robot
-    from ..report.documents import write_json
-    from ..report.weigh_documents import weigh_document
-
     if not arguments.unloaded and not arguments.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     constraints = constraints_of(arguments)
-    stand_in = StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
-    stored = read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
+    stand_in = estimation.StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
+    stored = estimation.files.read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
     told = set[str]()
     loaded, unloaded = (
@@ -91,47 +82,44 @@ def run(arguments: argparse.Namespace) -> int:
         problem, others = _problems(arguments, robot, processing, loaded, unloaded, stored, status.update)
         status.update("estimating")
         try:
-            answer = answer_weighing(
+            answer = estimation.answer_weighing(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
-        except SolverError as error:
+        except estimation.SolverError as error:
             raise InputError(str(error)) from None
     _show(arguments, answer, stand_in is not None and answer.stand_in is None)
     if arguments.json:
-        write_json(arguments.json, weigh_document(answer, processing, arguments.drive_gains))
+        report.documents.write_json(
+            arguments.json, report.weigh_documents.weigh_document(answer, processing, arguments.drive_gains)
+        )
     write_page(arguments, lambda: _page(arguments, answer, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
-def _show(arguments: argparse.Namespace, answer: WeighAnswer, measured: bool) -> None:
+def _show(arguments: argparse.Namespace, answer: estimation.WeighAnswer, measured: bool) -> None:
     """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
-    from ..report.tables import console
-    from ..report.weigh import detail_notes, detail_tables, first_notes, first_screen
-
-    notes = first_notes(answer)
+    notes = report.weigh.first_notes(answer)
     if measured:
         notes.append("--inertia is not needed: the inertia was measured well enough.")
-    pages = [(first_screen(answer), notes)]
+    pages = [(report.weigh.first_screen(answer), notes)]
     if arguments.details:
-        *tables, last = detail_tables(answer)
-        pages += [*((table, []) for table in tables), (last, detail_notes(answer))]
-    terminal = console(*(table for table, _ in pages))
+        *tables, last = report.weigh.detail_tables(answer)
+        pages += [*((table, []) for table in tables), (last, report.weigh.detail_notes(answer))]
+    terminal = report.tables.console(*(table for table, _ in pages))
     for table, lines in pages:
         terminal.print(table)
         for line in lines:
             terminal.print(line, markup=False, highlight=False)
 
 
-def _page(arguments: argparse.Namespace, answer: WeighAnswer, processing: Processing) -> Page:
+def _page(
+    arguments: argparse.Namespace, answer: estimation.WeighAnswer, processing: model.Processing
+) -> report.html.Page:
     """The report.
 
     Raises:
         InputError: if --plots asks for figures and there are none.
     """
-    from ..common.errors import InputError
-    from ..report.html import weigh_page
-    from ..report.weigh_documents import weigh_document
-
     gains = arguments.drive_gains
     files = {
         "without payload": arguments.unloaded,
@@ -139,8 +127,8 @@ def _page(arguments: argparse.Namespace, answer: WeighAnswer, processing: Proces
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
     settings_told = settings_in_words(answer.problem.robot, processing, gains)
-    document = weigh_document(answer, processing, gains)
-    page = weigh_page(answer, document, provenance(arguments, files, settings_told))
+    document = report.weigh_documents.weigh_document(answer, processing, gains)
+    page = report.html.weigh_page(answer, document, provenance(arguments, files, settings_told))
     if arguments.plots and not page.all_drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
     return page
@@ -148,21 +136,23 @@ def _page(arguments: argparse.Namespace, answer: WeighAnswer, processing: Proces
 
 def _problems(
     arguments: argparse.Namespace,
-    robot: Robot,
-    processing: Processing,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    stored: StoredRobot | None,
+    robot: model.Robot,
+    processing: model.Processing,
+    loaded: Sequence[model.Recording],
+    unloaded: Sequence[model.Recording],
+    stored: estimation.files.StoredRobot | None,
     progress: Callable[[str], None],
-) -> tuple[WeighProblem, list[WeighProblem]]:
+) -> tuple[estimation.weigh.WeighProblem, list[estimation.weigh.WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
-    from ..estimation.weigh import difference_weighing, known_robot_weighing
-
     problems = []
     if unloaded:
-        problems.append(difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress))
+        problems.append(
+            estimation.weigh.difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress)
+        )
     if stored is not None:
         problems.append(
-            known_robot_weighing(robot, loaded, stored.estimate, processing, arguments.moving, progress)
+            estimation.weigh.known_robot_weighing(
+                robot, loaded, stored.estimate, processing, arguments.moving, progress
+            )
         )
     return problems[0], problems[1:]

@@ -7,6 +7,7 @@ from . import gains as gains
 from . import payload as payload
 from . import possible as possible
 from . import recordings as recordings
+from . import repetition as repetition
 from . import robot as robot
 from . import signals as signals
 from . import weigh as weigh

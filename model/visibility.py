@@ -13,6 +13,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
+from ..common.linear import without
 from .base.rank import base_parameters_of
 from .kernel.kernel import Kernel
 from .names import parameter_kind
@@ -24,7 +25,6 @@ Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
 _STATES = 60  # random states for each moving joint: more rows than columns many times over
 _FAST = 2.0  # rad/s or m/s, where a joint has no speed limit
 _STRONG = 6.0  # rad/s^2 or m/s^2
-_EXPLAINED = 1e-10  # singular values of friction columns below this share of the largest are rounding
 
 
 class Resolved(NamedTuple):
@@ -156,18 +156,6 @@ def friction_columns(robot: Robot) -> tuple[str, ...]:
     """Constant torques and Coulomb friction, of the robot ``with_offsets(True)``: what changes by the day."""
     names = standard_columns(robot.with_offsets(True))
     return tuple(name for name in names if parameter_kind(name) in ("OFF", "FS", "FSM"))
-
-
-def without(W: Array, columns: Array) -> Array:
-    """W, N x c, less all that some columns, N x k, can explain of it."""
-    size = np.linalg.norm(columns, axis=0)
-    used = columns[:, size > 0.0] / size[size > 0.0]
-    if not used.shape[1]:
-        return W
-    U, singular, _ = np.linalg.svd(used, full_matrices=False)
-    U = U[:, singular > _EXPLAINED * singular[0]]
-    rest = W - U @ (U.T @ W)
-    return np.asarray(rest - U @ (U.T @ rest))
 
 
 def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot, base_parameters, base_regressor
 from ...model.kernel import Kernel
@@ -212,5 +213,5 @@ class _TorqueResidual:
         # Every joint counts alike, whatever its torques' size.
         scaled = equations / np.where(norms > 0.0, norms, 1.0)[:, None, None]
         R = triangular(scaled.reshape(n * len(q), -1))
-        x = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=1e-10)[0]
+        x = least_squares(R[:, :-1], R[:, -1])
         return float(np.linalg.norm(R[:, -1] - R[:, :-1] @ x)) / float(np.sqrt(n))

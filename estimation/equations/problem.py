@@ -12,10 +12,9 @@ from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import RANK_TOLERANCE, decomposed
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
-RANK_TOLERANCE = 1e-8
-"""Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
 _SHARED = "shared"
 
 
@@ -117,7 +116,7 @@ class ReducedProblem:
         Infinite where W is rank-deficient.
         """
         W = self.stacked()[:, :-1]
-        return _condition(W), _condition(_scaled(W)[0])
+        return _condition(W), _condition(_scaled(W))
 
 
 def _joint_and_motor(name: str) -> tuple[int, int]:
@@ -173,17 +172,14 @@ def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:
             f"{rows} equations for {len(columns)} parameters: fewer samples than parameters; record longer "
             "or decimate less"
         )
-    scaled, norms = _scaled(W)
-    if _clearly_determined(scaled):
+    if _clearly_determined(_scaled(W)):
         return
-    _, singular, Vt = np.linalg.svd(scaled)
-    deficient = np.ones(len(columns), dtype=bool)
-    deficient[: len(singular)] = singular < RANK_TOLERANCE * singular.max(initial=1e-300)
-    if deficient.any() or not norms.all():
-        weight = np.abs(Vt[deficient]).max(axis=0, initial=0.0)
-        named = [name for name, w, norm in zip(columns, weight, norms, strict=True) if w > 0.05 or norm == 0.0]
+    undetermined = decomposed(W).null
+    if undetermined.size:
+        weight = np.abs(undetermined).max(axis=1)
+        named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
         raise InputError(
-            f"the recorded motion leaves {int(deficient.sum())} of {len(columns)} directions undetermined, in "
+            f"the recorded motion leaves {undetermined.shape[1]} of {len(columns)} directions undetermined, in "
             f"{', '.join(named)}: move more joints, faster and over a wider range"
         )
 
@@ -200,9 +196,9 @@ def _clearly_determined(W: Array) -> bool:
     return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
 
 
-def _scaled(W: Array) -> tuple[Array, Array]:
+def _scaled(W: Array) -> Array:
     norms = np.linalg.norm(W, axis=0)
-    return W / np.where(norms > 0.0, norms, 1.0), norms
+    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
 
 
 def _condition(W: Array) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
 from ..equations.observation import Observation
 from ..equations.problem import ReducedProblem, merged
@@ -116,9 +117,11 @@ def _residuals(group: Sequence[Observation]) -> list[Residuals]:
 
 
 def weighted_solution(problem: ReducedProblem) -> Array:
-    """Values of the weighted fit; of dependent columns the shortest ones."""
-    weights = joint_weights(problem, _solution(problem.stacked()))
-    return _solution(problem.stacked(weights))
+    """Values of the weighted fit; of dependent columns the shortest ones, which leave the same residuals."""
+    factor = problem.stacked()
+    weights = joint_weights(problem, least_squares(factor[:, :-1], factor[:, -1]))
+    factor = problem.stacked(weights)
+    return least_squares(factor[:, :-1], factor[:, -1])
 
 
 def _memory(group: Sequence[Residuals]) -> float:
@@ -127,10 +130,3 @@ def _memory(group: Sequence[Residuals]) -> float:
     step = min((float(np.diff(t).min()) for t in times), default=_SHORTEST)
     joints = range(len(group[0].t))
     return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
-
-
-def _solution(factor: Array) -> Array:
-    """Shortest least-squares solution: residuals are the same whichever dependent columns explain them."""
-    scale = np.linalg.norm(factor[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0
-    return np.asarray(np.linalg.lstsq(factor[:, :-1] / scale, factor[:, -1], rcond=1e-10)[0] / scale)

@@ -12,12 +12,12 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed, least_squares
 from ..equations.problem import ReducedProblem
 
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative
 _ENOUGH = 1e-9  # relative change of a gain
-_UNDETERMINED = 1e-8  # singular value of the scaled Jacobian over the largest
 _FLOOR = 1e-9  # of the current: data without noise still need finite weights
 
 
@@ -42,8 +42,8 @@ def current_weights(equations: ReducedProblem) -> Array:
     sigma = []
     for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
         W, d = factor[:, :-1], factor[:, -1]
-        x, _, rank, _ = np.linalg.lstsq(W / _sizes(W), d, rcond=1e-10)
-        error = np.linalg.norm(d - (W / _sizes(W)) @ x) / np.sqrt(max(rows - rank, 1.0))
+        parts = decomposed(W)
+        error = np.linalg.norm(d - W @ parts.solution(d)) / np.sqrt(max(rows - parts.rank, 1.0))
         floor = _FLOOR * float(np.linalg.norm(d)) / np.sqrt(max(rows, 1.0))
         sigma.append(max(float(error), floor, 1e-300))
     return 1.0 / np.array(sigma)
@@ -71,9 +71,9 @@ def gauss_newton(
     k, x = torque_side(equations.factors, free, known, held)
     for _ in range(_MOST):
         J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
-        scale = _sizes(J)
-        _check_determined(J / scale, moving)
-        step = np.linalg.lstsq(J / scale, error, rcond=None)[0] / scale
+        parts = decomposed(J)
+        _check_determined(parts.null, moving)
+        step = parts.solution(error)
         step *= min(1.0, _LONGEST / np.abs(step[len(free) :] / k[moving]).max())
         x[free] += step[: len(free)]
         k[moving] += step[len(free) :]
@@ -85,10 +85,11 @@ def gauss_newton(
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
-    inverse = np.linalg.inv(np.linalg.qr(J / scale, mode="r"))[len(free) :]
-    relative = inverse / scale[len(free) :, None] / k[moving, None]
+    variance = float(error @ error) / dof
     covariance = np.zeros((n, n))
-    covariance[np.ix_(moving, moving)] = float(error @ error) / dof * relative @ relative.T
+    covariance[np.ix_(moving, moving)] = (
+        variance * decomposed(J).covariance[len(free) :, len(free) :] / np.outer(k[moving], k[moving])
+    )
     return CurrentFit(k, x, covariance, dof)
 
 
@@ -107,7 +108,7 @@ def torque_side(
     if held is not None:
         b = b - A[:, len(free) + held]
         A[:, len(free) + held] = 0.0
-    solution = np.linalg.lstsq(A / _sizes(A), b, rcond=None)[0] / _sizes(A)
+    solution = least_squares(A, b)
     K = solution[len(free) :]
     if held is not None:
         K[K <= 0.0], K[held] = 1.0, 1.0
@@ -142,17 +143,10 @@ def _linearised(
     return np.vstack(rows), np.concatenate(errors)
 
 
-def _check_determined(J: Array, moving: Sequence[int]) -> None:
-    _, singular, Vt = np.linalg.svd(J, full_matrices=False)
-    lost = singular < _UNDETERMINED * singular[0]
-    if lost.any():
-        missing = np.abs(Vt[lost][:, -len(moving) :]).max(axis=0)
+def _check_determined(null: Array, moving: Sequence[int]) -> None:
+    """Refuse undetermined directions of the scaled parameters, the gains of the moving joints last."""
+    if null.size:
+        missing = np.abs(null[-len(moving) :]).max(axis=1)
         joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
         what = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
         raise InputError(f"the recordings do not determine {what}: move more joints, faster and over a wider range")
-
-
-def _sizes(A: Array) -> Array:
-    """Norms of the columns, 1 for those that are zero."""
-    norms = np.linalg.norm(A, axis=0)
-    return np.asarray(np.where(norms > 0.0, norms, 1.0))

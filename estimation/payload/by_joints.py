@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.problem import RANK_TOLERANCE
+from ...common.linear import Decomposition, decomposed
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
 from .problem import FixedWeights, PayloadProblem
@@ -191,11 +191,8 @@ def _mass_of(joints: Sequence[int]) -> Callable[[JointEquations], _Number | None
 
     def mass(equations: JointEquations) -> _Number | None:
         factor = np.vstack([equations.payload[j] for j in places])
-        solved = _solved(factor[:, :-1])
-        if solved is None or solved[1][-1] > _HIDDEN:
-            return None
-        inverse, _ = solved
-        return _number(equations, places, factor, inverse[-1])
+        parts = decomposed(factor[:, :-1])
+        return _number(equations, places, factor, parts, -1) if parts.hidden[-1] <= _HIDDEN else None
 
     return mass
 
@@ -206,10 +203,10 @@ def _share_of(joint: int) -> Callable[[JointEquations], _Number | None]:
     def share(equations: JointEquations) -> _Number | None:
         others = [j for j in range(len(equations.payload)) if j != own]
         factor = np.vstack([equations.payload[j] for j in others])
-        solved = _solved(factor[:, :-1])
-        if solved is None or solved[1].max() > _HIDDEN:
+        parts = decomposed(factor[:, :-1])
+        if parts.hidden.max() > _HIDDEN:
             return None
-        inverse, _ = solved
+        inverse = parts.inverse
         x = inverse @ factor[:, -1]
         A, y = equations.payload[own][:, :-1], equations.payload[own][:, -1]
         predicted = A @ x
@@ -224,26 +221,13 @@ def _share_of(joint: int) -> Callable[[JointEquations], _Number | None]:
     return share
 
 
-def _solved(A: Array) -> tuple[Array, Array] | None:
-    """Pseudo-inverse of A, and how much of each parameter lies in directions that A leaves undetermined."""
-    norms = np.linalg.norm(A, axis=0)
-    if not norms.any():
-        return None
-    scale = np.where(norms > 0.0, norms, 1.0)
-    U, singular, Vt = np.linalg.svd(A / scale, full_matrices=False)
-    kept = singular > RANK_TOLERANCE * singular[0]
-    inverse = Vt[kept].T @ (U[:, kept] / singular[kept]).T / scale[:, None]
-    return inverse, np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
-
-
-def _number(equations: JointEquations, places: Sequence[int], factor: Array, row: Array) -> _Number:
-    """row @ Y with the variance of the residual and of the robot's parameters."""
-    Y = factor[:, -1]
-    A = factor[:, :-1]
-    norms = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    x, _, rank, _ = np.linalg.lstsq(A / norms, Y, rcond=RANK_TOLERANCE)
-    error = Y - A @ (x / norms)
-    spare = max(sum(equations.rows[j] for j in places) - rank, 1.0)
+def _number(
+    equations: JointEquations, places: Sequence[int], factor: Array, parts: Decomposition, k: int
+) -> _Number:
+    """Parameter k of [A Y], A decomposed, with the variance of the residual and of the robot's parameters."""
+    Y, row = factor[:, -1], parts.inverse[k]
+    error = Y - factor[:, :-1] @ parts.solution(Y)
+    spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
     gain = row @ np.vstack([equations.robot[j] for j in places])
     robots = float(gain @ equations.C @ gain)
     own = float(error @ error) / spare * float(row @ row)

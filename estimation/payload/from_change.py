@@ -4,6 +4,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.names import PAYLOAD
@@ -51,10 +52,9 @@ def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array]:
     """Generalised least squares of G x = change with covariance C: x and its covariance."""
     scale = np.sqrt(np.diag(C))
     L = np.linalg.cholesky(C / np.outer(scale, scale))
-    A = np.linalg.solve(L, G / scale[:, None])
-    b = np.linalg.solve(L, change / scale)
-    Q, R = np.linalg.qr(A)
-    if np.abs(np.diag(R)).min() < 1e-10 * np.abs(np.diag(R)).max():
+    A = np.asarray(np.linalg.solve(L, G / scale[:, None]))
+    b = np.asarray(np.linalg.solve(L, change / scale))
+    parts = decomposed(A)
+    if parts.null.size:
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
-    inverse = np.linalg.inv(R)
-    return inverse @ (Q.T @ b), inverse @ inverse.T
+    return parts.solution(b), parts.covariance

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ...model.names import parameter_kind
 from ..equations.names import PAYLOAD
 from ..equations.problem import ReducedProblem, triangular
@@ -47,7 +48,7 @@ def from_robot(
     W, W_L = factor[:, : len(fixed)], factor[:, len(fixed) : -1]
     Y = factor[:, -1] - W @ chi
     solution = solve(np.column_stack([W_L, Y]), unknown, loaded.equations, sum(loaded.effective_rows))
-    P = np.linalg.lstsq(W_L, W, rcond=None)[0]
+    P = least_squares(W_L, W)
     covariance = solution.covariance + P @ C @ P.T
     ten = slice(0, len(PAYLOAD))
     return Estimate(

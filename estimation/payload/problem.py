@@ -8,6 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed
 from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.regressors import payload_columns
@@ -155,13 +156,12 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
         InputError: names the parameters that stay hidden, alone or in combination.
     """
     effect = base.effect_of(payload_columns(robot))
-    _, singular, Vt = np.linalg.svd(effect)
-    hidden = Vt[np.append(singular, np.zeros(10 - len(singular))) < 1e-9 * singular[0]]
-    if len(hidden):
-        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=0), strict=True) if size > 1e-6]
+    hidden = decomposed(effect).null
+    if hidden.size:
+        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
         raise InputError(
-            f"no motion of {robot.name} shows {len(hidden)} of a payload's ten directions ({', '.join(named)}): "
-            "its joints do not turn the payload in enough ways"
+            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
+            f"({', '.join(named)}): its joints do not turn the payload in enough ways"
         )
 
 

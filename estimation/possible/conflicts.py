@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...common.linear import rank
 from .constrained import ConstrainedEstimate, solve_constrained
 from .constraints import Constraint, KnownMass, PossibleBody
 from .scaling import rise_p_value
@@ -67,7 +68,7 @@ def tested(result: ConstrainedEstimate) -> tuple[Tested, ...]:
             rise, k = solve_constrained(result.free, [constraint]).chi2_rise, len(result.free.names)
         else:
             rise = result.chi2_rise - solve_constrained(result.free, others).chi2_rise
-            k = int(np.linalg.matrix_rank(constraint.rows.A))
+            k = rank(constraint.rows.A)
         p = rise_p_value(max(rise, 0.0), k, result.free.degrees_of_freedom)
         found.append(Tested(constraint, rise, p))
     return tuple(found)

@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import decomposed
 from ...model import BaseParameters, Robot
 from ...model.names import parameter_kind
 from .robot_rules import POWERS, typical_length
@@ -53,7 +54,7 @@ def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Ori
     length = typical_length(robot)
     units = np.array([length ** POWERS.get(parameter_kind(name), 0) for name in base.standard])
     G = base.grouping * units
-    rows = np.linalg.svd(G / np.linalg.norm(G, axis=1, keepdims=True), full_matrices=False)[2]
+    rows = decomposed(G.T).range.T
     scaled = gradients * units[:, None]
     scaled[np.abs(scaled) < _NOTHING * np.abs(scaled).max(axis=0)] = 0.0
     shares = np.sum((rows @ scaled) ** 2, axis=0) / np.sum(scaled**2, axis=0)

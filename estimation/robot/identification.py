@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.base import leftmost_independent, random_states, stacked_regressor
@@ -202,6 +203,6 @@ def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple
     W = W[moving]
     seen = leftmost_independent(W)
     unseen = [k for k in range(W.shape[1]) if k not in seen]
-    solution = np.linalg.lstsq(W[:, seen], W[:, unseen], rcond=None)[0]
+    solution = least_squares(W[:, seen], W[:, unseen])
     mixed = {seen[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
     return tuple(base.names[k] for k in sorted(mixed | set(unseen)))

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import decomposed
 from ...model import Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.observation import Observer
-from ..equations.problem import RANK_TOLERANCE, ReducedProblem, merged
+from ..equations.problem import ReducedProblem, merged
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
 from ..signals.rows import Mask
@@ -46,9 +47,5 @@ def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Seque
 def _shown(problem: ReducedProblem, weights: Array) -> tuple[Array, Array]:
     """Shortest least-squares solution, and the share of each value in undetermined directions."""
     factor = problem.stacked(weights)
-    scale = np.linalg.norm(factor[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0
-    U, singular, Vt = np.linalg.svd(factor[:, :-1] / scale, full_matrices=False)
-    kept = singular > RANK_TOLERANCE * singular[0]
-    values = Vt[kept].T @ (U[:, kept].T @ factor[:, -1] / singular[kept]) / scale
-    return np.asarray(values), np.asarray(1.0 - np.sum(Vt[kept] ** 2, axis=0))
+    parts = decomposed(factor[:, :-1])
+    return parts.solution(factor[:, -1]), parts.hidden

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
 from ..equations.names import PAYLOAD
 from ..equations.observation import Observation
@@ -77,7 +78,5 @@ def _inflation(recordings: Sequence[Observation], values: Array, joint: int) -> 
 def _shortest(problem: ReducedProblem, weights: Array) -> tuple[Array, float]:
     """Shortest least-squares solution, of which the residual alone is used, and its sum of squares."""
     factor = problem.stacked(weights)
-    scale = np.linalg.norm(factor[:, :-1], axis=0)
-    scale[scale == 0.0] = 1.0
-    values = np.linalg.lstsq(factor[:, :-1] / scale, factor[:, -1], rcond=1e-10)[0] / scale
-    return np.asarray(values), float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
+    values = least_squares(factor[:, :-1], factor[:, -1])
+    return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...common.errors import InputError
+from ...common.linear import decomposed
 from ..fit.error_covariance import error_model
 from ..fit.estimate import Estimate
 from ..fit.robust import student95
@@ -61,9 +62,10 @@ class Repeats:
         if len(masses) < 3:
             return None
         A = np.column_stack([np.ones(len(k)), k]) / sigmas[:, None]
-        slope = np.linalg.lstsq(A, masses / sigmas, rcond=None)[0]
+        parts = decomposed(A)
+        slope = parts.solution(masses / sigmas)
         left = float(np.sum((masses / sigmas - A @ slope) ** 2)) / max(len(k) - 2, 1)
-        C = np.linalg.inv(A.T @ A) * max(left, 1.0)
+        C = parts.covariance * max(left, 1.0)
         return float(slope[1]), float(np.sqrt(C[1, 1]))
 
     @property

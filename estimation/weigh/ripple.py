@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import decomposed
 from ...model.motion import Measurement
 from ..equations.correlation import autocorrelation_time
 from ..equations.observation import Observation
@@ -115,7 +116,7 @@ def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
     most = min(_MOST, len(torque) // _ROWS_EACH)
     if not len(waves) or not most:
         return []
-    Q, found = _basis(W), list[_Found]()
+    Q, found = decomposed(W).range, list[_Found]()
     left = _less(torque, Q)
     while len(found) < most:
         gains = np.concatenate([_gains_of(part, rows, Q, left) for part in rows.parts(waves)])
@@ -124,7 +125,7 @@ def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
         if _chance(float(gains[best]), rest, len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
             break
         found.append(_found(float(waves[best]), float(gains[best]), rows))
-        Q = _basis(np.column_stack([Q, found[-1].columns]))
+        Q = decomposed(np.column_stack([Q, found[-1].columns])).range
         left = _less(torque, Q)
     memory = max(1.0, 2.0 * autocorrelation_time([(t, left)], step) / step) if (step := _step(t)) else 1.0
     rest, spare = memory * float(left @ left), len(torque) - Q.shape[1]
@@ -166,16 +167,6 @@ def _gains(s: Array, c: Array, left: Array, rows: int) -> Array:
     raised = a**2 * cc - 2.0 * a * b * sc + b**2 * ss
     gains: Array = np.divide(raised, determinant, out=np.zeros_like(raised), where=independent)
     return gains
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal, of what the columns span."""
-    size = np.linalg.norm(columns, axis=0)
-    used = columns[:, size > 0.0] / size[size > 0.0]
-    if not used.shape[1]:
-        return np.zeros((len(columns), 0))
-    U, singular, _ = np.linalg.svd(used, full_matrices=False)
-    return np.asarray(U[:, singular > 1e-8 * singular[0]])
 
 
 def _less(columns: Array, Q: Array) -> Array:

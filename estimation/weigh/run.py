@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import rank, without
 from ...model import BaseParameters, Robot
 from ...model.regressors import payload_columns
-from ...model.visibility import friction_columns, without
+from ...model.visibility import friction_columns
 from ..equations.names import PAYLOAD
 from ..equations.observation import Observation, Observer
 from ..equations.problem import ReducedProblem, merged
@@ -131,7 +132,7 @@ def friction_free(problem: ReducedProblem, held: HeldOffsets) -> ReducedProblem:
         left, others = compressed(without(kept, off), others.shape[1])
         factors.append(left)
         shared += refilled(problem.shared, j, others)
-        taken.append(_rank(factor[:, free]))
+        taken.append(rank(factor[:, free]))
     pairs = list(zip(problem.rows, problem.effective_rows, taken, strict=True))
     return ReducedProblem(
         (*(problem.columns[k] for k in rest), *held.columns),
@@ -153,9 +154,3 @@ def observed_friction_free(recording: Observation) -> Observation:
         Y.append(left[:, -1])
     columns: Sequence[str] = tuple(recording.columns[k] for k in rest)
     return Observation(tuple(columns), tuple(W), tuple(Y), recording.t, recording.bandwidth)
-
-
-def _rank(columns: Array) -> int:
-    size = np.linalg.norm(columns, axis=0)
-    used = columns[:, size > 0.0]
-    return int(np.linalg.matrix_rank(used / size[size > 0.0], tol=1e-8)) if used.shape[1] else 0

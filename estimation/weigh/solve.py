@@ -7,6 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ...model.visibility import PayloadVisibility, Resolved
 from ..equations.names import PAYLOAD
 from ..equations.problem import ReducedProblem, merged
@@ -95,7 +96,7 @@ class _Solver:
         if self.known is not None:
             factor = whole.select((*self.robot, *self.names)).stacked(weights)
             k = len(self.robot)
-            P = A @ np.linalg.lstsq(factor[:, k:-1], factor[:, :k], rcond=None)[0]
+            P = A @ least_squares(factor[:, k:-1], factor[:, :k])
             shared = shared + P @ _known_covariance(self.known) @ P.T
             dof = min(dof, self.known.degrees_of_freedom)
         estimate = Estimate(
@@ -113,7 +114,7 @@ class _Solver:
         if not held.joints:
             return np.zeros((len(self.resolved.places),) * 2)
         factor, k = whole.select((*self.names, *held.columns)).stacked(weights), len(self.names)
-        P = self.resolved.A @ np.linalg.lstsq(factor[:, :k], factor[:, k:-1], rcond=None)[0]
+        P = self.resolved.A @ least_squares(factor[:, :k], factor[:, k:-1])
         return np.asarray(P @ held.covariance @ P.T)
 
 

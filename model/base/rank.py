@@ -3,13 +3,12 @@
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import RANK_TOLERANCE
 from ..kernel.kernel import Kernel
 from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot
 from .parameters import BaseParameters
 
-RANK_TOLERANCE = 1e-8
-"""A column is dependent if what is left of it is below this fraction of the largest column."""
 STATES_PER_JOINT = 12
 """Random states for each joint: n rows each, so 12 n^2 rows for at most 14 n columns."""
 _PRECISION = 1e-15
@@ -74,6 +73,7 @@ def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[in
 def left_residuals(W: Array, tolerance: float = RANK_TOLERANCE) -> Array:
     """What is left of each column without those to its left, relative to the largest column.
 
+    A column is dependent if that is below the tolerance.
     Every residual is orthogonalised twice, so that the decision does not hang on rounding.
     """
     largest = np.linalg.norm(W, axis=0).max(initial=0.0)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
+from dynident.common.linear import RANK_TOLERANCE
 from dynident.estimation.equations import Observation, ReducedProblem, merged, reduced
-from dynident.estimation.equations.problem import RANK_TOLERANCE, check_rank
+from dynident.estimation.equations.problem import check_rank
 from dynident.estimation.fit import fit, ordinary, weighted
 from dynident.estimation.fit.essential import eliminate
 from dynident.estimation.fit.least_squares import joint_weights

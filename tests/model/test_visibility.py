@@ -9,7 +9,7 @@ from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot, payload_regressor
 from dynident.model.kernel import Kernel
 from dynident.model.payload_spread import payload_spread
-from dynident.model.visibility import payload_visibility, visibility_of, without
+from dynident.model.visibility import payload_visibility, visibility_of
 
 POSES = {"ur10e": (0.0, -60.0, 90.0, -110.0, -80.0, 10.0), "rx90": (0.0, -45.0, 90.0, 10.0, 45.0, 0.0)}
 
@@ -107,15 +107,6 @@ def test_nothing_at_all_is_seen_in_no_rows() -> None:
 def test_joints_that_the_robot_lacks(rx90: Robot, joints: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="numbers from 1 to 6"):
         payload_visibility(rx90, [np.zeros(6)], joints, [0.5] * len(joints))
-
-
-def test_friction_is_taken_out_whole() -> None:
-    draw = np.random.default_rng(1)
-    columns = np.column_stack([np.ones(40), np.sign(draw.standard_normal(40)), np.zeros(40), np.ones(40)])
-    W = draw.standard_normal((40, 3))
-    rest = without(W, columns)
-    assert np.abs(columns.T @ rest).max() < 1e-12
-    assert without(rest, columns) == pytest.approx(rest, abs=1e-13)
 
 
 def monte_carlo(x: Array, C: Array) -> tuple[Array, Array]:

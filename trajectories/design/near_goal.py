@@ -7,12 +7,13 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import decomposed, without
 from ...model import InertialParameters, Robot
 from ...model.base import leftmost_independent
 from ...model.names import parameter_kind
 from ...model.payload_spread import PayloadSpread, payload_spread
 from ...model.regressors import payload_columns
-from ...model.visibility import PayloadVisibility, friction_columns, visibility_of, without
+from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
 from ..motions.bounds import JointBounds
 from ..motions.near import NearShape
 from ..motions.samples import Family, Plan, Samples, Shape
@@ -176,7 +177,4 @@ def _covariance(W: Array, chosen: tuple[int, ...], mass_sigma: float | None) -> 
     """Covariance of least squares, with the scale as one more equation where the mass is among the parameters."""
     if mass_sigma is not None and 9 in chosen:
         W = np.vstack([W, (np.array(chosen) == 9)[None] / mass_sigma])
-    R = np.asarray(np.linalg.qr(W, mode="r"))
-    size = np.linalg.norm(R, axis=0)
-    inverse = np.linalg.inv(R / size) / size[:, None]
-    return np.asarray(inverse @ inverse.T)
+    return decomposed(W).covariance

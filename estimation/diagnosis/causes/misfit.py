@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from ....common.arrays import Array
+from ....common.linear import least_squares
 from ....model import Robot, regressor, standard_columns
 from .sample import Sample
 
@@ -89,7 +90,7 @@ class Model:
         A, fixed = np.array(columns).T, int(np.argmax(scale))
         free = [j for j in range(n) if j != fixed]
         factors = np.ones(n)
-        factors[free] = -np.linalg.lstsq(A[:, free], A[:, fixed], rcond=None)[0]
+        factors[free] = -least_squares(A[:, free], A[:, fixed])
         return factors
 
     def with_column(self, column: Array) -> tuple[float, float]:

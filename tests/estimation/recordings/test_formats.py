@@ -10,7 +10,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_recording
 from dynident.estimation.recordings import Layout, Quantity, open_log, with_flags
 from dynident.model import Robot
-from dynident.tests.estimation.logs.log_files import FORMATS, NAMES, as_bag, as_csv, as_npz, same
+from dynident.tests.estimation.recordings.log_files import FORMATS, NAMES, as_bag, as_csv, as_npz, same
 
 
 @pytest.mark.parametrize("name", FORMATS)

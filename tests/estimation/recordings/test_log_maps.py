@@ -8,7 +8,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map, read_recording
 from dynident.estimation.recordings import FilePart, Layout, Quantity, with_flags
 from dynident.model import Robot
-from dynident.tests.estimation.logs.log_files import NAMES, as_csv
+from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
 
 
 def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:

@@ -10,7 +10,7 @@ from dynident.estimation import read_recording
 from dynident.estimation.recordings import stream_samples
 from dynident.estimation.recordings.table import BLOCK
 from dynident.model import Robot
-from dynident.tests.estimation.logs.log_files import as_npz
+from dynident.tests.estimation.recordings.log_files import as_npz
 
 
 def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:

@@ -1,0 +1,99 @@
+"""Least squares, rank, range and null space that do not hang on the columns' units.
+
+Columns of a regressor differ by powers of ten for no better reason than their units. Everything here scales them to
+norm 1 first, nearly the best of all scalings (van der Sluis 1969), and calls a direction undetermined where its
+singular value is below ``RANK_TOLERANCE`` of the largest: one convention for the whole house.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .arrays import Array
+
+RANK_TOLERANCE = 1e-8
+"""Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
+
+
+class Decomposition(NamedTuple):
+    """A = range diag(singular) rowspace' diag(sizes) of rank r, as ``decomposed`` finds it.
+
+    Attributes:
+        sizes: norms of A's columns, 1 for those that are zero, shape (c,).
+        range: orthonormal basis of what the columns span, N x r.
+        singular: singular values of the scaled columns, largest first, shape (r,).
+        rowspace: orthonormal basis of the determined directions of the scaled parameters, c x r.
+        null: orthonormal basis of the undetermined ones, c x (c - r).
+    """
+
+    sizes: Array
+    range: Array
+    singular: Array
+    rowspace: Array
+    null: Array
+
+    @property
+    def rank(self) -> int:
+        """Number of independent columns."""
+        return len(self.singular)
+
+    @property
+    def inverse(self) -> Array:
+        """Pseudo-inverse, c x N: of all least-squares solutions the shortest in the scaled parameters."""
+        return np.asarray((self.rowspace / self.singular) @ self.range.T / self.sizes[:, None])
+
+    def solution(self, B: Array) -> Array:
+        """Least-squares solution of A x = B, of several the shortest; shape (c,), or c x m for N x m."""
+        scaled = (self.rowspace / self.singular) @ (self.range.T @ B)
+        return np.asarray((scaled.T / self.sizes).T)
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of that solution where the right side has errors of variance 1, c x c."""
+        root = self.rowspace / self.singular / self.sizes[:, None]
+        return np.asarray(root @ root.T)
+
+    @property
+    def hidden(self) -> Array:
+        """Share of each parameter that lies in undetermined directions, 0 to 1, shape (c,)."""
+        return np.asarray(np.sum(self.null**2, axis=1))
+
+
+def decomposed(A: Array) -> Decomposition:
+    """Singular value decomposition of a matrix with its columns scaled to norm 1.
+
+    Args:
+        A: N x c; no rows and no columns are allowed.
+    """
+    sizes = np.linalg.norm(A, axis=0)
+    sizes[sizes == 0.0] = 1.0
+    rows, columns = A.shape
+    U, singular, Vt = np.linalg.svd(A / sizes, full_matrices=rows < columns)
+    r = int(np.sum(singular > RANK_TOLERANCE * singular.max(initial=0.0)))
+    return Decomposition(sizes, U[:, :r], singular[:r], Vt[:r].T, Vt[r:].T)
+
+
+def least_squares(A: Array, B: Array) -> Array:
+    """Least-squares solution of A x = B; of dependent columns the shortest one, columns scaled to norm 1.
+
+    Args:
+        A: N x c.
+        B: (N,) or N x m.
+
+    Returns:
+        x, (c,) or c x m.
+    """
+    return decomposed(A).solution(B)
+
+
+def rank(A: Array) -> int:
+    """Number of independent columns."""
+    return decomposed(A).rank
+
+
+def without(W: Array, columns: Array) -> Array:
+    """W, N x c, less all that some columns, N x k, can explain of it."""
+    U = decomposed(columns).range
+    rest = W - U @ (U.T @ W)
+    # Orthogonalised twice: what is nearly explained would otherwise be rounding.
+    return np.asarray(rest - U @ (U.T @ rest))
