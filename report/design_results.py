@@ -146,7 +146,7 @@ def design_document(
         document |= {
             "seed": design.seed,
             "starts": design.starts,
-            "solver": design.solver,
+            "solver": "augmented",
             "evaluations": design.evaluations,
             "cpu_s": design.cpu_s,
             "interrupted": design.interrupted,

@@ -1,15 +1,16 @@
 """A motion near a pose: what will be visible, what it will tell, what its file says about it."""
 
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.table import Table
 
 from .. import __version__
-from ..model import INERTIAL, InertialParameters
+from ..common.arrays import Array
+from ..model import INERTIAL, InertialParameters, Robot
 from ..model.payload_spread import PayloadSpread
 from ..model.visibility import PayloadVisibility
+from ..trajectories import Design, NearMotion, NearShape
 from .tables import empty_table
 from .weigh_documents import visibility_document
 
@@ -38,9 +39,36 @@ def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Tab
     return table
 
 
-def near_notes(found: NearDesign) -> list[str]:
+class NearResult(NamedTuple):
+    """A motion near a pose, and what it will tell of a payload.
+
+    Attributes:
+        design: of the series; its score tells the limits.
+        shape: what was asked of the motion.
+        visibility: what can be seen at all.
+        spread: predicted standard deviations, of white noise.
+    """
+
+    design: Design
+    shape: NearShape
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.design.problem.robot
+
+    @property
+    def motion(self) -> NearMotion:
+        """The motion with its repeats and transfers."""
+        assert isinstance(self.design.plan, NearMotion)
+        return self.design.plan
+
+
+def near_notes(result: NearResult) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
-    motion, request = found.motion, found.request
+    motion = result.motion
     two = (
         f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
     )
@@ -50,7 +78,7 @@ def near_notes(found: NearDesign) -> list[str]:
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
     ]
-    if not request.torque_limited:
+    if not result.design.problem.torque_limited:
         lines.append(
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
             "(--robot-parameters); the rehearsal does not show them either."
@@ -58,45 +86,45 @@ def near_notes(found: NearDesign) -> list[str]:
     return lines
 
 
-def near_head(found: NearDesign, speed: float) -> tuple[str, ...]:
+def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
-    request, motion = found.request, found.motion if speed == 1.0 else found.motion.slowed(speed)
+    shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    joints = ", ".join(map(str, request.joints))
-    name = (request.robot.title or request.robot.name).encode("ascii", "replace").decode("ascii")
+    joints = ", ".join(map(str, shape.joints))
+    name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
     lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
-    for k, pose in enumerate(request.poses, 1):
+    for k, pose in enumerate(shape.poses, 1):
         lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
-    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in request.ranges)}.")
-    lines.append(f"Duration {motion.duration:.6g} s; seed {found.design.seed}.")
-    if not request.torque_limited:
+    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.")
+    lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
+    if not result.design.problem.torque_limited:
         lines.append("Torque limits were not checked.")
     return tuple(lines)
 
 
-def near_document(found: NearDesign, criterion: str = "a") -> dict[str, Any]:
-    """What ``dynident design --near --json`` writes."""
-    request, score = found.request, found.design.score
+def near_document(result: NearResult) -> dict[str, Any]:
+    """What ``dynident near --json`` writes."""
+    design, shape, motion = result.design, result.shape, result.motion
     return {
-        "robot": request.robot.name,
-        "criterion": criterion,
+        "robot": result.robot.name,
+        "criterion": design.problem.criterion.kind,
         "near": {
-            "poses": request.poses,
-            "joints": list(request.joints),
-            "ranges": request.ranges,
-            "period_s": found.motion.period,
-            "repeats": found.motion.repeats,
-            "transfer_s": found.motion.transfer,
+            "poses": shape.poses,
+            "joints": list(shape.joints),
+            "ranges": shape.ranges,
+            "period_s": motion.period,
+            "repeats": motion.repeats,
+            "transfer_s": motion.transfer,
         },
-        "visibility": visibility_document(found.visibility),
-        "predicted_sigma": spread_document(found.spread),
-        "condition_number": score.learnt.condition_number,
-        "condition_number_scaled": score.learnt.condition_number_scaled,
-        "duration_s": found.motion.duration,
-        "rehearsal_s": found.motion.slowed(0.1).duration,
-        "cpu_s": found.design.cpu_s,
-        "limits": {"max_violation": score.max_violation, "torque_checked": request.torque_limited},
-        "seed": found.design.seed,
+        "visibility": visibility_document(result.visibility),
+        "predicted_sigma": spread_document(result.spread),
+        "condition_number": design.learnt.condition_number,
+        "condition_number_scaled": design.learnt.condition_number_scaled,
+        "duration_s": motion.duration,
+        "rehearsal_s": motion.slowed(0.1).duration,
+        "cpu_s": design.cpu_s,
+        "limits": {"max_violation": design.score.max_violation, "torque_checked": design.problem.torque_limited},
+        "seed": design.seed,
     }
 
 
@@ -105,10 +133,10 @@ def spread_document(spread: PayloadSpread) -> dict[str, Any]:
     return {"mass": spread.mass, "com": spread.com, "inertia_com": spread.inertia_com}
 
 
-def second_pose_note(request: NearRequest, second: Sequence[float]) -> str:
+def second_pose_note(first: Array, second: Array) -> str:
     """Where a second pose would be."""
-    turns = np.degrees(np.asarray(second) - request.pose)
-    told = " and ".join(f"joint {j + 1} by {turn:+.0f} deg" for j, turn in enumerate(turns) if abs(turn) > 1.0)
+    turns = enumerate(np.degrees(second - first), 1)
+    joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
     return (
-        f"A second wrist pose ({told}) would tell clearly more: add --second-pose auto if the robot may go there."
+        f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
     )

@@ -3,6 +3,7 @@ from .build import build_design as build_design
 from .collision import Capsule as Capsule
 from .collision import HalfSpace as HalfSpace
 from .collision import Scene as Scene
+from .criterion import Kind as Kind
 from .floor import Floor as Floor
 from .floor import floor_under as floor_under
 from .goal import Earlier as Earlier
