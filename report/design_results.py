@@ -90,7 +90,7 @@ def replay_note(kind: str, replay: Score) -> str:
     limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
     return (
         f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
-        f"{replay.duration:.4g} s, {limits}. Score the controller's log by --evaluate."
+        f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
     )
 
 

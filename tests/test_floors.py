@@ -22,6 +22,7 @@ FLOORS = {
         "diagnosis",
         "answers",
     ),
+    "trajectories": ("motions", "design", "simulation"),
 }
 """From the cellar to the roof; a file on one floor imports that floor and those below."""
 KNOWN = {

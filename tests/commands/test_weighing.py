@@ -9,6 +9,7 @@ import pytest
 from dynident.cli import main
 from dynident.estimation.recordings import read_trajectory
 from dynident.model import load_robot
+from dynident.tests.commands.runs import runner
 
 NEAR = ["--robot", "rx90", "--pose=0,-45,90,0,45,0", "--speed-override", "0.5"]
 PAYLOAD = "mass = 7.02\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.03, 0, 0, 0.03, 0, 0.015]\n"
@@ -222,8 +223,9 @@ def test_wrong_options_of_weigh(
     ],
 )
 def test_wrong_options_of_near(more: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["near", "--robot", "rx90", *more]) == 2
-    errors = [line for line in capsys.readouterr().err.splitlines() if "error:" in line]
+    status, _, err = runner(capsys, "near", "--robot", "rx90")(*more)
+    assert status == 2
+    errors = [line for line in err.splitlines() if "error:" in line]
     assert len(errors) == 1
     assert words in errors[0]
 
