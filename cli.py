@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from . import __version__
 from .commands import COMMANDS, moved
-from .commands.arguments import BAD_INPUT, INTERRUPTED, check_folder, check_target
+from .commands.arguments import BAD_INPUT, BROKEN_PIPE, INTERRUPTED, check_folder, check_target
 from .common.errors import InputError
 
 _FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript", "rehearsal")
@@ -30,8 +30,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     if today := moved(words):
         print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
         return BAD_INPUT
-    arguments = _parser(words).parse_args(words)
-    arguments.argv = words
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):
@@ -39,6 +37,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
 
     try:
+        arguments = _parser(words).parse_args(words)
+        arguments.argv = words
         for option in _FILES_WRITTEN:
             check_target(option, getattr(arguments, option, None))
         for option in _FOLDERS_WRITTEN:
@@ -46,6 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.showwarning = _note
             return int(arguments.run(arguments))
+    except BrokenPipeError:  # whoever reads has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
     except (InputError, OSError) as error:
         message = " ".join(str(error).split())
         print(f"dynident: error: {message}", file=sys.stderr)

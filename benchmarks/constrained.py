@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import cvxpy
 import numpy as np
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
 from dynident.estimation.equations import Observer, reduced_measurement
@@ -22,7 +23,6 @@ from dynident.model import Motion, Processing, base_parameters, load_robot, payl
 from dynident.model.kernel import Kernel
 from dynident.model.motion import Measurement
 from dynident.model.regressors import payload_columns
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console
 

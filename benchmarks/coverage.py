@@ -12,6 +12,7 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
 from dynident.estimation.equations import Observer, merged, reduced_measurement
@@ -24,7 +25,6 @@ from dynident.estimation.payload import (
 )
 from dynident.estimation.signals import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console
 from rich.progress import track

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
 from dynident.estimation.equations import Observation, Observer, merged, reduced_measurement
@@ -22,7 +23,6 @@ from dynident.estimation.signals import measurement
 from dynident.estimation.signals.decimation import decimated
 from dynident.model import InertialParameters, Motion, base_parameters, load_robot
 from dynident.model.motion import Measurement
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from scipy.signal import lfilter
 

@@ -9,10 +9,10 @@ then misses comes from its filter and from dry friction that is smooth about res
 import time
 
 import numpy as np
-from dynident.commands.paper_analysis import reduced_experiment, robust_joint, true_values
-from dynident.commands.paper_setup import levels, paper_robot, simulate_paper
+from dynident.commands.demo.analysis import reduced_experiment, robust_joint, true_values
+from dynident.commands.demo.paper import paper_tables
+from dynident.commands.demo.setup import levels, paper_robot, simulate_paper
 from dynident.estimation import PAYLOAD
-from dynident.report.paper import paper_tables
 
 
 def main() -> None:

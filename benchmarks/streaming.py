@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 from dynident.benchmarks.peers import pinocchio_model
-from dynident.estimation.equations import Observer, ReducedProblem, merged, reduced_measurement, reduced_stream
+from dynident.estimation.equations import Observer, ReducedProblem, merged, reduced_measurement, reduced_pieces
 from dynident.estimation.fit import weighted
 from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
 from dynident.model.base.rank import random_states
@@ -78,7 +78,7 @@ def pinocchio_seconds(robot: Robot, samples: int) -> float:
 def solved(observer: Observer, source: Source) -> tuple[ReducedProblem, float]:
     """Reduce and solve; seconds without those of the simulation."""
     start = time.perf_counter()
-    problem = reduced_stream(observer, source, np.full(6, SLOW))
+    problem = reduced_pieces(observer, ((piece, np.abs(piece.motion.qd) >= SLOW) for piece in source))
     weighted(problem)
     return problem, time.perf_counter() - start - source.seconds
 

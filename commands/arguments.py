@@ -15,7 +15,7 @@ from .. import estimation, model
 from ..common.errors import InputError
 from .values import fraction, gains_list, gains_or_file, mount, positive, texts, three, tool_frame
 
-ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit statuses of every command."""
 
 

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     write_results(
         arguments, tables, lambda: estimation.payload.identification_system(result, recordings, processing)
     )
-    return DO_NOT_USE if estimation.diagnosis.fit_reasons(result.estimate.fit, "the model") else ANSWERED
+    return DO_NOT_USE if estimation.diagnosis.robot_verdict(result.estimate.fit).reasons else ANSWERED
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
@@ -17,7 +18,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
-from .robot_poses import checked_poses, pose_document, pose_lines
+from .robot_poses import CheckedLog, checked_poses, pose_document, pose_lines
 
 _SHOWN = 6
 _DESCRIPTION = """
@@ -57,19 +58,17 @@ def run(arguments: argparse.Namespace) -> int:
     for line in lines(check) if check else ["No torques or currents: the pose alone is compared."]:
         print(line)
     if arguments.json:
-        report.documents.write_json(
-            arguments.json,
-            {
-                "robot": robot.name,
-                "poses": [
-                    pose_document(log) | {"readings": document(log.readings) if log.readings else None}
-                    for log in poses
-                ],
-                **(document(check) if check else {}),
-            },
-        )
+        report.documents.write_json(arguments.json, _whole_document(robot, poses, check))
     faithful = all(log.check.reproduced for log in poses) and not (check and check.suggested)
     return ANSWERED if faithful else DO_NOT_USE
+
+
+def _whole_document(
+    robot: model.Robot, poses: Sequence[CheckedLog], check: estimation.diagnosis.KinematicsCheck | None
+) -> dict[str, Any]:
+    """What ``--json`` writes of all logs."""
+    logs = [pose_document(log) | {"readings": document(log.readings) if log.readings else None} for log in poses]
+    return {"robot": robot.name, "poses": logs, **(document(check) if check else {})}
 
 
 def _recordings(arguments: argparse.Namespace, robot: model.Robot, poses: bool) -> list[model.Recording]:

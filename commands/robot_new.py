@@ -71,6 +71,15 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
+_OPTIONAL: tuple[tuple[str, str, Callable[[str], Any]], ...] = (
+    ("drawn_at", "Joint positions of that pose [deg or m], empty for all zero", numbers),
+    ("limits", "Position limits, low:high of each joint [deg or m], empty if unknown", str),
+    ("speeds", "Largest speeds [deg/s or m/s], empty if unknown", numbers),
+    ("rated_payload", "Rated payload [kg], empty if unknown", float),
+)
+"""Options that may stay unknown: name, question, how the answer is read."""
+
+
 def ask(arguments: argparse.Namespace) -> None:
     """Ask for what the command line leaves out.
 
@@ -91,14 +100,9 @@ def ask(arguments: argparse.Namespace) -> None:
     if not arguments.flange:
         arguments.flange = _asked("Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", str)
         _flange(arguments.flange)
-    if arguments.drawn_at is None:
-        arguments.drawn_at = _asked("Joint positions of that pose [deg or m], empty for all zero", numbers, True)
-    if arguments.limits is None:
-        arguments.limits = _asked("Position limits, low:high of each joint [deg or m], empty if unknown", str, True)
-    if arguments.speeds is None:
-        arguments.speeds = _asked("Largest speeds [deg/s or m/s], empty if unknown", numbers, True)
-    if arguments.rated_payload is None:
-        arguments.rated_payload = _asked("Rated payload [kg], empty if unknown", float, True)
+    for name, question, read in _OPTIONAL:
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, _asked(question, read, optional=True))
 
 
 def _asked_joints() -> list[str]:

@@ -41,21 +41,21 @@ def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
     held: Any = values
     while isinstance(held, np.ndarray) and held.dtype == np.float64 and not held.flags.writeable:
         base: Any = held.base
-        if base is None or isinstance(base, mmap.mmap):
+        if base is None or isinstance(base, mmap.mmap | bytes):
             return True
         held = base
     return False
 
 
 def _finite(array: Array) -> bool:
-    return all(bool(np.isfinite(array[part]).all()) for part in parts(len(array), array))
+    return all(bool(np.isfinite(array[part]).all()) for part in parts(len(array)))
 
 
 def rising(t: Array) -> bool:
     """Whether every number is larger than the one before."""
-    return all(bool((np.diff(t[part.start : part.stop + 1]) > 0.0).all()) for part in parts(len(t), t))
+    return all(bool((np.diff(t[part.start : part.stop + 1]) > 0.0).all()) for part in parts(len(t)))
 
 
 def equal(a: Array, b: Array) -> bool:
     """Whether two arrays hold the same numbers."""
-    return a.shape == b.shape and all(bool((a[part] == b[part]).all()) for part in parts(len(a), a, b))
+    return a.shape == b.shape and all(bool((a[part] == b[part]).all()) for part in parts(len(a)))

@@ -1,16 +1,18 @@
 """Large arrays live in a temporary file; the system keeps in memory what is in use.
 
-A long recording and what is made of it are larger than all else that a command holds. Their pages are given back
-after every stretch of rows that was worked on, so that the peak does not grow with them.
+A long recording and what is made of it are larger than all else that a command holds. Whoever works on one goes
+through its rows by ``parts``: after each stretch the pages of all such arrays are given back, so that the peak does
+not grow with the recording. Their values stay; what is read again comes from the system's cache or the disk.
 """
 
 import math
 import mmap
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import IO, Any
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import IO
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,8 @@ LARGE = 16 * 2**20
 """Bytes: a larger array goes to a file."""
 ROWS = 1 << 16
 """Rows that are worked on at once."""
+_mapped: WeakSet[mmap.mmap] = WeakSet()
+"""The files' memory, as long as an array uses it."""
 
 
 def empty(shape: Sequence[int]) -> NDArray[np.float64]:
@@ -37,81 +41,65 @@ def empty(shape: Sequence[int]) -> NDArray[np.float64]:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
         else:
-            _fill(file, size)
-        return _mapped(file, shape)
+            for start in range(0, size, 1 << 20):
+                file.write(bytes(min(1 << 20, size - start)))
+            file.flush()
+        return _array(file, shape)
 
 
-def parts(rows: int, *arrays: NDArray[Any]) -> Iterator[slice]:
-    """Consecutive stretches of rows; after each of them the arrays' pages are given back."""
-    for start in range(0, rows, ROWS):
-        yield slice(start, min(start + ROWS, rows))
-        release(*arrays)
+def parts(rows: int, at_once: int = 0) -> Iterator[slice]:
+    """Consecutive stretches of rows, ``ROWS`` or as many as told; after each of them memory is given back."""
+    at_once = at_once or ROWS
+    for start in range(0, rows, at_once):
+        yield slice(start, min(start + at_once, rows))
+        give_back()
 
 
-def release(*arrays: NDArray[Any]) -> None:
-    """Give back the memory of arrays that live in a file; their values stay."""
+def give_back() -> None:
+    """Give back the memory of all arrays that live in files."""
     advice = getattr(mmap, "MADV_DONTNEED", None)
-    for array in arrays:
-        memory = owner(array)
-        if advice is not None and isinstance(memory, mmap.mmap):
+    if advice is not None:
+        for memory in list(_mapped):
             memory.madvise(advice)
 
 
-def owner(array: Any) -> Any:
-    """What holds an array's memory: a file's mapping, or None for memory of its own."""
-    while isinstance(array, np.ndarray):
-        array = array.base
-    return array
+def collected(blocks: Iterable[Sequence[NDArray[np.float64]]], widths: Sequence[int]) -> list[NDArray[np.float64]]:
+    """Arrays whose rows arrive in blocks, locked, so that a recording need not copy them.
 
+    Args:
+        blocks: the next rows of each array.
+        widths: numbers in a row of each array.
 
-class Growing:
-    """Rows that arrive in blocks; beyond ``LARGE`` they go to a file."""
-
-    def __init__(self, width: int) -> None:
-        """Nothing yet, ``width`` numbers a row."""
-        self._width, self._rows = width, 0
-        self._held: list[NDArray[np.float64]] = []
-        self._file: IO[bytes] | None = None
-
-    def add(self, block: NDArray[np.float64]) -> None:
-        """Take the next rows."""
-        self._rows += len(block)
-        self._held.append(np.array(block, dtype=np.float64).reshape(len(block), self._width))
-        if 8 * self._width * sum(map(len, self._held)) > LARGE:
+    Raises:
+        InputError: if there is no room for a file.
+    """
+    with ExitStack() as opened:
+        files = [opened.enter_context(tempfile.SpooledTemporaryFile(max_size=LARGE)) for _ in widths]
+        for block in blocks:
             with _room():
-                # Closed when the rows are taken.
-                self._file = self._file or tempfile.TemporaryFile()  # noqa: SIM115
-                self._spill(self._file)
-
-    def taken(self) -> NDArray[np.float64]:
-        """The rows, locked, so that a recording need not copy them; nothing may be added any more."""
-        if self._file is None:
-            array = np.concatenate([np.empty((0, self._width)), *self._held])
-        else:
-            with _room(), self._file as file:
-                self._spill(file)
-                file.flush()
-                array = _mapped(file, (self._rows, self._width))
-        self._held = []
-        array.setflags(write=False)
-        return array
-
-    def _spill(self, file: IO[bytes]) -> None:
-        for block in self._held:
-            file.write(block.tobytes())
-        self._held = []
+                for file, values in zip(files, block, strict=True):
+                    file.write(np.asarray(values, dtype=np.float64).tobytes())
+        with _room():
+            return [_rows(file, width) for file, width in zip(files, widths, strict=True)]
 
 
-def _fill(file: IO[bytes], size: int) -> None:
-    """Zeros that take their room on the disk."""
-    block = bytes(1 << 20)
-    for start in range(0, size, len(block)):
-        file.write(block[: size - start])
-    file.flush()
+def _rows(file: IO[bytes], width: int) -> NDArray[np.float64]:
+    """What was written, in memory or in the file; closes it."""
+    with file:
+        shape = file.tell() // (8 * width), width
+        if file.tell() > LARGE:
+            file.flush()
+            array = _array(file, shape)
+            array.setflags(write=False)
+            return array
+        file.seek(0)
+        return np.frombuffer(file.read()).reshape(shape)
 
 
-def _mapped(file: IO[bytes], shape: Sequence[int]) -> NDArray[np.float64]:
-    return np.ndarray(tuple(shape), np.float64, mmap.mmap(file.fileno(), 8 * math.prod(shape)))
+def _array(file: IO[bytes], shape: Sequence[int]) -> NDArray[np.float64]:
+    memory = mmap.mmap(file.fileno(), 8 * math.prod(shape))
+    _mapped.add(memory)
+    return np.ndarray(tuple(shape), np.float64, memory)
 
 
 @contextmanager

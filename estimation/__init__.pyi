@@ -7,7 +7,6 @@ from . import gains as gains
 from . import payload as payload
 from . import possible as possible
 from . import recordings as recordings
-from . import repetition as repetition
 from . import robot as robot
 from . import signals as signals
 from . import weigh as weigh
@@ -16,7 +15,7 @@ from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.weigh import WeighAnswer as WeighAnswer
 from .answers.weigh import answer_weighing as answer_weighing
-from .diagnosis.verdict.verdict import Verdict as Verdict
+from .diagnosis.finding import Verdict as Verdict
 from .equations.names import PAYLOAD as PAYLOAD
 from .fit.drive_gains import GainErrors as GainErrors
 from .fit.essential import SigmaBound as SigmaBound
@@ -33,9 +32,9 @@ from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import KnownMass as KnownMass
 from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
+from .recordings.map import LogMap as LogMap
 from .recordings.map_file import read_log_map as read_log_map
-from .recordings.mapping import LogMap as LogMap
-from .recordings.recording import read_recording as read_recording
+from .recordings.read import read_recording as read_recording
 from .robot.identification import Identification as Identification
 from .robot.identification import identify as identify
 from .weigh.stand_in import StandIn as StandIn

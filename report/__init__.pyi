@@ -8,7 +8,6 @@ from . import design_results as design_results
 from . import documents as documents
 from . import drawing as drawing
 from . import essential_plot as essential_plot
-from . import experiment as experiment
 from . import figures as figures
 from . import following as following
 from . import gains as gains
@@ -20,11 +19,8 @@ from . import motions as motions
 from . import near as near
 from . import npz as npz
 from . import numbers as numbers
-from . import paper as paper
-from . import paper_comparison as paper_comparison
 from . import plots as plots
 from . import recordings as recordings
-from . import repetition_plot as repetition_plot
 from . import robot_documents as robot_documents
 from . import robot_tables as robot_tables
 from . import robots as robots

@@ -10,7 +10,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.files import write_text
 from ..estimation import Identification, PayloadAnswer, PayloadProblem
-from ..estimation.diagnosis import fit_reasons
+from ..estimation.diagnosis import robot_verdict
 from ..estimation.equations import ReducedProblem
 from ..estimation.fit import Fit, RobustCovariance
 from ..estimation.payload import ConstrainedPayload, PayloadEstimate
@@ -88,7 +88,7 @@ def identification_document(
         "gain_sigma": gain_errors_document(result.gains) if result.gains else None,
         "relative_residual": residual_document(estimate.fit),
         "validation": residual_document(result.validation) if result.validation else None,
-        "reasons_against_use": fit_reasons(estimate.fit, "the model"),
+        "reasons_against_use": list(robot_verdict(estimate.fit).reasons),
     }
 
 

@@ -32,7 +32,7 @@ def check_lines(check: LogCheck) -> list[str]:
             f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
             f"columns scaled {check.condition_number_scaled:.3g}"
         )
-    lines += [f"{_MARKS[finding.severity]}: {finding.words}" for finding in check.findings]
+    lines += [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
     return lines if check.findings else [*lines, "nothing looks wrong"]
 
 
@@ -89,7 +89,7 @@ def check_document(check: LogCheck) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> dict[str, str]:
-    return {"severity": finding.severity, "words": finding.words}
+    return {"severity": finding.severity, "words": finding.text}
 
 
 def _step(step: float) -> str:

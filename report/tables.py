@@ -9,13 +9,12 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from ..estimation import Identification, PayloadAnswer, PayloadProblem
-from ..estimation.diagnosis import fit_reasons
+from ..estimation.diagnosis import robot_verdict
 from ..estimation.fit import Fit
 from ..estimation.payload import PayloadEstimate
-from ..model import INERTIAL, InertialParameters
+from ..model import INERTIAL
 from .by_joints import mass_by_joints_note
 from .gains import gain_error_notes
-from .paper import PaperTables
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 _LEVELS = {
@@ -137,7 +136,7 @@ def robot_notes(result: Identification) -> list[str]:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
     lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    reasons = fit_reasons(result.estimate.fit, "the model")
+    reasons = robot_verdict(result.estimate.fit).reasons
     return [*lines, *(["Verdict: do not use."] + [f"  - {reason}" for reason in reasons] if reasons else [])]
 
 
@@ -156,20 +155,6 @@ def robot_sigma_notes(result: Identification) -> list[str]:
         "longer than a sample. chi2 and p by the jackknife's.",
         *([robust.warning] if robust.warning else []),
     ]
-
-
-def paper_payload_table(
-    estimates: Sequence[PayloadEstimate], truth: InertialParameters, paper: PaperTables
-) -> Table:
-    """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
-    headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
-    table = empty_table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
-    for k, kind in enumerate(INERTIAL):
-        cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
-        rows = [paper.table1.get(kind), paper.table2.get(kind)]
-        cells += [short_value(row.value, row.two_sigma) if row else "" for row in rows]
-        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
-    return table
 
 
 def console(*tables: Table) -> Console:
@@ -201,15 +186,6 @@ def _value(value: float, sigma: float) -> str:
         return f"{value:.6g}"
     digits = min(max(0, 1 - int(np.floor(np.log10(sigma)))), 9)
     return f"{value:.{digits}f}±{sigma:.{digits}f}"
-
-
-def short_value(value: float, spread: float) -> str:
-    """Three decimals, as the paper prints; a spread that they do not show is left out."""
-    text = f"{round(value, 3) + 0.0:.3f}"
-    if spread < 0.0005:
-        return text
-    parts = (text, f"{spread:.3f}")
-    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
 
 
 def _alignment(problem: PayloadProblem) -> str:

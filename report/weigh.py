@@ -4,7 +4,7 @@ import numpy as np
 from rich.table import Table
 
 from ..estimation import WeighAnswer
-from ..estimation.diagnosis import JointReading, worst_joint
+from ..estimation.diagnosis import Finding, worst_joint
 from ..estimation.weigh import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
 from ..model import INERTIAL
 from .by_joints_table import by_joints_table
@@ -211,7 +211,7 @@ def agreement_notes(answer: WeighAnswer) -> list[str]:
     ]
 
 
-def worst_note(worst: JointReading | None) -> str:
+def worst_note(worst: Finding | None) -> str:
     """The joint that agrees least, in words."""
     if worst is None:
         return "No joint can be compared with the others."

@@ -28,8 +28,6 @@ FLOORS = {
 KNOWN = {
     ("estimation.payload.impossible", "estimation.answers.payload"),
     ("estimation.payload.prediction", "estimation.answers.payload"),
-    ("estimation.diagnosis.log_check.torque", "estimation.answers.gains"),
-    ("estimation.repetition", "estimation.fit.estimate"),
 }
 """Steps up that the fold has not removed yet."""
 

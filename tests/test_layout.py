@@ -98,7 +98,10 @@ def test_every_package_is_listed() -> None:
 def test_every_data_file_is_listed() -> None:
     listed = project()["tool"]["setuptools"]["package-data"]
     data = [
-        path for room in ROOMS for path in (ROOT / room).rglob("*.*") if path.suffix not in (".py", ".pyi", ".pyc")
+        path
+        for room in (*ROOMS, "commands")
+        for path in (ROOT / room).rglob("*.*")
+        if path.suffix not in (".py", ".pyi", ".pyc")
     ]
     assert {"rx90.toml", "tx40.toml", "ur10e.toml", "paper_tables.toml"} <= {path.name for path in data}
     for path in [*data, ROOT / "py.typed"]:

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.commands.demo.paper import paper_tables
 from dynident.model import load_robot
-from dynident.report.paper import paper_tables
 from dynident.trajectories import Simulator, random_via_points
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..diagnosis.verdict.reasons import Evidence
-from ..diagnosis.verdict.verdict import Verdict, verdict
+from ..diagnosis.evidence import Evidence
+from ..diagnosis.finding import Verdict
+from ..diagnosis.verdict import judge
 from ..equations.problem import ReducedProblem
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule
@@ -103,9 +104,9 @@ def answer_payload(
             failures.append(error)
             left_out[estimate.method] = str(error)
     evidence = _evidence(problem, free, constrained, _validation(problem, held_out, processing))
-    judged = verdict(evidence)
+    verdict = judge(evidence)
     if not constrained:
-        against = judged.reasons if judged.level == "do_not_use" else ()
+        against = verdict.reasons if verdict.level == "do_not_use" else ()
         raise failures[0].naming(*failures[0].demands, *against)
     return PayloadAnswer(
         problem=problem,
@@ -115,7 +116,7 @@ def answer_payload(
         robot_fit=evidence.robot_fit,
         validation=evidence.validation,
         by_joints=evidence.by_joints,
-        verdict=judged,
+        verdict=verdict,
         elimination=essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None,
     )
 
@@ -164,12 +165,15 @@ def _evidence(
     best = recommended(constrained) if constrained else None
     weights = FixedWeights(bare.weights if bare else None, (best.free if best else free[-1]).estimate.weights)
     return Evidence(
-        problem=problem,
+        robot=problem.robot,
+        source=problem.source,
+        pairs=problem.pairs,
+        condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
+        parameters=alone,
+        validation=fit(validation, alone.values) if validation and alone else None,
         estimates=tuple(free),
         constrained=tuple(constrained),
         recommended=best,
-        robot=alone,
-        validation=fit(validation, alone.values) if validation and alone else None,
         by_joints=payload_by_joints(problem, weights),
         stretches=payload_over_time(problem, weights),
     )

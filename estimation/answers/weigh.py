@@ -10,7 +10,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters
 from ...model.payload_spread import PayloadSpread, payload_spread
-from ..diagnosis.verdict.verdict import Verdict
+from ..diagnosis.evidence import Evidence, Weighed
+from ..diagnosis.finding import Verdict
+from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
+from ..diagnosis.verdict import judge
 from ..equations.problem import merged
 from ..fit.drive_gains import GainErrors
 from ..fit.error_covariance import error_model
@@ -29,8 +32,6 @@ from ..weigh.problem import WeighProblem
 from ..weigh.repeats import Repeats, repeats_of, widened
 from ..weigh.solve import WeighEstimate, solve_weighing, weigh_by_joints, weigh_gain_covariance
 from ..weigh.stand_in import StandIn
-from .weigh_judge import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass, with_scale
-from .weigh_reasons import verdict_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +172,17 @@ def answer_weighing(
             np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), wide
         ),
     }
-    unexplained = found.unexplained(problem.torque_rms)
-    verdict = verdict_of(model, unexplained, found.from_scale, constrained, judged, by_joints, repeats, agreement)
+    weighed = Weighed(
+        mass=model["M_L"],
+        sigma=float(model.sigma[model.names.index("M_L")]),
+        from_scale=found.from_scale,
+        unexplained=found.unexplained(problem.torque_rms),
+        judged=judged,
+        repeats=repeats,
+        agreement=agreement,
+    )
+    payloads = (constrained,) if constrained is not None else ()
+    verdict = judge(Evidence(problem.robot, constrained=payloads, by_joints=by_joints, weighed=weighed))
     answer = WeighAnswer(
         problem, found, model, constrained, scale, gains, spread, judged, agreement, by_joints, repeats, verdict
     )
@@ -183,7 +193,14 @@ def _scaled(model: Estimate, found: WeighEstimate, scale: KnownMass | None) -> A
     """Values (first column) and covariance, the scale counted once."""
     if scale is None or found.from_scale:
         return np.column_stack([model.values, model.covariance])
-    return with_scale(model.values, model.covariance, found.places, scale.sigma, scale.mass)
+    return _with_scale(model.values, model.covariance, found.places, scale.sigma, scale.mass)
+
+
+def _with_scale(values: Array, covariance: Array, places: tuple[int, ...], sigma: float, mass: float) -> Array:
+    """Values and covariance once the scale counts too, k x (k + 1): values in the first column."""
+    k = places.index(9)
+    gain = covariance[:, k] / (covariance[k, k] + sigma**2)
+    return np.column_stack([values + gain * (mass - values[k]), covariance - np.outer(gain, covariance[k])])
 
 
 def _constrained(
@@ -209,7 +226,7 @@ def _without_friction(problem: WeighProblem) -> list[Agreement]:
         values = weighted(merged(run.frictional for run in problem.runs)).values
     except InputError:
         return []
-    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9])]
+    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
 
 
 def _others(problems: Sequence[WeighProblem], scale: KnownMass | None) -> list[Agreement]:

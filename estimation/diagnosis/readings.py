@@ -1,6 +1,10 @@
-"""Ways to read a log's joint columns: in another order, turned, counted from another zero."""
+"""Is the log's kinematics the robot's? Ways to read its joint columns, ranked by what they leave unexplained.
 
-from collections.abc import Iterator
+The best reading is a suggestion. Some readings no torque can tell apart: the zero of an upright first axis, and
+on an arm that is its own mirror image the senses of all axes in the mirror plane together.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 from math import pi
@@ -8,7 +12,24 @@ from math import pi
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import Robot
+from ...common.errors import InputError
+from ...common.progress import Progress, silent
+from ...model import Processing, Recording, Robot
+from .misfit import Model, compiled
+from .poses import quick_residual
+from .sample import Sample
+
+_FEWEST = 100  # moving samples of a recording
+_ROUNDS = 6
+_WORTH = 0.03
+"""A change must lower the residual by this fraction to be kept."""
+_FRONT = 3
+"""Readings from which each round goes on: the best alone may be a dead end."""
+_ALIKE = 0.03
+_ROUNDING = 1e-9
+"""Residuals that differ by less do equally well."""
+_CLEAR = 0.95
+"""The suggestion must lie below this fraction of the residual as recorded."""
 
 
 @dataclass(frozen=True)
@@ -34,15 +55,14 @@ class Reading:
 
     def positions(self, q: Array) -> Array:
         """Joint positions [rad or m] from a log's, N x n."""
-        return np.asarray(self.rates(q) + np.array(self.quarters) * (pi / 2))
+        return np.asarray(q[:, list(self.order)] * np.array(self.sign) + np.array(self.quarters) * (pi / 2))
 
-    def rates(self, values: Array) -> Array:
-        """Speeds or accelerations from a log's, N x n."""
-        return np.asarray(values[:, list(self.order)] * np.array(self.sign))
-
-    def torques(self, values: Array) -> Array:
-        """Joint torques [N·m or N] from a log's, N x n."""
-        return np.asarray(self.rates(values) * np.array(self.torque))
+    def of(self, sample: Sample) -> Sample:
+        """A log's sample as it is read."""
+        sign = np.array(self.sign)
+        read = sample.reordered(self.order).turned(sign)
+        torque = read.torque * (sign * np.array(self.torque))
+        return replace(read, q=self.positions(sample.q), torque=torque)
 
     @property
     def changes(self) -> int:
@@ -108,3 +128,143 @@ def _flipped(signs: tuple[int, ...], j: int) -> tuple[int, ...]:
 
 def _turned(quarters: tuple[int, ...], j: int, step: int) -> tuple[int, ...]:
     return (*quarters[:j], (quarters[j] + step) % 4, *quarters[j + 1 :])
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A reading and what it leaves unexplained.
+
+    Attributes:
+        reading: how the log is read.
+        residual: relative torque residual, or rms distance of the tool [m].
+    """
+
+    reading: Reading
+    residual: float
+
+
+@dataclass(frozen=True)
+class KinematicsCheck:
+    """Readings of a log, best first.
+
+    Attributes:
+        as_recorded: every column as it stands.
+        ranked: what was tried, best first; of readings that do equally well the simplest first.
+        unit: of the residuals.
+    """
+
+    as_recorded: Ranked
+    ranked: tuple[Ranked, ...]
+    unit: str
+
+    @property
+    def suggested(self) -> Ranked | None:
+        """The best reading, if it does clearly better than the log as recorded."""
+        best = self.ranked[0]
+        return best if best.residual < _CLEAR * self.as_recorded.residual else None
+
+    @property
+    def alike(self) -> tuple[Ranked, ...]:
+        """Other readings that do as well as the best."""
+        limit = _alike(self.ranked)
+        return tuple(one for one in self.ranked[1:] if one.residual <= limit)
+
+
+def rank_readings(
+    robot: Robot,
+    recordings: Sequence[Recording],
+    processing: Processing | None = None,
+    progress: Progress = silent,
+) -> KinematicsCheck:
+    """Rank readings by the residual of the robot's identification from recordings without payload.
+
+    Args:
+        robot: the robot.
+        recordings: without payload.
+        processing: settings; the robot's own by default.
+        progress: told what is being worked on.
+
+    Raises:
+        InputError: if there is too little motion to tell anything.
+    """
+    samples = [Sample.of(recording, processing or robot.processing) for recording in recordings]
+    for sample in samples:
+        if len(sample.t) < _FEWEST:
+            raise InputError(f"{sample.source}: {len(sample.t)} moving samples are too few to check the kinematics")
+    together, evaluate = Sample.joined(samples), compiled(robot)
+
+    def residual(reading: Reading) -> float:
+        try:
+            return Model.of(robot, reading.of(together), evaluate).misfit()
+        except InputError:  # outside the spring's table: this cannot be the reading
+            return float("inf")
+
+    return _ranked(robot, residual, "relative torque residual", True, progress)
+
+
+def rank_readings_by_pose(
+    robot: Robot, q: Array, positions: Array, rotations: Array | None = None, progress: Progress = silent
+) -> KinematicsCheck:
+    """Rank readings by how well forward kinematics reproduces the logged tool.
+
+    Args:
+        robot: the robot.
+        q: joint positions [rad or m], N x n.
+        positions: of the tool in any fixed frame [m], N x 3.
+        rotations: axes of the tool, N x 3 x 3; without them the sense and zero of the last joint stay open.
+        progress: told what is being worked on.
+    """
+    places = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
+
+    def residual(reading: Reading) -> float:
+        axes = None if rotations is None else rotations[places]
+        return quick_residual(robot, reading.positions(q[places]), positions[places], axes)
+
+    unit = (
+        "m, rms distance of the tool"
+        if rotations is None
+        else "m, rms distance of the tool and of its axes at 0.2 m"
+    )
+    return _ranked(robot, residual, unit, False, progress)
+
+
+def _ranked(
+    robot: Robot, residual: Callable[[Reading], float], unit: str, torques: bool, progress: Progress
+) -> KinematicsCheck:
+    """Search from the log as recorded to ever better neighbours, a few at a time, while that is worth it."""
+    start = Ranked(Reading.as_recorded(robot.n), residual(Reading.as_recorded(robot.n)))
+    tried = {start.reading: start}
+    front, spread = [start], set[Reading]()
+    for k in range(_ROUNDS):
+        progress(f"trying readings of the joints, round {k + 1}")
+        before = _simplest(tried.values())
+        for one in front:
+            spread.add(one.reading)
+            for reading in neighbours(robot, one.reading, torques):
+                if reading not in tried:
+                    tried[reading] = Ranked(reading, residual(reading))
+        best = _simplest(tried.values())
+        if k > 0 and not best.residual < (1.0 - _WORTH) * before.residual:
+            break
+        fresh = [one for one in tried.values() if one.reading not in spread]
+        front = sorted(fresh, key=lambda one: (one.residual, one.reading.changes))[:_FRONT]
+        if not best.residual < (1.0 - _WORTH) * start.residual:
+            break
+    limit = _alike(tried.values())
+    ranked = sorted(tried.values(), key=lambda one: (one.residual, one.reading.changes))
+    ranked.sort(key=lambda one: (one.residual > limit, one.reading.changes if one.residual <= limit else 0))
+    return KinematicsCheck(start, tuple(ranked), unit)
+
+
+def _alike(candidates: Iterable[Ranked]) -> float:
+    """Residual up to which readings do as well as the best."""
+    return min(one.residual for one in candidates) * (1.0 + _ALIKE) + _ROUNDING
+
+
+def _simplest(candidates: Iterable[Ranked]) -> Ranked:
+    """Of the readings that do as well as the best, the one with the fewest changes."""
+    candidates = list(candidates)
+    limit = _alike(candidates)
+    return min(
+        (one for one in candidates if one.residual <= limit), key=lambda one: (one.reading.changes, one.residual)
+    )

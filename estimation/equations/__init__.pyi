@@ -4,4 +4,4 @@ from .problem import ReducedProblem as ReducedProblem
 from .problem import merged as merged
 from .reduction import reduced as reduced
 from .reduction import reduced_measurement as reduced_measurement
-from .reduction import reduced_stream as reduced_stream
+from .reduction import reduced_pieces as reduced_pieces

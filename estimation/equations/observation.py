@@ -228,8 +228,7 @@ def _used(data: Measurement, processing: Processing, partner: Motion | None) -> 
     """A measurement in pieces, each with its rows to use."""
     motion, rows = data.motion, used_rows(data.motion, processing)
     other = used_rows(partner, processing) if partner is not None else None
-    arrays = [motion.t, motion.q, motion.qd, motion.qdd, data.torque]
-    for part in parts(len(motion.t), *arrays, *([partner.qd] if partner is not None else [])):
+    for part in parts(len(motion.t)):
         keep = rows.of(motion.qd[part], part)
         if partner is not None and other is not None:
             keep &= other.of(partner.qd[part], part)

@@ -25,30 +25,16 @@ def reduced_measurement(
     return _reduced(observer, observer.blocks(data, processing, partner), processing.decimate)
 
 
-def reduced_stream(
-    observer: Observer, pieces: Iterable[Measurement], slow_speed: Array, decimate: int = 1
+def reduced_pieces(
+    observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1
 ) -> ReducedProblem:
     """Reduce one recording that arrives in pieces, however long it is.
 
     Args:
         observer: whose columns.
-        pieces: consecutive pieces, even in time if they are to be decimated.
-        slow_speed: rows of a joint slower than this are left out, shape (n,) [rad/s or m/s].
+        pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
         decimate: parallel decimation of Y and W.
     """
-
-    def kept(data: Measurement) -> Mask:
-        speed = np.abs(data.motion.qd)
-        mask: Mask = (speed >= slow_speed) & (speed > 0.0)
-        return mask
-
-    return reduced_pieces(observer, ((data, kept(data)) for data in pieces), decimate)
-
-
-def reduced_pieces(
-    observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1
-) -> ReducedProblem:
-    """The same with the rows to use told for each piece, N x n."""
     return _reduced(observer, observer.stream(pieces, decimate), decimate)
 
 

@@ -1,19 +1,16 @@
 """What is known of the payload that fixes the scale of all gains."""
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
-from ...model import InertialParameters
+from ...common.schema import Real, WrongKeyError, naming, read_toml
+from ...model.files import BodyTable
 from ..equations.names import PAYLOAD
-
-_KEYS = ("mass", "mass_sigma", "com", "inertia_com")
 
 
 @dataclass(frozen=True)
@@ -66,6 +63,11 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     return KnownLoad(("M_L",), np.array([mass]), sigma)
 
 
+class _LoadTable(BodyTable, frozen=True, kw_only=True):
+    mass: Real
+    mass_sigma: Real = 0.0
+
+
 def read_known_load(path: str | Path) -> KnownLoad:
     """Read a payload from TOML: ``mass``, and where known ``mass_sigma``, ``com``, ``inertia_com``.
 
@@ -75,36 +77,17 @@ def read_known_load(path: str | Path) -> KnownLoad:
     Raises:
         InputError: names the file and the key.
     """
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    unknown = sorted(set(data) - set(_KEYS))
-    if unknown:
-        raise InputError(f"{path}: key {unknown[0]!r}: unknown; known here: {', '.join(_KEYS)}")
-    if "mass" not in data or ("inertia_com" in data and "com" not in data):
-        raise InputError(f"{path}: needs mass [kg], and com [m] where inertia_com is given")
-    mass, sigma = (_numbers(path, data, key, 1)[0] if key in data else 0.0 for key in ("mass", "mass_sigma"))
-    if "com" not in data:
-        return known_mass(mass, sigma)
-    com = _numbers(path, data, "com", 3)
-    inertia = np.zeros((3, 3))
-    if "inertia_com" in data:
-        inertia[np.triu_indices(3)] = _numbers(path, data, "inertia_com", 6)
-        inertia += np.triu(inertia, 1).T
-    body = InertialParameters.from_com(mass, com, inertia)
-    if "inertia_com" not in data:
-        return KnownLoad(PAYLOAD[6:], body.vector[6:], sigma)
-    if not body.physically_consistent:
-        raise InputError(f"{path}: key 'inertia_com': no body has this inertia at its centre of mass: correct it")
-    return KnownLoad(PAYLOAD, body.vector, sigma)
-
-
-def _numbers(path: str | Path, data: dict[str, Any], key: str, count: int) -> list[float]:
-    values = data[key] if isinstance(data[key], list) else [data[key]]
-    good = [v for v in values if isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v)]
-    if len(values) != count or len(good) != count:
-        raise InputError(f"{path}: key {key!r}: must be {count} finite number{'s' * (count > 1)}")
-    return [float(value) for value in good]
+    table = read_toml(path, _LoadTable)
+    with naming(path):
+        load, body = known_mass(table.mass, table.mass_sigma), table.body()
+        if table.com is None and table.inertia_com is not None:
+            raise WrongKeyError(
+                "com", "missing: give the centre of mass [m], three numbers, where inertia_com is given"
+            )
+        if table.com is None:
+            return load
+        if table.inertia_com is None:
+            return KnownLoad(PAYLOAD[6:], body.vector[6:], table.mass_sigma)
+        if not body.physically_consistent:
+            raise WrongKeyError("inertia_com", "no body has this inertia at its centre of mass: correct it")
+        return KnownLoad(PAYLOAD, body.vector, table.mass_sigma)

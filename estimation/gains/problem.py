@@ -122,7 +122,7 @@ def _scaled(
 
 def _torques(robot: Robot, currents: Array, K: Array) -> Array:
     torque = empty(currents.shape)
-    for part in parts(len(torque), currents, torque):
+    for part in parts(len(torque)):
         motors = currents[part] * K
         torque[part] = robot.coupling.joint_torques(motors) if robot.coupling else motors
     torque.setflags(write=False)

@@ -52,7 +52,7 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     The observer moves the spring's torque into Y; in a difference it is there twice, and the first goes along.
     """
     torque = empty(loaded.torque.shape)
-    for part in parts(len(torque), loaded.torque, unloaded.torque, torque):
+    for part in parts(len(torque)):
         torque[part] = loaded.torque[part] - unloaded.torque[part]
     torque.setflags(write=False)
     spring = known_spring(robot)

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ...common.errors import InputError
 from ...model import InertialParameters
 from ..equations.names import PAYLOAD
 from ..fit.estimate import Estimate
@@ -136,12 +135,10 @@ def build_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     not repaired: eigenvalues down to -1e-7 of the largest are left.
 
     Raises:
-        InputError: if the covariance does not determine every parameter, or CVXPY is not installed.
+        InputError: if the covariance does not determine every parameter.
     """
-    try:
-        import cvxpy
-    except ImportError:
-        raise InputError("build_constrained needs CVXPY: install dynident[cvxpy]") from None
+    import cvxpy  # slow to import
+
     problem = ScaledProblem.of(estimate, with_possible(constraints))
     program = problem.program()
     z = cvxpy.Variable(len(estimate.names), name="scaled_parameters")

@@ -1,16 +1,103 @@
-"""Arrays by name, as NPZ and MAT files hold them, as named columns."""
+"""Files of arrays or columns by name: NumPy archives, MATLAB files, Parquet."""
 
+import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .table import RawLog, Table, sliced
+from .table import BLOCK, Layout, RawLog, extra
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 
 Shape = tuple[int, ...]
 
 
-def arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], Array]) -> RawLog:
+def npz_log(path: Path, layout: Layout) -> RawLog:
+    """Open an NPZ file; objects are never unpickled.
+
+    Raises:
+        InputError: if it is none.
+    """
+    shapes: dict[str, Shape] = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for entry in archive.namelist():
+                with archive.open(entry) as stream:
+                    version = npy.read_magic(stream)
+                    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+                    shape, _, kind = read(stream)
+                if kind.kind in "fiub":
+                    shapes[entry.removesuffix(".npy")] = shape
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: not an NPZ file ({error})") from None
+
+    def load(name: str) -> Array:
+        with np.load(path, allow_pickle=False) as data:
+            return np.asarray(data[name], dtype=np.float64)
+
+    return _arrays_log(path, shapes, load)
+
+
+def mat_log(path: Path, layout: Layout) -> RawLog:
+    """Open a MAT file; fields of structures are named as in MATLAB, ``log.q``.
+
+    Raises:
+        InputError: if it is none, or h5py is needed and not installed.
+    """
+    with path.open("rb") as stream:
+        head = stream.read(1024)
+    return _version_7(path) if _HDF5 in (head[:8], head[512:520]) else _version_5(path)
+
+
+def _version_5(path: Path) -> RawLog:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        data = loadmat(path, squeeze_me=False, struct_as_record=True)
+    except (MatReadError, ValueError, OSError, TypeError, NotImplementedError) as error:
+        raise InputError(f"{path}: not a MAT file ({error})") from None
+    arrays = {name: value for key in data if key[0] != "_" for name, value in _fields(key, data[key])}
+    shapes = {name: array.shape for name, array in arrays.items()}
+    return _arrays_log(path, shapes, lambda name: np.asarray(arrays[name], dtype=np.float64))
+
+
+def _fields(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+    """Numeric arrays within a variable, by their full name."""
+    if value.dtype.names and value.size == 1:
+        for field in value.dtype.names:
+            yield from _fields(f"{name}.{field}", value.reshape(-1)[0][field])
+    elif value.dtype.kind in "fiub":
+        yield name, value
+
+
+def _version_7(path: Path) -> RawLog:
+    h5py = extra("h5py", "a MAT file of version 7.3")
+    shapes: dict[str, Shape] = {}
+
+    def visit(name: str, entry: Any) -> None:
+        if isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiub" and not name.startswith("#"):
+            shapes[name.replace("/", ".")] = tuple(entry.shape)
+
+    try:
+        with h5py.File(path, "r") as data:
+            data.visititems(visit)
+    except OSError as error:
+        raise InputError(f"{path}: not a MAT file ({error})") from None
+
+    def load(name: str) -> Array:
+        with h5py.File(path, "r") as data:
+            return np.asarray(data[name.replace(".", "/")], dtype=np.float64)
+
+    return _arrays_log(path, shapes, load)
+
+
+def _arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], Array]) -> RawLog:
     """A log of arrays: a vector ``t`` is the column t, a matrix ``q`` the columns q1, q2, ...
 
     Samples run along the axis that is as long as the longest of all arrays, which must be one and the same.
@@ -42,17 +129,46 @@ def arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], Ar
     if rows < 2:
         raise InputError(f"{path}: holds no arrays of samples: arrays by name are needed, as t, q and tau")
 
-    def blocks(wanted: Sequence[str]) -> Iterator[Table]:
-        held: dict[str, Array] = {}
+    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+        arrays = {name: load(name) for name in {places[column][0] for column in columns}}
 
         def column(name: str) -> Array:
             array, axis, k = places[name]
-            if array not in held:
-                held[array] = load(array)
             if k < 0:
-                return held[array].ravel()
-            return held[array][:, k] if axis == 0 else held[array][k]
+                return arrays[array].ravel()
+            return arrays[array][:, k] if axis == 0 else arrays[array][k]
 
-        return sliced(wanted, column, rows)
+        values = [column(name) for name in columns]
+        for start in range(0, rows, BLOCK):
+            yield np.column_stack([own[start : start + BLOCK] for own in values])
 
     return RawLog(path, tuple(places), blocks)
+
+
+def parquet_log(path: Path, layout: Layout) -> RawLog:
+    """Open a Parquet file.
+
+    Raises:
+        InputError: if it is none, or pyarrow is not installed.
+    """
+    parquet = extra("pyarrow.parquet", "a Parquet file")
+    arrow = extra("pyarrow", "a Parquet file")
+    try:
+        with parquet.ParquetFile(path) as data:
+            schema = data.schema_arrow
+    except (arrow.ArrowException, OSError) as error:
+        raise InputError(f"{path}: not a Parquet file ({error})") from None
+    types = arrow.types
+    numeric = [
+        field.name
+        for field in schema
+        if types.is_integer(field.type) or types.is_floating(field.type) or types.is_decimal(field.type)
+    ]
+
+    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+        with parquet.ParquetFile(path) as data:
+            for batch in data.iter_batches(batch_size=BLOCK, columns=list(columns)):
+                numbers = (batch.column(name).cast(arrow.float64()) for name in columns)
+                yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in numbers])
+
+    return RawLog(path, tuple(numeric), blocks)

@@ -4,12 +4,14 @@ import difflib
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from ...common.errors import InputError
 from ...model import Robot
-from .mapping import REFERENCES, LogMap
-from .pose_columns import standard_pose
+from .map import LogMap
+from .quantity import REFERENCES, standard_pose
 from .table import RawLog
 
 _STANDARD = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
@@ -40,9 +42,66 @@ class Columns(NamedTuple):
     notes: tuple[str, ...]
 
     @property
-    def wanted(self) -> tuple[str, ...]:
-        """All of them."""
+    def all(self) -> tuple[str, ...]:
+        """Time, positions, speeds, torques or currents."""
         return (*((self.time,) if self.time else ()), *self.position, *self.velocity, *self.load)
+
+
+@dataclass(frozen=True)
+class Naming:
+    """What the columns of one log are called, by its map, its own joint names, or the standard."""
+
+    raw: RawLog
+    log_map: LogMap
+    robot: Robot
+
+    def columns(self, kind: str) -> tuple[str, ...]:
+        """Names that the columns of a quantity or reference must have, one for each joint."""
+        reference = REFERENCES.get(kind)
+        named = (self.log_map.reference(kind) if reference else self.log_map.quantity(kind)).columns
+        if len(named) == 1 and "{" in named[0]:
+            return self._expanded(named[0])
+        if named:
+            return named
+        if reference or not self.joints:
+            prefix = f"{_STANDARD[reference]}ref" if reference else _STANDARD[kind]
+            return tuple(f"{prefix}{j}" for j in range(1, self.robot.n + 1))
+        candidates = [self._expanded(pattern) for pattern in _BY_NAME[kind]]
+        return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
+
+    def holds(self, kind: str) -> bool:
+        """Whether the log has some of these columns."""
+        return bool(set(self.columns(kind)) & set(self.raw.names))
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing.
+
+        Raises:
+            InputError: if the log names joints whose order cannot be told.
+        """
+        names, n = self.raw.joints, self.robot.n
+        if self.log_map.joints or not names:
+            return self.log_map.joints
+        ends = {name: re.search(r"(\d+)$", name) for name in names}
+        numbers = {int(match[1]): name for name, match in ends.items() if match}
+        if sorted(numbers) == list(range(1, n + 1)) and len(names) == n:
+            return tuple(numbers[k] for k in sorted(numbers))
+        raise InputError(
+            f"{self.raw.path}: names joints {', '.join(names)}: give the {n} of the robot from base to tip by "
+            "--joints"
+        )
+
+    def _expanded(self, pattern: str) -> tuple[str, ...]:
+        joints = self.joints
+        if "{joint}" in pattern and not joints:
+            raise InputError(
+                f"{self.log_map.source}: columns {pattern!r}: name the joints by joints = [...] or --joints"
+            )
+        return tuple(
+            pattern.replace("{joint}", joints[j] if joints else "").replace("{}", str(j + 1)).replace("{0}", str(j))
+            for j in range(self.robot.n)
+        )
 
 
 def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | None) -> Columns:
@@ -51,102 +110,32 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     Raises:
         InputError: names what is missing, doubtful or there twice.
     """
-    path, n = raw.path, robot.n
     twice = sorted({name for name in raw.names if raw.names.count(name) > 1})
     if twice:
-        raise InputError(f"{path}: column {twice[0]!r} stands in the header twice: rename one")
-    joints = _joints(raw, log_map, robot)
-    names = {kind: _names(raw, log_map, kind, n, joints) for kind in _STANDARD}
-    there = {kind: bool(set(columns) & set(raw.names)) for kind, columns in names.items()}
-    kind, notes = _load(raw, log_map, n, gains, names, there)
-    velocity = names["velocity"] if there["velocity"] or log_map.told("velocity") else ()
-    chosen = Columns(log_map.time, names["position"], velocity, names[kind], kind, ())
-    if not joints and not any(log_map.told(each) for each in _STANDARD):
-        _check_near_misses(raw, robot, n)
-    check_missing(raw, chosen.wanted)
+        raise InputError(f"{raw.path}: column {twice[0]!r} stands in the header twice: rename one")
+    naming = Naming(raw, log_map, robot)
+    kind, notes = _load(naming, gains)
+    speeds = naming.holds("velocity") or log_map.names("velocity")
+    velocity = naming.columns("velocity") if speeds else ()
+    chosen = Columns(log_map.time, naming.columns("position"), velocity, naming.columns(kind), kind, ())
+    if not naming.joints and not any(map(log_map.names, _STANDARD)):
+        _check_near_misses(raw, robot)
+    check_missing(raw, chosen.all)
     pose = log_map.pose or standard_pose(raw.names)
-    ignored = [name for name in raw.names if name not in (*chosen.wanted, *(pose.all if pose else ()))]
+    ignored = [name for name in raw.names if name not in (*chosen.all, *(pose.all if pose else ()))]
     if ignored:
-        notes.append(f"{path.name}: columns not used: {_listed(ignored)}")
+        notes.append(f"{raw.path.name}: columns not used: {_listed(ignored)}")
     return chosen._replace(notes=tuple(notes))
 
 
-def currents_only(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:
-    """Whether a log carries currents but no torques."""
-    joints = _joints(raw, log_map, robot)
-    torques, currents = (_names(raw, log_map, kind, robot.n, joints) for kind in ("torque", "current"))
-    return bool(set(currents) & set(raw.names)) and not set(torques) & set(raw.names)
-
-
-def position_columns(raw: RawLog, log_map: LogMap, robot: Robot) -> tuple[str, ...]:
-    """Names that the columns of joint positions must have."""
-    return _names(raw, log_map, "position", robot.n, _joints(raw, log_map, robot))
-
-
-def reference_columns(raw: RawLog, log_map: LogMap, robot: Robot, kind: str) -> tuple[str, ...]:
-    """Names that the columns of what the controller wanted must have; ``kind``: of ``REFERENCES``."""
-    told = log_map.reference(kind).columns
-    if len(told) == 1 and "{" in told[0]:
-        return _expanded(told[0], robot.n, _joints(raw, log_map, robot), log_map.source)
-    return told or tuple(f"{_STANDARD[REFERENCES[kind]]}ref{j}" for j in range(1, robot.n + 1))
-
-
-def holds_load(raw: RawLog, log_map: LogMap, robot: Robot) -> bool:
-    """Whether a log carries torques or currents."""
-    joints = _joints(raw, log_map, robot)
-    loads = {name for kind in ("torque", "current") for name in _names(raw, log_map, kind, robot.n, joints)}
-    return bool(loads & set(raw.names))
-
-
-def _joints(raw: RawLog, log_map: LogMap, robot: Robot) -> tuple[str, ...]:
-    """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing."""
-    if log_map.joints or not raw.joints:
-        return log_map.joints
-    ends = {name: re.search(r"(\d+)$", name) for name in raw.joints}
-    numbers = {int(match[1]): name for name, match in ends.items() if match}
-    if sorted(numbers) == list(range(1, robot.n + 1)) and len(raw.joints) == robot.n:
-        return tuple(numbers[k] for k in sorted(numbers))
-    raise InputError(
-        f"{raw.path}: names joints {', '.join(raw.joints)}: give the {robot.n} of the robot from base to tip by "
-        "--joints"
-    )
-
-
-def _names(raw: RawLog, log_map: LogMap, kind: str, n: int, joints: Sequence[str]) -> tuple[str, ...]:
-    """The names that columns of one quantity must have."""
-    told = log_map.quantity(kind).columns
-    if len(told) == 1 and "{" in told[0]:
-        return _expanded(told[0], n, joints, log_map.source)
-    if told:
-        return told
-    if not joints:
-        return tuple(f"{_STANDARD[kind]}{j}" for j in range(1, n + 1))
-    candidates = [_expanded(pattern, n, joints, log_map.source) for pattern in _BY_NAME[kind]]
-    return next((names for names in candidates if set(names) & set(raw.names)), candidates[0])
-
-
-def _expanded(pattern: str, n: int, joints: Sequence[str], source: str) -> tuple[str, ...]:
-    if "{joint}" in pattern and not joints:
-        raise InputError(f"{source}: columns {pattern!r}: name the joints by joints = [...] or --joints")
-    return tuple(
-        pattern.replace("{joint}", joints[j] if joints else "").replace("{}", str(j + 1)).replace("{0}", str(j))
-        for j in range(n)
-    )
-
-
-def _load(
-    raw: RawLog,
-    log_map: LogMap,
-    n: int,
-    gains: Sequence[float] | None,
-    names: dict[str, tuple[str, ...]],
-    there: dict[str, bool],
-) -> tuple[str, list[str]]:
+def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
     """Whether torques or currents are used, and what to tell the user about the choice."""
+    raw, n = naming.raw, naming.robot.n
+    torques, currents = naming.columns("torque"), naming.columns("current")
     if gains is None:
-        if not there["torque"] and there["current"]:
+        if not naming.holds("torque") and naming.holds("current"):
             raise InputError(
-                f"{raw.path}: carries currents ({names['current'][0]}..{names['current'][-1]}) but no torques: "
+                f"{raw.path}: carries currents ({currents[0]}..{currents[-1]}) but no torques: "
                 f"give --drive-gains, {n} numbers in N·m/A"
             )
         return "torque", []
@@ -155,17 +144,17 @@ def _load(
     for joint, gain in enumerate(gains, 1):
         if not math.isfinite(gain) or gain == 0.0:
             raise InputError(f"--drive-gains: gain {joint} is {gain}: give a number other than zero in N·m/A")
-    if not there["current"]:
+    if not naming.holds("current"):
         raise InputError(
             f"{raw.path}: --drive-gains given, but the file has no currents "
-            f"{names['current'][0]}..{names['current'][-1]}: leave them out"
+            f"{currents[0]}..{currents[-1]}: leave them out"
         )
-    both = set(names["torque"]) <= set(raw.names)
+    both = set(torques) <= set(raw.names)
     return "current", [f"{raw.path.name}: has torques too; currents and drive gains are used"] * both
 
 
-def _check_near_misses(raw: RawLog, robot: Robot, n: int) -> None:
-    known = {"t"} | {f"{prefix}{j}" for prefix in _STANDARD.values() for j in range(1, n + 1)}
+def _check_near_misses(raw: RawLog, robot: Robot) -> None:
+    known = {"t"} | {f"{prefix}{j}" for prefix in _STANDARD.values() for j in range(1, robot.n + 1)}
     for name in raw.names:
         if name in known:
             continue
@@ -173,9 +162,8 @@ def _check_near_misses(raw: RawLog, robot: Robot, n: int) -> None:
         if meant in known and (meant not in raw.names or meant == name.strip().lower()):
             raise InputError(f"{raw.path}: column {name!r} looks like {meant!r}: rename it, or give a log map")
         if re.fullmatch(r"(q|qd|tau|i)(\d+)", name):
-            raise InputError(
-                f"{raw.path}: column {name!r}, but robot {robot.name!r} has {n} joints: is it the right robot?"
-            )
+            joints = f"robot {robot.name!r} has {robot.n} joints"
+            raise InputError(f"{raw.path}: column {name!r}, but {joints}: is it the right robot?")
 
 
 def _meant(name: str) -> str:

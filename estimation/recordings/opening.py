@@ -1,19 +1,18 @@
 """Opens a log by its ending: one reader a format, all of them give the same raw tables."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
+from .arrays_log import mat_log, npz_log, parquet_log
 from .csv_log import csv_log
-from .layout import Layout
-from .mapping import LogMap
-from .mat_log import mat_log
-from .npz_log import npz_log
-from .parquet_log import parquet_log
+from .map import LogMap
 from .ros_bag import ros_bag
-from .table import RawLog, Table
+from .table import Layout, RawLog
 
 _READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
     ".npz": npz_log,
@@ -54,19 +53,14 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
             raise InputError(f"{path}: no such file; {log_map.source} needs it")
         logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part.layout))
 
-    def blocks(wanted: Sequence[str]) -> Iterator[Table]:
-        own = [(log, [name for name in wanted if name in log.names]) for log in logs]
-        used = [(log, names) for log, names in own if names]
-        streams = [log.blocks(names) for log, names in used]
-        while True:
-            parts = [next(stream, None) for stream in streams]
-            tables = [part for part in parts if part is not None]
-            if not tables:
-                return
-            if len({len(table.values) for table in tables}) > 1 or len(tables) < len(parts):
+    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+        shares = [(log, [name for name in columns if name in log.names]) for log in logs]
+        used = [(log, names) for log, names in shares if names]
+        order = [[name for _, names in used for name in names].index(name) for name in columns]
+        for parts in zip_longest(*(log.blocks(names) for log, names in used), fillvalue=np.empty((0, 0))):
+            if len({len(part) for part in parts}) > 1:
                 files = ", ".join(log.path.name for log, _ in used)
                 raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
-            names = tuple(name for table in tables for name in table.names)
-            yield Table(names, np.hstack([table.values for table in tables]))
+            yield np.hstack(parts)[:, order]
 
     return RawLog(folder, tuple(name for log in logs for name in log.names), blocks)

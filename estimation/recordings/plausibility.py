@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array, equal
 from ...common.errors import InputError
-from ...common.paged import ROWS, parts, release
-from ...model import Recording, Robot
+from ...common.paged import parts
+from ...model import Joint, Recording, Robot
 
 _MOST_TURNS = 4 * np.pi  # rad: no arm's joint goes further from zero
 _BEYOND_LIMITS = 0.1  # of the range
@@ -51,7 +51,7 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
 
 def _extremes(values: Array) -> tuple[Array, Array]:
     """Smallest and largest of each column."""
-    ends = [(values[part].min(axis=0), values[part].max(axis=0)) for part in parts(len(values), values)]
+    ends = [(values[part].min(axis=0), values[part].max(axis=0)) for part in parts(len(values))]
     low, high = zip(*ends, strict=True)
     return np.min(low, axis=0), np.max(high, axis=0)
 
@@ -61,9 +61,7 @@ def _check_positions(robot: Robot, recording: Recording) -> None:
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
             continue
-        low, high = joint.limits.position
-        margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
-        low, high = max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
+        low, high = position_range(joint)
         if lows[j] < low or highs[j] > high:
             worst = max(lows[j], highs[j], key=abs)
             guess = "degrees" if abs(worst) > 2 * np.pi else "another zero or another joint"
@@ -72,6 +70,13 @@ def _check_positions(robot: Robot, recording: Recording) -> None:
                 f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
                 "be in rad, as the robot file counts them"
             )
+
+
+def position_range(joint: Joint) -> tuple[float, float]:
+    """Where a revolute joint may stand [rad], with a margin: no arm's joint goes further."""
+    low, high = joint.limits.position
+    margin = _BEYOND_LIMITS * (high - low) if np.isfinite(high - low) else 0.0
+    return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
 
 
 def _check_torques(robot: Robot, recording: Recording) -> None:
@@ -115,11 +120,9 @@ def _check_steps(robot: Robot, recording: Recording) -> None:
 def _differences(recording: Recording, window: int) -> Iterator[tuple[slice, Array, Array]]:
     """Changes of time and position over a window of samples, stretch by stretch, and where they begin."""
     t, q = recording.t, recording.q
-    for start in range(0, len(t) - window, ROWS):
-        here = slice(start, min(start + ROWS, len(t) - window))
+    for here in parts(len(t) - window):
         later = slice(here.start + window, here.stop + window)
         yield here, t[later] - t[here], q[later] - q[here]
-        release(t, q)
 
 
 def _check_reach(robot: Robot, recording: Recording) -> None:
@@ -162,7 +165,7 @@ def _check_saturation(recording: Recording) -> None:
 def _at_extreme(torque: Array, extreme: Array) -> tuple[Array, Array]:
     """For each column how many samples are at its extreme, and the most of them in a row."""
     count, longest, run = np.zeros((3, len(extreme)))
-    for part in parts(len(torque), torque):
+    for part in parts(len(torque)):
         there = torque[part] == extreme
         count += there.sum(axis=0)
         for j, own in enumerate(there.T):
@@ -182,7 +185,7 @@ def _longest_run(mask: NDArray[np.bool_], longest: float, before: float) -> tupl
 def _levels(torque: Array, enough: int) -> int:
     """How many values a channel takes; counts until it is ``enough``."""
     seen = np.empty(0)
-    for part in parts(len(torque), torque):
+    for part in parts(len(torque)):
         seen = np.union1d(seen, torque[part])
         if len(seen) >= enough:
             break
@@ -201,7 +204,6 @@ def _check_speeds(recording: Recording) -> None:
         later = slice(part.start + window, part.stop + window)
         moved += np.sum(slope**2, axis=0)
         both += np.sum(0.5 * (recording.qd[later] + recording.qd[part]) * slope, axis=0)
-        release(recording.qd)
     low, high = _extremes(recording.q)
     for j in range(recording.q.shape[1]):
         if high[j] - low[j] < _MOVES or moved[j] == 0.0:

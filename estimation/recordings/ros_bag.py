@@ -1,19 +1,19 @@
 """ROS 2 bags (a folder, or one .mcap or .db3 file) with sensor_msgs/JointState, by the library rosbags."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
-from .extras import extra
-from .layout import Layout
-from .table import BLOCK, RawLog, Table
+from .table import BLOCK, Layout, RawLog, extra
 
 _TYPE = "sensor_msgs/msg/JointState"
-_FIELDS = {"position": "position", "velocity": "velocity", "effort": "effort"}
+_FIELDS = ("position", "velocity", "effort")
 _LOOK = 200  # messages that are looked at for the names of joints
 
 
@@ -39,42 +39,36 @@ def ros_bag(path: Path, layout: Layout) -> RawLog:
         raise InputError(f"{path}: topic {topic} holds no joint states")
     names = ["t", *(f"{joint}.{field}" for joint, there in joints.items() for field in _FIELDS if field in there)]
 
-    def blocks(wanted: Sequence[str]) -> Iterator[Table]:
-        return _blocks(path, topic, wanted)
+    def blocks(columns: Sequence[str]) -> Iterator[Array]:
+        with _reader(path) as (reader, store):
+            rows = _rows(path, topic, _messages(reader, store, topic), columns)
+            while block := list(islice(rows, BLOCK)):
+                yield np.array(block)
 
     return RawLog(path, tuple(names), blocks, lambda row: f"message {row + 1}", tuple(joints))
 
 
-def _blocks(path: Path, topic: str, wanted: Sequence[str]) -> Iterator[Table]:
-    """Messages that hold other joints only (a gripper's on the same topic) are left out."""
-    columns = [name.rsplit(".", 1) for name in wanted if name != "t"]
-    needed = {joint for joint, _ in columns}
+def _rows(
+    path: Path, topic: str, messages: Iterable[tuple[int, Any]], columns: Sequence[str]
+) -> Iterator[list[float]]:
+    """Numbers of each message; those that hold other joints only (a gripper's on the same topic) are left out."""
+    fields = [None if name == "t" else name.rsplit(".", 1) for name in columns]
+    joints = {field[0] for field in fields if field}
     first: int | None = None
-    rows: list[list[float]] = []
-    with _reader(path) as (reader, store):
-        for stamp, message in _messages(reader, store, topic):
-            place = {joint: k for k, joint in enumerate(message.name)}
-            if not needed & set(place):
-                continue
-            missing = sorted(needed - set(place))
-            if missing:
-                raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
-            first = stamp if first is None else first
-            row = [1e-9 * (stamp - first)] if "t" in wanted else []
-            for joint, field in columns:
-                values = getattr(message, field)
-                row.append(float(values[place[joint]]) if place[joint] < len(values) else float("nan"))
-            rows.append(row)
-            if len(rows) == BLOCK:
-                yield Table(_ordered(wanted), np.array(rows))
-                rows = []
-    if rows:
-        yield Table(_ordered(wanted), np.array(rows))
+    for stamp, message in messages:
+        place = {joint: k for k, joint in enumerate(message.name)}
+        missing = sorted(joints - set(place))
+        if len(missing) == len(joints):
+            continue
+        if missing:
+            raise InputError(f"{path}: a message of {topic} lacks joint {missing[0]!r}, which others hold")
+        first = stamp if first is None else first
+        yield [_entry(message, field[1], place[field[0]]) if field else 1e-9 * (stamp - first) for field in fields]
 
 
-def _ordered(wanted: Sequence[str]) -> tuple[str, ...]:
-    """The order of a row's numbers: time first."""
-    return (*(["t"] if "t" in wanted else []), *(name for name in wanted if name != "t"))
+def _entry(message: Any, field: str, place: int) -> float:
+    values = getattr(message, field)
+    return float(values[place]) if place < len(values) else float("nan")
 
 
 @contextmanager

@@ -1,62 +1,128 @@
-"""What every reader gives: named columns of numbers, block by block."""
+"""What every reader gives: named columns of numbers, block by block; and how a text file is laid out."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 
 BLOCK = 16384
 """Rows that are read at once."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """Some rows of a log, as they stand there.
-
-    Attributes:
-        names: names of the columns, k.
-        values: rows x k, read-only, in the log's own units.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-
-    def __post_init__(self) -> None:
-        """Lock the numbers and check that each column has a name."""
-        if self.values.ndim != 2 or self.values.shape[1] != len(self.names):
-            raise ValueError(f"{len(self.names)} names for columns of shape {self.values.shape}")
-        self.values.setflags(write=False)
-
-    def columns(self, names: Sequence[str]) -> Array:
-        """Some of the columns, rows x ``len(names)``."""
-        return self.values[:, [self.names.index(name) for name in names]]
+DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
+"""What separates cells; None stands for any white space."""
 
 
 @dataclass(frozen=True)
 class RawLog:
-    """A log that is open for reading.
+    """A log that is open for reading, its numbers as they stand there.
 
     Attributes:
         path: the file or folder.
         names: names of all its columns.
-        blocks: gives the wanted columns as tables of at most ``BLOCK`` rows.
+        blocks: gives the columns that are asked for, in that order, at most ``BLOCK`` rows at a time.
         place: tells where a row stands, "line 7"; rows count from 0.
         joints: names of joints, where the format has them.
     """
 
     path: Path
     names: tuple[str, ...]
-    blocks: Callable[[Sequence[str]], Iterator[Table]]
+    blocks: Callable[[Sequence[str]], Iterator[Array]]
     place: Callable[[int], str] = lambda row: f"row {row + 1}"
     joints: tuple[str, ...] = ()
 
+    def finite_blocks(self, columns: Sequence[str]) -> Iterator[Array]:
+        """Blocks of the columns, rows x ``len(columns)``.
 
-def sliced(wanted: Sequence[str], column: Callable[[str], Array], rows: int) -> Iterator[Table]:
-    """Blocks of columns that can be had whole, one by one."""
-    columns = [column(name) for name in wanted]
-    for start in range(0, rows, BLOCK):
-        part = [np.asarray(values[start : start + BLOCK], dtype=np.float64) for values in columns]
-        yield Table(tuple(wanted), np.column_stack(part))
+        Raises:
+            InputError: says where a number stands that is not finite.
+        """
+        row = 0
+        for values in self.blocks(columns):
+            good = np.isfinite(values)
+            if not good.all():
+                k, column = np.argwhere(~good)[0]
+                raise InputError(
+                    f"{self.path}: {self.place(row + int(k))}, column {columns[column]!r}: {values[k, column]} is "
+                    "not a finite number: mend or remove the row"
+                )
+            yield values
+            row += len(values)
+
+    def whole(self, columns: Sequence[str]) -> Array:
+        """All rows of the columns; errors as of ``finite_blocks``."""
+        return np.concatenate([np.empty((0, len(columns))), *self.finite_blocks(columns)])
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The layout of a text file, and what else a reader must be told.
+
+    Attributes:
+        delimiter: of ``DELIMITERS``; empty: tab for .tsv, comma otherwise.
+        decimal: "." or ",".
+        names: names of the columns in the order of the file, instead of a header line.
+        skip: lines before the header, or before the numbers where ``names`` are given.
+        per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
+        topic: of a ROS bag; empty where there is only one with joint states.
+    """
+
+    delimiter: str = ""
+    decimal: str = "."
+    names: tuple[str, ...] = ()
+    skip: int = 0
+    per_row: int = 0
+    topic: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse layouts without a meaning."""
+        if self.delimiter and self.delimiter not in DELIMITERS:
+            raise ValueError(f"delimiter {self.delimiter!r}: give one of {', '.join(DELIMITERS)}")
+        if self.decimal not in (".", ","):
+            raise ValueError(f"decimal {self.decimal!r}: give '.' or ','")
+        if self.decimal == "," and self.delimiter in ("", "comma"):
+            raise ValueError("decimal ',' needs a delimiter other than comma")
+        if self.skip < 0 or self.per_row < 0:
+            raise ValueError("skip_lines and numbers_per_row must not be negative")
+        if self.per_row and self.per_row != len(self.names):
+            raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
+        twice = sorted({name for name in self.names if self.names.count(name) > 1})
+        if twice:
+            raise ValueError(f"name {twice[0]!r} is given twice")
+
+
+def spread(names: Sequence[str]) -> tuple[str, ...]:
+    """Names with ranges written out: "q1..6" is q1 to q6.
+
+    Raises:
+        InputError: for a range that runs backwards.
+    """
+    result: list[str] = []
+    for name in names:
+        match = re.fullmatch(r"(.*?)(\d+)\.\.(\d+)", name)
+        if not match:
+            result.append(name)
+            continue
+        first, last = int(match[2]), int(match[3])
+        if not first <= last <= first + 1000:
+            raise InputError(f"names {name!r}: a range must rise, as in q1..6")
+        result += [f"{match[1]}{k}" for k in range(first, last + 1)]
+    return tuple(result)
+
+
+def extra(module: str, what: str) -> Any:
+    """Import a library that only some formats need, of the extra ``dynident[logs]``.
+
+    Raises:
+        InputError: if it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        package = module.split(".")[0]
+        raise InputError(f"reading {what} needs {package}: install dynident[logs]") from None

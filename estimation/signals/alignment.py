@@ -7,9 +7,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import empty, parts, release
+from ...common.paged import empty, give_back, parts
 from ...model import Recording
-from .filtering import on_grid, resampled
+from .filtering import between, on_grid, resampled
 
 _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are compared in it
@@ -46,7 +46,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     other = resampled(unloaded, 1.0 / step)
     thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
     coarse = thin * step * _coarse_lag(other.q[::thin], loaded.q[::thin]) + (loaded.t[0] - other.t[0])
-    release(other.q, loaded.q)
+    give_back()
     lag = _fine_lag(unloaded, loaded, coarse, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
@@ -59,7 +59,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     qd = loaded.qd[inside] if loaded.qd is not None else None
     b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
     largest, squares = np.zeros((2, a.q.shape[1]))
-    for part in parts(len(common), a.q, b.q):
+    for part in parts(len(common)):
         difference = np.abs(a.q[part] - b.q[part])
         largest, squares = np.maximum(largest, difference.max(axis=0)), squares + np.sum(difference**2, axis=0)
     worst = float(largest.max())
@@ -76,7 +76,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
 
 def _earlier(t: Array, lag: float) -> Array:
     moved = empty(t.shape)
-    for part in parts(len(t), t, moved):
+    for part in parts(len(t)):
         moved[part] = t[part] - lag
     return moved
 
@@ -90,15 +90,17 @@ def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
 
 def _coarse_lag(a: Array, b: Array) -> int:
     """Whole samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
-    from scipy.signal import correlate, correlation_lags
-
-    total = np.zeros(len(a) + len(b) - 1)
+    lags = len(a) + len(b) - 1
+    length = 1 << (lags - 1).bit_length()  # of the transforms: at least as many as there are lags
+    spectrum = np.zeros(length // 2 + 1, dtype=complex)
     for j in range(a.shape[1]):
         x, y = a[:, j] - a[:, j].mean(), b[:, j] - b[:, j].mean()
         size = np.linalg.norm(x) * np.linalg.norm(y)
         if size > 0.0:
-            total += correlate(y, x, mode="full", method="fft") / size
-    return int(correlation_lags(len(b), len(a), mode="full")[np.argmax(total)])
+            spectrum += np.fft.rfft(x, length).conj() * np.fft.rfft(y, length) / size
+    # Lags below zero stand at the end.
+    correlation = np.roll(np.fft.irfft(spectrum, length), len(a) - 1)[:lags]
+    return int(np.argmax(correlation)) - (len(a) - 1)
 
 
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
@@ -127,17 +129,14 @@ def _positions(recording: Recording, long: bool) -> Callable[[Array], Array]:
     """Positions at any time, nan beyond the recording; of long ones linear between samples."""
     t, q = recording.t, recording.q
     if not long:
-        from scipy.interpolate import PchipInterpolator
+        return between(t, q)
 
-        smooth: Callable[[Array], Array] = PchipInterpolator(t, q, axis=0, extrapolate=False)
-        return smooth
-
-    def between(times: Array) -> Array:
+    def straight(times: Array) -> Array:
         after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
         share = ((times - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
         values = (1.0 - share) * q[after - 1] + share * q[after]
         values[(times < t[0]) | (times > t[-1])] = np.nan
-        release(t, q)
+        give_back()
         return values
 
-    return between
+    return straight

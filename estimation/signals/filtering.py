@@ -4,12 +4,13 @@ scipy.signal and scipy.interpolate are imported where they are used: they are sl
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import ROWS, empty, parts, release
+from ...common.paged import ROWS, empty, give_back, parts
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
 
@@ -71,14 +72,13 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
 
 def _is_even(t: Array, step: float) -> bool:
     return all(
-        bool((np.abs(np.diff(t[part.start : part.stop + 1]) - step) < _EVEN * step).all())
-        for part in parts(len(t), t)
+        bool((np.abs(np.diff(t[part.start : part.stop + 1]) - step) < _EVEN * step).all()) for part in parts(len(t))
     )
 
 
 def _grid(start: float, step: float, count: int) -> Array:
     t = empty((count,))
-    for part in parts(count, t):
+    for part in parts(count):
         t[part] = start + step * np.arange(part.start, part.stop)
     return _locked(t)
 
@@ -92,29 +92,33 @@ def _locked(array: Array) -> Array:
 
 def on_grid(recording: Recording, t: Array) -> Recording:
     """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
-    from scipy.interpolate import PchipInterpolator
-
-    own = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
-    made = [empty((len(t), one.shape[1])) for one in own]
+    recorded = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
+    made = [empty((len(t), values.shape[1])) for values in recorded]
     at_once = max(1, min(ROWS, ROWS * len(t) // len(recording.t)))  # so that the samples in between are few as well
-    for start in range(0, len(t), at_once):
-        part = slice(start, start + at_once)
+    for part in parts(len(t), at_once):
         times = np.clip(t[part], recording.t[0], recording.t[-1])
         low, high = np.searchsorted(recording.t, times[[0, -1]])
         near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
-        for one, values in zip(own, made, strict=True):
-            values[part] = PchipInterpolator(recording.t[near], one[near], axis=0)(times)
-        release(recording.t, t, *own, *made)
+        for values, new in zip(recorded, made, strict=True):
+            new[part] = between(recording.t[near], values[near])(times)
     q, torque, *speeds = map(_locked, made)
     return Recording(t, q, torque, speeds[0] if speeds else None, recording.source, recording.notes)
+
+
+def between(t: Array, values: Array) -> Callable[[Array], Array]:
+    """Values (N, k) of rising times at any time, by monotone cubic interpolation; nan before and after them."""
+    from scipy.interpolate import PchipInterpolator
+
+    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, axis=0, extrapolate=False)
+    return interpolated
 
 
 def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str) -> None:
     """A filter that changes the positions themselves is too low for the motion."""
     mean, spread, lost = (np.zeros(raw.shape[1]) for _ in range(3))
-    for part in parts(len(raw), raw):
+    for part in parts(len(raw)):
         mean += raw[part].sum(axis=0) / len(raw)
-    for part in parts(len(raw), raw, filtered):
+    for part in parts(len(raw)):
         spread += np.sum((raw[part] - mean) ** 2, axis=0)
         lost += np.sum((raw[part] - filtered[part]) ** 2, axis=0)
     spread, lost = np.sqrt(spread), np.sqrt(lost)
@@ -144,39 +148,44 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    from scipy.signal import butter
-
     if len(signals) < _FEWEST:
         raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
-    return _forward_and_backward(butter(_ORDER, 2.0 * cutoff * step, output="sos"), signals)
+    return _forward_and_backward(signals, 2.0 * cutoff * step)
 
 
-def _forward_and_backward(sos: Array, signals: Array) -> Array:
-    """What ``scipy.signal.sosfiltfilt`` gives, stretch by stretch: the filter's state goes from one to the next."""
-    from scipy.signal import sosfilt, sosfilt_zi
+def _forward_and_backward(signals: Array, cutoff: float) -> Array:
+    """What ``scipy.signal.sosfiltfilt`` gives, stretch by stretch: the filter's state goes from one to the next.
 
+    Args:
+        signals: shape (N, k).
+        cutoff: share of the Nyquist frequency.
+    """
+    from scipy.signal import butter, sosfilt, sosfilt_zi
+
+    sos = butter(_ORDER, cutoff, output="sos")
     edge = 3 * (2 * len(sos) + 1)  # samples by which the ends are mirrored, scipy's number
     before = 2.0 * signals[0] - signals[edge:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
     rest = sosfilt_zi(sos)[:, :, None]
     result = empty(signals.shape)
     _, state = sosfilt(sos, before, axis=0, zi=rest * before[0])
-    for part in parts(len(signals), signals, result):
+    for part in parts(len(signals)):
         result[part], state = sosfilt(sos, signals[part], axis=0, zi=state)
     beyond, _ = sosfilt(sos, after, axis=0, zi=state)
     _, state = sosfilt(sos, beyond[::-1], axis=0, zi=rest * beyond[-1])
     for part in reversed(list(parts(len(signals)))):
         backward, state = sosfilt(sos, result[part][::-1], axis=0, zi=state)
         result[part] = backward[::-1]
-        release(result)
+        give_back()
     return result
 
 
 def slopes(values: Array, step: float) -> Array:
     """Central differences of values (N, k) that are ``step`` [s] apart, one-sided at the ends."""
     result = empty(values.shape)
-    for part in parts(len(values), values, result):
-        start, stop = max(part.start - 1, 0), min(part.stop + 1, len(values))
-        wide = np.gradient(values[start:stop], step, axis=0)
-        result[part] = wide[part.start - start : part.stop - start]
+    for part in parts(len(values) - 2):
+        middle = result[part.start + 1 : part.stop + 1]
+        np.subtract(values[part.start + 2 : part.stop + 2], values[part], out=middle)
+        middle /= 2.0 * step
+    result[0], result[-1] = (values[1] - values[0]) / step, (values[-1] - values[-2]) / step
     return result

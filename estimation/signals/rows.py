@@ -117,7 +117,7 @@ def _stretches(t: Array, on_its_way: Mask) -> Mask:
 
 def _on_its_way(motion: Motion, still_speed: float) -> Mask:
     mask = np.empty(len(motion.t), dtype=bool)
-    for part in parts(len(mask), motion.qd):
+    for part in parts(len(mask)):
         mask[part] = (np.abs(motion.qd[part]) > still_speed).any(axis=1)
     return mask
 
@@ -125,6 +125,6 @@ def _on_its_way(motion: Motion, still_speed: float) -> Mask:
 def fastest(qd: Array, chosen: Mask) -> Array:
     """Each joint's largest speed, shape (n,), over the chosen ones of the samples, N x n."""
     largest = np.zeros(qd.shape[1])
-    for part in parts(len(qd), qd):
+    for part in parts(len(qd)):
         largest = np.maximum(largest, np.abs(qd[part][chosen[part]]).max(axis=0, initial=0.0))
     return largest

@@ -16,10 +16,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Recording, Robot
 from ..fit.robust import student95
-from ..recordings.columns import reference_columns
-from ..recordings.mapping import LogMap
+from ..recordings.columns import Naming
+from ..recordings.map import LogMap
 from ..recordings.opening import open_log
-from ..recordings.recording import read_recording
+from ..recordings.read import read_recording
 from ..signals.alignment import aligned
 from ..signals.rows import moving_parts
 
@@ -97,14 +97,14 @@ def read_following(
     recording = read_recording(path, robot, drive_gains, log_map)
     raw = open_log(path, log_map)
     for wanted, kind in _REFERENCES:
-        names = list(reference_columns(raw, log_map, robot, wanted))
+        names = list(Naming(raw, log_map, robot).columns(wanted))
         there = [name for name in names if name in raw.names]
         if not there and not any(one[0] == wanted for one in log_map.references):
             continue
         if len(there) < len(names):
             missing = ", ".join(name for name in names if name not in there)
             raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
-        table = np.vstack([part.columns(names) for part in raw.blocks(names)])
+        table = np.vstack(list(raw.blocks(names)))
         if not np.isfinite(table).all():
             raise InputError(
                 f"{path}: {names[0]} .. hold cells that are not finite numbers: mend or remove the rows"

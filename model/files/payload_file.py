@@ -1,18 +1,36 @@
 """Reads a payload from TOML."""
 
-import tomllib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta, defstruct, structs
 
 from ...common.errors import InputError
+from ...common.schema import Table, at, convert, naming, read_toml
 from ..inertia import InertialParameters
 from ..robot import INERTIAL
 
-_BY_COM = {"mass": 1, "com": 3, "inertia_com": 6}
-_LARGEST = 1e6
+_Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Three = tuple[_Bounded, _Bounded, _Bounded]
+Six = tuple[_Bounded, _Bounded, _Bounded, _Bounded, _Bounded, _Bounded]
+
+TenTable = defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True)
+"""Khalil's ten about the frame's origin."""
+
+
+class BodyTable(Table, frozen=True):
+    """A body by its centre of mass, and the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of its inertia about it."""
+
+    mass: _Bounded = 0.0
+    com: Three | None = None
+    inertia_com: Six | None = None
+
+    def body(self) -> InertialParameters:
+        """What is missing is zero."""
+        inertia = np.zeros((3, 3))
+        inertia[np.triu_indices(3)] = self.inertia_com or 0.0
+        return InertialParameters.from_com(self.mass, self.com or np.zeros(3), np.triu(inertia, 1).T + inertia)
 
 
 def read_payload(path: str | Path) -> InertialParameters:
@@ -25,16 +43,13 @@ def read_payload(path: str | Path) -> InertialParameters:
     Raises:
         InputError: if the file cannot be used, or no body has such parameters.
     """
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as text ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    table = data.get("payload", data)
-    if not isinstance(table, dict):
-        raise InputError(f"{path}: key 'payload': must be a table")
-    body = _body(str(path), table)
+    data = read_toml(path, dict[str, Any])
+    with naming(path):
+        if "payload" not in data:
+            body = _body(data)
+        else:
+            with at("payload"):
+                body = _body(convert(data["payload"], dict[str, Any]))
     if not body.physically_consistent:
         raise InputError(
             f"{path}: no body has such parameters (smallest eigenvalue of the pseudo-inertia "
@@ -43,23 +58,7 @@ def read_payload(path: str | Path) -> InertialParameters:
     return body
 
 
-def _body(path: str, table: Mapping[str, Any]) -> InertialParameters:
-    known: Mapping[str, int] = _BY_COM if set(_BY_COM) & set(table) else dict.fromkeys(INERTIAL, 1)
-    for key in table:
-        if key not in known:
-            raise InputError(f"{path}: key {key!r}: unknown; known here: {', '.join(known)}")
-    values = {key: _numbers(path, table, key, count) for key, count in known.items()}
-    if known is not _BY_COM:
-        return InertialParameters(np.concatenate([values[kind] for kind in INERTIAL]))
-    inertia = np.zeros((3, 3))
-    inertia[np.triu_indices(3)] = values["inertia_com"]
-    return InertialParameters.from_com(values["mass"][0], values["com"], np.triu(inertia, 1).T + inertia)
-
-
-def _numbers(path: str, table: Mapping[str, Any], key: str, count: int) -> list[float]:
-    given = table.get(key, 0.0 if count == 1 else [0.0] * count)
-    numbers = given if isinstance(given, list) else [given]
-    good = all(not isinstance(x, bool) and isinstance(x, int | float) and abs(x) < _LARGEST for x in numbers)
-    if not good or len(numbers) != count or isinstance(given, list) != (count > 1):
-        raise InputError(f"{path}: key {key!r}: must be {'a number' if count == 1 else f'{count} numbers'}")
-    return [float(x) for x in numbers]
+def _body(data: dict[str, Any]) -> InertialParameters:
+    if set(BodyTable.__struct_fields__) & set(data):
+        return convert(data, BodyTable).body()
+    return InertialParameters(np.array(structs.astuple(convert(data, TenTable))))

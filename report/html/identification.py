@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...estimation import Identification
-from ...estimation.diagnosis import fit_reasons
+from ...estimation.diagnosis import robot_verdict
 from ...estimation.payload import Excitation, TorquePrediction
 from ...estimation.possible import ConstrainedBase, ConstrainedRobot
 from ..figures import worst_joint_figure
@@ -38,7 +38,7 @@ def identification_page(
     """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
     title = result.robot.title or result.robot.name
     labels = dict(zip(result.base.columns, result.base.names, strict=True))
-    against = fit_reasons(result.estimate.fit, "the model")
+    against = robot_verdict(result.estimate.fit).reasons
     first = shown(predictions)
     worst = worst_joint_figure(first) if first else None
     head = joined(

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
-from dynident.estimation.diagnosis import likely_causes
-from dynident.estimation.diagnosis.causes.misfit import Model
-from dynident.estimation.diagnosis.causes.sample import Sample
+from dynident.estimation.diagnosis.misfit import Model
+from dynident.estimation.diagnosis.sample import Sample
+from dynident.estimation.diagnosis.search import likely_causes
 from dynident.estimation.payload import Source
 from dynident.model import Spring
 from dynident.tests.estimation import mistakes

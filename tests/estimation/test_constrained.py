@@ -7,6 +7,7 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
+from dynident.commands.demo.paper import Printed, paper_tables
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
@@ -32,7 +33,6 @@ from dynident.estimation.possible import Constraint, InHull
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.model import InertialParameters, Processing, base_parameters, load_robot
 from dynident.model.motion import Measurement
-from dynident.report.paper import Printed, paper_tables
 from dynident.trajectories import Simulator
 
 BOX = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (0.0, 0.25)]

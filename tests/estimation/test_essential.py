@@ -174,8 +174,8 @@ def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> Non
 
 def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
     """Table 2 eliminates ZZ6 while YZ6 is essential: link 6 would have no inertia about z."""
+    from dynident.commands.demo.paper import paper_tables
     from dynident.model import base_parameters
-    from dynident.report.paper import paper_tables
 
     printed = paper_tables().table2_robot
     base = base_parameters(rx90)
@@ -196,7 +196,7 @@ def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
 @pytest.fixture(scope="module")
 def both() -> PayloadAnswer:
     """Robot and the paper's payload together, as in Table 2."""
-    from dynident.report.paper import paper_tables
+    from dynident.commands.demo.paper import paper_tables
 
     robot = load_robot("rx90")
     simulator, body = Simulator(robot), paper_tables().payload

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, payload_problem
 from dynident.estimation.equations import Observer, ReducedProblem
@@ -9,7 +10,6 @@ from dynident.estimation.fit import weighted
 from dynident.estimation.payload import excitation, payload_excitation
 from dynident.estimation.signals import measurement
 from dynident.model import Processing, base_parameters, load_robot
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 

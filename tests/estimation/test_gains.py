@@ -134,10 +134,10 @@ def test_load_file(tmp_path: Path) -> None:
     [
         ("mass = 0", "more than zero"),
         ("mas = 1", "'mas': unknown"),
-        ("mass = 1\ncom = [1, 2]", "'com': must be 3"),
+        ("mass = 1\ncom = [1, 2]", "'com': must be a list of 3 numbers"),
         ("mass = 1\ncom = [0, 0, 0]\ninertia_com = [1, 0, 0, 1, 0, 5]", "no body"),
         ("mass = 1\nmass_sigma = 2", "below the mass"),
-        ("com = [0, 0, 0]", "needs mass"),
+        ("com = [0, 0, 0]", "'mass': missing: must be a finite number"),
         ("mass = [", "not valid TOML"),
     ],
 )

@@ -7,6 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import (
     PAYLOAD,
@@ -22,7 +23,6 @@ from dynident.estimation.possible import Constraint, Intervals, profile_interval
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
 from dynident.estimation.possible.intervals import WIDENING
 from dynident.model import InertialParameters
-from dynident.report.paper import paper_tables
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 DOF = 40.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation import read_recording
 from dynident.estimation.diagnosis import LogCheck, check_log
-from dynident.estimation.diagnosis.log_check.signals import share_at_extreme, smallest_step
+from dynident.estimation.diagnosis.facts import share_at_extreme, smallest_step
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 
@@ -30,7 +30,7 @@ def look(recording: Recording, currents: bool = False) -> LogCheck:
 
 
 def words(check: LogCheck, *severities: str) -> str:
-    return "\n".join(finding.words for finding in check.findings if finding.severity in severities)
+    return "\n".join(finding.text for finding in check.findings if finding.severity in severities)
 
 
 @pytest.fixture(scope="module")

@@ -26,8 +26,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Everything counts as long: files for all arrays, stretches of 501 rows, pieces of 64 equations."""
     monkeypatch.setattr("dynident.common.paged.LARGE", 1000)
     monkeypatch.setattr("dynident.common.paged.ROWS", 501)
-    for module in ("signals.filtering", "recordings.plausibility"):
-        monkeypatch.setattr(f"dynident.estimation.{module}.ROWS", 501)
+    monkeypatch.setattr("dynident.estimation.signals.filtering.ROWS", 501)
     monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 64)
 
 

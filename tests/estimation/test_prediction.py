@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.commands.demo.paper import paper_tables
 from dynident.estimation import answer_payload, identify, payload_problem
 from dynident.estimation.equations.correlation import autocorrelation
 from dynident.estimation.fit import fit
 from dynident.estimation.payload import payload_prediction, payload_predictions, robot_prediction
 from dynident.estimation.robot.identification import base_problem
 from dynident.model import Recording, load_robot
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 ROBOT = load_robot("rx90")

@@ -13,7 +13,7 @@ from dynident.estimation.equations import (
     merged,
     reduced,
     reduced_measurement,
-    reduced_stream,
+    reduced_pieces,
 )
 from dynident.estimation.fit import weighted
 from dynident.model import Motion, Processing, base_parameters
@@ -57,7 +57,8 @@ def test_streaming_equals_the_whole(simulated: Simulated, wander: Wander, decima
     slow = 0.05 * np.abs(data.motion.qd).max(axis=0)
     settings = Processing(decimate=decimate, still_speed=0.0, slow_fraction=0.05)
     whole = reduced_measurement(observer, data, settings)
-    same(whole, reduced_stream(observer, pieces(data, size), slow, decimate))
+    parts = ((piece, np.abs(piece.motion.qd) >= slow) for piece in pieces(data, size))
+    same(whole, reduced_pieces(observer, parts, decimate))
     same(whole, reduced(observer.observe(data, settings)))
 
 

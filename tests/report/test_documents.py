@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.commands.demo.comparison import short_value
+from dynident.commands.demo.paper import paper_tables
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit, RobustCovariance
 from dynident.estimation.payload import PayloadEstimate
 from dynident.report.documents import free_estimate_document, write_json
-from dynident.report.paper import paper_tables
-from dynident.report.tables import _value, payload_table, short_value, sigma_notes
+from dynident.report.tables import _value, payload_table, sigma_notes
 
 
 def test_json_is_plain_and_whole(tmp_path: Path) -> None:

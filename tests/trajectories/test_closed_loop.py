@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import (
@@ -18,7 +19,6 @@ from dynident.model import (
 )
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.motion import Measurement
-from dynident.report.paper import paper_tables
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions import random_points
 from dynident.trajectories.simulation import ClosedLoop, Ripple, Run

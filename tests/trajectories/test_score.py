@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.report.paper import paper_tables
+from dynident.commands.demo.paper import paper_tables
 from dynident.tests.trajectories.design_problems import BOUNDS, ROBOT
 from dynident.trajectories import (
     DesignProblem,

@@ -8,7 +8,7 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map, read_recording
 from dynident.estimation.recordings import Quantity
-from dynident.estimation.recordings.units import factor
+from dynident.estimation.recordings.quantity import factor
 from dynident.model import load_robot
 from hypothesis import given
 from hypothesis import strategies as st

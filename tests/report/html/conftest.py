@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.commands.demo.paper import paper_tables
 from dynident.model import Recording, load_robot
-from dynident.report.paper import paper_tables
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem, read_recording
+from dynident.estimation.diagnosis import Finding
 from dynident.model import load_robot
 from dynident.report.controllers import FORMATS, load_of_document
 from dynident.report.documents import payload_document
@@ -46,7 +47,7 @@ def document(answer: PayloadAnswer) -> dict[str, Any]:
     ],
 )
 def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str], answer: PayloadAnswer) -> None:
-    judged = replace(answer, verdict=Verdict(level, ("a <b>reason</b>",)))
+    judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
     text = payload_page(
         judged, payload_document(judged, answer.problem.robot.processing), [], None, PROVENANCE
     ).html()

@@ -1,0 +1,117 @@
+"""What an experiment repeated with other seeds says of an estimator: bias, spread, whether its intervals hold."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...estimation import Estimate
+
+
+class Answer(NamedTuple):
+    """One estimator's answer in one experiment, beside the truth.
+
+    ``names``: of the parameters, c; ``truth``, ``values``, ``low``, ``high``, ``sigma``: shape (c,): the 95 %
+    interval (nan where there is none) and the formula's standard deviation (17)-(19).
+    """
+
+    names: tuple[str, ...]
+    truth: Array
+    values: Array
+    low: Array
+    high: Array
+    sigma: Array
+
+
+class Outcome(NamedTuple):
+    """One experiment: ``answers`` by estimator, and what kind of data it was.
+
+    ``relative_residual`` of the robot's model without payload, over all joints and ``per_joint``; ``equations`` and
+    ``condition_number`` (SI units, unweighted) of the runs without payload.
+    """
+
+    answers: dict[str, Answer]
+    relative_residual: float
+    per_joint: tuple[float, ...]
+    equations: int
+    condition_number: float
+
+
+def answer_of(estimate: Estimate, truth: Array) -> Answer:
+    """An estimate with its robust 95 % interval, by the formula where there is no robust one."""
+    interval = estimate.interval95 if estimate.robust_interval95 is None else estimate.robust_interval95
+    return Answer(estimate.names, truth, estimate.values, interval[:, 0], interval[:, 1], estimate.sigma)
+
+
+@dataclass(frozen=True, eq=False)
+class Repetition:
+    """The answers of one estimator over S experiments.
+
+    Attributes:
+        names: of the parameters, c.
+        truth, values, low, high, sigma: S x c.
+    """
+
+    names: tuple[str, ...]
+    truth: Array
+    values: Array
+    low: Array
+    high: Array
+    sigma: Array
+
+    @staticmethod
+    def of(answers: Sequence[Answer]) -> "Repetition":
+        """Put the answers below each other.
+
+        Raises:
+            ValueError: if their parameters differ.
+        """
+        if len({answer.names for answer in answers}) != 1:
+            raise ValueError("answers of different parameters cannot be compared")
+        stacked = (np.array([answer[k] for answer in answers]) for k in range(1, 6))
+        return Repetition(answers[0].names, *stacked)
+
+    @cached_property
+    def error(self) -> Array:
+        """Estimate less truth, S x c."""
+        return self.values - self.truth
+
+    @property
+    def bias(self) -> Array:
+        """Mean error, shape (c,)."""
+        return np.asarray(self.error.mean(axis=0))
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviation of the error about its mean, shape (c,); nan for one experiment."""
+        if len(self.error) < 2:
+            return np.full(len(self.names), np.nan)
+        return np.asarray(self.error.std(axis=0, ddof=1))
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square error, shape (c,)."""
+        return np.asarray(np.sqrt(np.mean(self.error**2, axis=0)))
+
+    @cached_property
+    def covered(self) -> NDArray[np.bool_]:
+        """Whether the interval holds the truth, S x c."""
+        return np.asarray((self.low <= self.truth) & (self.truth <= self.high))
+
+    @property
+    def coverage(self) -> Array:
+        """Share of the experiments in which it does, shape (c,)."""
+        return np.asarray(self.covered.mean(axis=0))
+
+    def column(self, name: str) -> int:
+        """Place of a parameter."""
+        return self.names.index(name)
+
+    def within(self, name: str, share: float) -> float:
+        """Share of the experiments in which a parameter's error is within a share of the truth."""
+        k = self.column(name)
+        return float(np.mean(np.abs(self.error[:, k]) <= share * np.abs(self.truth[:, k])))

@@ -1,0 +1,300 @@
+"""TOML and JSON files by their types: each key is declared once, what is wrong with a file is told in one line.
+
+A kind of file is a ``Table``: its fields are the keys, their types what may stand there, their defaults what is
+meant where a key is left out. Keys that are not declared are refused.
+"""
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from difflib import get_close_matches
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origin
+
+import msgspec
+import numpy as np
+from msgspec import Meta, inspect
+
+from .arrays import frozen_array
+from .errors import InputError
+from .files import write_bytes
+
+_LARGEST = 1e9
+Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
+"""A finite number; no length, angle or parameter of an arm comes near the bounds."""
+Triple = tuple[Real, Real, Real]
+"""Three numbers along x, y and z."""
+Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+"""Numbers in a row; null stands for one that is not finite."""
+Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+"""Rows of numbers."""
+_NUMBERS: dict[Any, Any] = {Vector: tuple[float | None, ...], Matrix: tuple[tuple[float | None, ...], ...]}
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of a file; ``advice`` says of a key what no type tells."""
+
+    advice: ClassVar[Mapping[str, str]] = {}
+
+
+class WrongKeyError(ValueError):
+    """What is wrong with one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
+
+    def __init__(self, key: str, problem: str) -> None:
+        """A key and what is wrong with it."""
+        super().__init__(f"key {key!r}: {problem}")
+        self.key, self.problem = key, problem
+
+
+@contextmanager
+def naming(source: str | Path) -> Iterator[None]:
+    """Turn whatever is wrong with the content of a file into one line that begins with the file's name."""
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(f"{source}: ") else f"{source}: {text}") from None
+
+
+@contextmanager
+def at(key: str) -> Iterator[None]:
+    """Say of whatever is wrong inside at which key it is."""
+    try:
+        yield
+    except WrongKeyError as fault:
+        raise WrongKeyError(f"{key}.{fault.key}", fault.problem) from None
+    except ValueError as error:
+        raise WrongKeyError(key, str(error)) from None
+
+
+_Kind = TypeVar("_Kind")
+
+
+def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
+    """Read a TOML file.
+
+    Raises:
+        InputError: names the file and the key.
+    """
+    return toml_table(read_text(path), kind, path)
+
+
+def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
+    """The table that a TOML text holds.
+
+    Raises:
+        InputError: names the source and the key.
+    """
+    if not text.strip():
+        raise InputError(f"{source}: is empty")
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{source}: not valid TOML: {error}") from None
+    with naming(source):
+        return convert(data, kind)
+
+
+def read_json(path: str | Path, kind: type[_Kind], what: str) -> _Kind:
+    """Read a JSON document.
+
+    Args:
+        path: the file.
+        kind: what it must hold.
+        what: the same in words, for a file that holds something else.
+
+    Raises:
+        InputError: names the file and the key.
+    """
+    try:
+        data = msgspec.json.decode(read_text(path))
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise InputError(f"{path}: cannot be read as JSON ({error}): give {what}") from None
+    try:
+        with naming(path):
+            return convert(data, kind)
+    except InputError as error:
+        raise InputError(f"{error}: give {what}") from None
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a file.
+
+    Raises:
+        InputError: if there is none.
+    """
+    if Path(path).is_dir():
+        raise InputError(f"{path}: is a folder: give a file")
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as text ({error})") from None
+
+
+def convert(data: Any, kind: type[_Kind]) -> _Kind:
+    """A table of plain values as one of its kind.
+
+    Raises:
+        WrongKeyError: names the key.
+    """
+    try:
+        return msgspec.convert(data, kind, dec_hook=_array)
+    except msgspec.ValidationError as error:
+        raise _fault(error, data, kind) from None
+
+
+def write_json(path: str | Path, document: Any) -> None:
+    """Write a document in one step, so that a killed run leaves no half file; nan and inf become null."""
+    text = msgspec.json.encode(document, enc_hook=_plain)
+    write_bytes(path, msgspec.json.format(text, indent=1) + b"\n")
+
+
+def json_schema(kind: type[Table]) -> dict[str, Any]:
+    """The JSON Schema of a document."""
+    return msgspec.json.schema(kind, schema_hook=lambda array: msgspec.json.schema(_NUMBERS[array]))
+
+
+def given(value: Any) -> Any:
+    """A table as a plain mapping, without the keys that only say what is meant anyway."""
+    if isinstance(value, list | tuple):
+        return [given(entry) for entry in value]
+    if not isinstance(value, Table):
+        return value
+    fields = [(field, getattr(value, field.name)) for field in msgspec.structs.fields(value)]
+    return {field.encode_name: given(entry) for field, entry in fields if entry not in (field.default, {})}
+
+
+def toml_text(data: Mapping[str, Any]) -> str:
+    """A plain mapping as TOML: lists on one line, whole numbers without a point."""
+    return "\n".join(_toml_lines(data, "")) + "\n"
+
+
+def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
+    tables: list[str] = []
+    for key, value in data.items():
+        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        if not rows or not all(isinstance(row, Mapping) for row in rows):
+            yield f"{_toml_key(key)} = {_toml_value(value)}"
+            continue
+        name, (left, right) = f"{above}{_toml_key(key)}", ("[[", "]]") if rows is value else ("[", "]")
+        for row in rows:
+            tables += ["", f"{left}{name}{right}", *_toml_lines(row, f"{name}.")]
+    yield from tables
+
+
+def _toml_key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml_value, value))}]"
+    if isinstance(value, float):
+        return repr(int(value)) if value == int(value) else repr(value)
+    # JSON's texts, numbers and truth values are TOML's too, but for the one control character JSON leaves as it is.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in a document")
+
+
+def _array(kind: Any, values: Any) -> Any:
+    rows = msgspec.convert(values, _NUMBERS[kind])
+    return frozen_array(np.array(rows, dtype=float), (None,) * (2 if kind == Matrix else 1), "the list")
+
+
+def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
+    """What an error of msgspec speaks of: the key, and what would do there."""
+    text, _, path = str(error).partition(" - at `$")
+    key, advice = "", ""
+    for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
+        kind = _chosen(kind, data)
+        if index.isdigit():
+            kinds, place = get_args(kind), int(index)
+            kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[place], data[place], ""
+            key += f"[{place + 1}]"
+            continue
+        if index:  # msgspec does not say which key of a mapping it is
+            kind = get_args(kind)[1]
+            name = next(name for name, value in data.items() if not _fits(value, kind))
+        else:
+            advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
+        key, data = f"{key}.{name}", data[name]
+    for word, told in (("required", _missing), ("unknown", _unknown)):
+        if found := re.search(rf"{word} field `(.*)`", text):
+            return WrongKeyError(f"{key}.{found[1]}"[1:], told(_chosen(kind, data), found[1]))
+    problem = advice or f"must be {words(kind)}"
+    problem = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
+    return WrongKeyError(key[1:], problem) if key else ValueError(problem)
+
+
+def _missing(table: type[Table], key: str) -> str:
+    return f"missing: {table.advice.get(key) or 'must be ' + words(_fields(table)[key])}"
+
+
+def _unknown(table: type[Table], key: str) -> str:
+    known = _fields(table)
+    near = get_close_matches(key, known, 1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return table.advice.get(key) or f"unknown; known here: {', '.join(sorted(known))}{hint}"
+
+
+def _fields(table: type[Table]) -> dict[str, Any]:
+    return {field.encode_name: field.type for field in msgspec.structs.fields(table)}
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    try:
+        msgspec.convert(value, kind, dec_hook=_array)
+    except msgspec.ValidationError:
+        return False
+    return True
+
+
+def _chosen(kind: Any, data: Any) -> Any:
+    """The one kind of several that the data take: a table, a list, or a mapping."""
+    if get_origin(kind) is Annotated:
+        return _chosen(get_args(kind)[0], data)
+    if get_origin(kind) not in (Union, UnionType):
+        return kind
+    several = [_chosen(one, data) for one in get_args(kind)]
+    lists = isinstance(data, list)
+    return next((one for one in several if (get_origin(one) is tuple) == lists and one is not NoneType), kind)
+
+
+def words(kind: Any) -> str:
+    """What may stand at a key, in words."""
+    return _words(inspect.type_info(kind))
+
+
+def _words(node: inspect.Type, many: bool = False) -> str:
+    match node:
+        case inspect.UnionType(types=types):
+            return " or ".join(_words(one, many) for one in types if not isinstance(one, inspect.NoneType))
+        case inspect.FloatType() | inspect.IntType():
+            kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
+            bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"
+            bound = bound if node.gt is None else f" above {node.gt:g}"
+            return (f"{kind}s" if many else f"a {kind}") + bound
+        case inspect.TupleType(item_types=items):
+            return f"{'lists' if many else 'a list'} of {len(items)} {_words(items[0], True)}"
+        case inspect.VarTupleType(item_type=item, min_length=least):
+            fewest = f", at least {least}" if least else ""
+            return f"{'lists' if many else 'a list'} of {_words(item, True)}{fewest}"
+        case inspect.LiteralType(values=values):
+            return " or ".join(map(repr, values))
+        case inspect.StrType():
+            return "texts" if many else "text"
+        case inspect.BoolType():
+            return "true or false"
+        case inspect.CustomType(cls=cls):
+            return "a list of numbers" if cls == Vector else "a list of lists of numbers"
+    return "tables" if many else "a table"

@@ -1,0 +1,107 @@
+"""Whether all joints show the same payload: the test of drive gains and friction."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from ...fit.robust import few_blocks
+from ...payload.by_joints import ByJoints, JointShare, JointsMass
+from ..evidence import Evidence
+from ..finding import Finding, error, warning
+
+NOTABLE = 0.03
+"""Relative difference of the mass between two joints that is told."""
+NOTABLE_SIGMAS = 3.3
+"""Standard deviations it must exceed as well."""
+WRONG = 0.10
+"""Relative difference of one joint's mass from the answer above which nothing should be used."""
+SHARE = 0.15
+"""Difference of a joint's share from 1 that is told: real joints lie within 0.1."""
+WRONG_SHARE = 0.3
+"""Difference above which nothing should be used."""
+SIGMAS = 4.5
+"""Standard deviations beyond which a difference is none by chance."""
+
+
+def joints(evidence: Evidence) -> list[Finding]:
+    """Against a mass that single joints contradict."""
+    seen = evidence.by_joints if evidence.weighed is None else _allowing(evidence.by_joints)
+    return [*_shares(seen.shares), *_masses(_alone(seen), evidence.mass)]
+
+
+def _allowing(by_joints: ByJoints) -> ByJoints:
+    """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
+    freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
+    factor = few_blocks(freedom)
+    return ByJoints(
+        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.masses),
+        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.shares),
+    )
+
+
+def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
+    """The joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
+    readings = [
+        (
+            abs(one.share - 1.0) / one.sigma,
+            one.joint,
+            f"joint {one.joint} shows {one.share:.3f} ± {one.sigma:.2g} times what the others demand there",
+        )
+        for one in by_joints.shares
+        if one.share is not None
+    ]
+    readings += [
+        (
+            abs(alone - mass) / one.sigma,
+            one.joints[0],
+            f"{one.name} alone weighs {alone:.4g} ± {one.sigma:.2g} kg",
+        )
+        for alone, one in _alone(by_joints)
+    ]
+    if not readings:
+        return None
+    _, joint, text = max(readings, key=lambda reading: reading[0])
+    return Finding("note", f"joint {joint}", text)
+
+
+def _alone(by_joints: ByJoints) -> list[tuple[float, JointsMass]]:
+    """The masses that single joints show [kg]."""
+    return [(one.mass, one) for one in by_joints.masses if len(one.joints) == 1 and one.mass is not None]
+
+
+def _masses(alone: Sequence[tuple[float, JointsMass]], mass: float) -> list[Finding]:
+    off = [one for own, one in alone if abs(own - mass) > max(WRONG * abs(mass), SIGMAS * one.sigma)]
+    if off:
+        return [error(_told(sorted(off, key=lambda one: one.joints)))]
+    pairs = [
+        (abs(a - b) / np.hypot(one.sigma, other.sigma), [one, other])
+        for (a, one), (b, other) in combinations(alone, 2)
+        if abs(a - b) > NOTABLE * abs(mass)
+    ]
+    z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
+    return [warning(_told(pair))] if z >= NOTABLE_SIGMAS else []
+
+
+def _told(joints: Sequence[JointsMass]) -> str:
+    masses = ", ".join(f"{one.name} {one.mass:.3g} ± {one.sigma:.2g} kg" for one in joints)
+    return f"the joints do not weigh the same ({masses}): check drive gains and friction there"
+
+
+def _shares(shares: Sequence[JointShare]) -> list[Finding]:
+    """The joint that stands out most; what it spoils in the others is its doing too."""
+    off = [
+        (abs(np.log(max(one.share, 0.05))), one.share, one)
+        for one in shares
+        if one.share is not None and abs(one.share - 1.0) > max(SHARE, SIGMAS * one.sigma)
+    ]
+    if not off:
+        return []
+    _, share, worst = max(off, key=lambda entry: entry[0])
+    text = (
+        f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the other joints show: "
+        "check its drive gain, unit and sign"
+    )
+    wrong = abs(share - 1.0) > max(WRONG_SHARE, SIGMAS * worst.sigma)
+    return [error(text) if wrong else warning(text)]

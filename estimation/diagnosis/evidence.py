@@ -1,0 +1,102 @@
+"""What the checks look at."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...common.arrays import Array
+from ...model import Robot
+from ..fit.estimate import Estimate, Fit
+from ..payload.by_joints import ByJoints
+from ..payload.constrained import ConstrainedPayload
+from ..payload.over_time import Stretch
+from ..payload.result import PayloadEstimate
+from ..payload.source import Source
+from ..signals.alignment import AlignedPair
+from ..weigh.repeats import Repeats
+from .quantities import Agreement, Judged
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A short weighing.
+
+    Attributes:
+        mass: by the torques, else by the scale [kg].
+        sigma: its standard deviation [kg].
+        from_scale: whether the mass is the scale's.
+        unexplained: each joint's error over its torque, nan for held ones, shape (n,).
+        judged: "mass", "centre of mass", "inertia".
+        repeats: with several recordings, each of them alone.
+        agreement: other ways to the mass.
+    """
+
+    mass: float
+    sigma: float
+    from_scale: bool
+    unexplained: Array
+    judged: dict[str, Judged]
+    repeats: Repeats | None = None
+    agreement: tuple[Agreement, ...] = ()
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that was computed from one set of recordings; checks of what a command does not compute are silent.
+
+    Attributes:
+        robot: as described.
+        source: the recordings themselves, to look for causes in.
+        pairs: recordings of one motion without and with payload.
+        condition: condition number of the equations without payload, columns scaled to norm 1.
+        parameters: the robot's own, where they were identified or stored.
+        validation: fit of those on recordings that were held out.
+        estimates: the methods' free estimates.
+        constrained: the possible payload of each method for which one was found.
+        recommended: the one of them that is to be used, if there is one.
+        by_joints: the payload as single joints see it.
+        stretches: the payload in the order of time.
+        weighed: a short weighing.
+    """
+
+    robot: Robot
+    source: Source | None = None
+    pairs: tuple[AlignedPair, ...] = ()
+    condition: float | None = None
+    parameters: Estimate | None = None
+    validation: Fit | None = None
+    estimates: tuple[PayloadEstimate, ...] = ()
+    constrained: tuple[ConstrainedPayload, ...] = ()
+    recommended: ConstrainedPayload | None = None
+    by_joints: ByJoints = ByJoints((), ())
+    stretches: tuple[Stretch, ...] = ()
+    weighed: Weighed | None = None
+
+    @property
+    def robot_fit(self) -> Fit | None:
+        """How well the robot's own parameters explain the torques without payload."""
+        return self.parameters.fit if self.parameters is not None else None
+
+    @property
+    def best(self) -> PayloadEstimate | None:
+        """The free estimate of the method that is to be used."""
+        if self.recommended is not None:
+            return self.recommended.free
+        return self.estimates[-1] if self.estimates else None
+
+    @property
+    def mass(self) -> float:
+        """The answer's mass [kg]; nan without one."""
+        if self.weighed is not None:
+            return self.weighed.mass
+        return self.best.mass if self.best is not None else float("nan")
+
+    @property
+    def modelled(self) -> list[PayloadEstimate]:
+        """Estimates of methods that model the robot: the residual of method 3 is that of a torque difference."""
+        return [estimate for estimate in self.estimates if estimate.method != 3]
+
+
+def by(estimates: Sequence[PayloadEstimate]) -> str:
+    """The methods in words."""
+    numbers = ", ".join(str(estimate.method) for estimate in estimates)
+    return f"method {numbers}" if len(estimates) == 1 else f"each of methods {numbers}"

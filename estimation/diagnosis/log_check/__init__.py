@@ -1,1 +1,0 @@
-"""What a log holds, and what looks wrong with it."""

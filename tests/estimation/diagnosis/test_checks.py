@@ -1,0 +1,478 @@
+"""Each check of the table alone, on both sides of each of its thresholds."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from dynident.estimation.diagnosis.checks import inertia, joints, mass, recordings, residual
+from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
+from dynident.estimation.diagnosis.quantities import (
+    COM_FLOOR,
+    COM_SIGMA,
+    INERTIA_SIGMA,
+    MASS_SIGMA,
+    Agreement,
+    Judged,
+    judge_com,
+)
+from dynident.estimation.diagnosis.search import SERIOUS, Cause
+from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
+from dynident.estimation.possible.conflicts import CONFLICT
+from dynident.estimation.possible.constraints import PossibleBody
+from dynident.model import Robot
+from dynident.model.payload_spread import PayloadSpread
+from dynident.tests.estimation.diagnosis.made import (
+    BODY,
+    MOMENTS,
+    ROBOT,
+    SIZE,
+    SOURCE,
+    active,
+    by_masses,
+    by_share,
+    com_sigma,
+    drifting,
+    estimate_of,
+    fit_of,
+    held_out,
+    in_time,
+    inertia_sigma,
+    mismatched,
+    of_payload,
+    of_possible,
+    of_spread,
+    of_weighing,
+    one_joint,
+    possible_of,
+    robot_of,
+    two_masses,
+    weighed_as,
+    with_mass,
+)
+
+ONE_PERCENT = 2.5758
+"""Standard deviations that a difference exceeds with a probability of 1 %."""
+FIVE_PERCENT = 2.7764
+"""Quantile of Student's t of 4 degrees of freedom that is exceeded, of either sign, with one of 5 %."""
+OWN = float(MOMENTS.sum()) / 2.0
+
+
+class Side(NamedTuple):
+    """A threshold: evidence made of a number, the limit that is wrong to exceed, and what is then said."""
+
+    check: str
+    severity: str
+    words: str
+    make: Callable[[float], Evidence]
+    limit: float
+    below: bool = False
+    """Whether it is wrong to stay below it."""
+
+
+def _weighed(agreement: float) -> Evidence:
+    way = Agreement("other way", 5.0 * (1.0 + agreement), np.full(3, np.nan))
+    return of_weighing(agreement=(way,))
+
+
+SIDES = (
+    Side(
+        "residual",
+        "error",
+        "payload leaves 25 %",
+        lambda x: Evidence(ROBOT, parameters=robot_of(x)),
+        residual.RESIDUAL,
+    ),
+    Side(
+        "residual",
+        "error",
+        "50 % of the torque of joint 3",
+        lambda x: Evidence(ROBOT, parameters=robot_of(one_joint(x))),
+        residual.JOINT_RESIDUAL,
+    ),
+    Side(
+        "residual",
+        "error",
+        "method 4 leaves 25 % of the torque unexplained",
+        lambda x: of_payload(estimate_of(left=x), parameters=robot_of(0.2)),
+        residual.RESIDUAL,
+    ),
+    Side(
+        "residual",
+        "error",
+        "of the torque with payload",
+        lambda x: of_payload(estimate_of(left=0.05 * x), parameters=robot_of(0.05)),
+        residual.LOADED_RATIO,
+    ),
+    Side(
+        "residual",
+        "error",
+        "of the torque with payload",
+        lambda x: of_payload(estimate_of(left=0.01 * x), parameters=robot_of(0.001)),
+        residual.LOADED_RATIO,
+    ),
+    Side(
+        "validation",
+        "warning",
+        "does not carry over",
+        lambda x: held_out(0.05 * x, 0.05),
+        residual.VALIDATION_RATIO,
+    ),
+    Side("validation", "warning", "does not carry over", lambda x: held_out(x, 0.01), residual.VALIDATION_FLOOR),
+    Side("validation", "error", "does not carry over", lambda x: held_out(x, 0.1), residual.RESIDUAL),
+    Side(
+        "friction",
+        "error",
+        "friction of joint 2 comes out negative",
+        lambda x: Evidence(ROBOT, parameters=robot_of(friction=(-9.0, x))),
+        -recordings.DRIVEN_SIGMAS,
+    ),
+    Side(
+        "friction",
+        "error",
+        "friction of joint 2 comes out negative",
+        lambda x: Evidence(ROBOT, parameters=robot_of(friction=(x, -9.0))),
+        -recordings.DRIVEN_SIGMAS,
+    ),
+    Side(
+        "sign",
+        "error",
+        "gives a negative mass",
+        lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
+        -mass.SIGMAS,
+    ),
+    Side(
+        "sign",
+        "error",
+        "does not differ from zero",
+        lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
+        mass.SIGMAS,
+        True,
+    ),
+    Side("weighed_sign", "error", "mass is negative", lambda x: of_weighing(mass=0.01 * x), -mass.SIGMAS),
+    Side(
+        "weighed_sign",
+        "error",
+        "does not differ from zero",
+        lambda x: of_weighing(mass=0.01 * x),
+        mass.SIGMAS,
+        True,
+    ),
+    Side(
+        "methods_apart",
+        "error",
+        "masses spread from 5 to",
+        lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
+        mass.MASS_SPREAD,
+    ),
+    Side(
+        "methods_apart",
+        "error",
+        "methods 1 and 3 disagree",
+        lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
+        mass.APART,
+    ),
+    Side(
+        "methods_apart",
+        "error",
+        "methods 1 and 3 disagree",
+        lambda x: two_masses(x * float(np.hypot(0.03, 0.03)), 0.03),
+        mass.SIGMAS,
+    ),
+    Side(
+        "uncertain",
+        "error",
+        "leaves the mass uncertain by 5 %",
+        lambda x: of_payload(estimate_of(sigma=np.full(10, 5.0 * x))),
+        MASS_SIGMA,
+    ),
+    Side(
+        "uncertain", "error", "centre of mass uncertain by 20 mm along x", lambda x: com_sigma(x, 0.01), COM_FLOOR
+    ),
+    Side(
+        "uncertain",
+        "error",
+        "centre of mass uncertain by 60 mm along x",
+        lambda x: com_sigma(0.2 * x, 0.2),
+        COM_SIGMA,
+    ),
+    Side("judged_mass", "error", "mass: 1 sigma", lambda x: of_spread(mass=5.0 * x), MASS_SIGMA),
+    Side(
+        "judged_com_and_inertia",
+        "error",
+        "centre of mass: not measured",
+        lambda x: of_spread(com=SIZE * x),
+        COM_SIGMA,
+    ),
+    Side(
+        "judged_com_and_inertia",
+        "warning",
+        "inertia: not measured",
+        lambda x: of_spread(inertia=float(MOMENTS[2]) * x),
+        INERTIA_SIGMA,
+    ),
+    Side(
+        "unexplained",
+        "error",
+        "50 % of the torque of joint 3",
+        lambda x: of_weighing(unexplained=one_joint(x)),
+        residual.JOINT_RESIDUAL,
+    ),
+    Side(
+        "joints",
+        "error",
+        "joint 2 5.5",
+        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0 + 5.0 * x, 0.001))),
+        joints.WRONG,
+    ),
+    Side(
+        "joints",
+        "error",
+        "joint 2 5.9",
+        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0 + 0.2 * x, 0.2))),
+        joints.SIGMAS,
+    ),
+    Side(
+        "joints",
+        "warning",
+        "joint 2 5 ± 0.001 kg, joint 3 5.15",
+        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0, 0.001), (5.0 + 5.0 * x, 0.001))),
+        joints.NOTABLE,
+    ),
+    Side(
+        "joints",
+        "warning",
+        "joint 2 5 ± 0.03 kg, joint 3 5.17",
+        lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0, 0.03), (5.0 + 0.05 * x, 0.04))),
+        joints.NOTABLE_SIGMAS,
+    ),
+    Side(
+        "joints",
+        "warning",
+        "joint 3 shows 1.15",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x)),
+        joints.SHARE,
+    ),
+    Side(
+        "joints",
+        "warning",
+        "joint 3 shows 1.23",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + 0.05 * x, 0.05)),
+        joints.SIGMAS,
+    ),
+    Side(
+        "joints",
+        "error",
+        "joint 3 shows 1.3",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x)),
+        joints.WRONG_SHARE,
+    ),
+    Side(
+        "joints",
+        "error",
+        "joint 3 shows 0.7",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 - x)),
+        joints.WRONG_SHARE,
+    ),
+    Side(
+        "joints",
+        "error",
+        "joint 2 5.5",
+        lambda x: of_weighing(by_joints=by_masses((5.0 + 5.0 * x, 0.001))),
+        joints.WRONG,
+    ),
+    Side(
+        "contradictions", "error", "the torques contradict: mass", lambda x: of_weighing(active(x)), CONFLICT, True
+    ),
+    Side("contradictions", "error", "the scale 5 ± 0.03 kg", lambda x: of_weighing(weighed_as(x)), ONE_PERCENT),
+    Side(
+        "contradictions",
+        "error",
+        "known beforehand contradicts",
+        lambda x: of_weighing(possible_of(estimate_of(), x)),
+        CONFLICT,
+        True,
+    ),
+    Side(
+        "conflicts",
+        "error",
+        "method 4 contradict the constraint: mass",
+        lambda x: of_possible(active(x)),
+        CONFLICT,
+        True,
+    ),
+    Side("conflicts", "error", "weighed were 5 kg", lambda x: of_possible(weighed_as(x)), ONE_PERCENT),
+    Side(
+        "conflicts",
+        "error",
+        "constraints together contradict",
+        lambda x: of_possible(possible_of(estimate_of(), x)),
+        CONFLICT,
+        True,
+    ),
+    Side("other_ways", "error", "by the other way the mass is 5.25", _weighed, mass.OTHER_WAY),
+    Side("drift", "warning", "mass drifts", drifting, FIVE_PERCENT),
+    Side(
+        "steadiness",
+        "error",
+        "the mass changes",
+        lambda x: in_time(9, 5.0 * x / (1.0 - x / 2.0)),
+        recordings.CHANGE,
+    ),
+    Side(
+        "steadiness",
+        "error",
+        "the mass changes",
+        lambda x: in_time(9, x * float(np.hypot(0.05, 0.05)), 0.05),
+        recordings.CHANGE_SIGMAS,
+    ),
+    Side("steadiness", "error", "centre of mass moves", lambda x: in_time(6, 5.0 * SIZE * x), recordings.CHANGE),
+    Side("alignment", "warning", "U and L differ by 5.0 mrad", mismatched, recordings.MISMATCH),
+    Side("condition", "warning", "nearly dependent", lambda x: Evidence(ROBOT, condition=x), inertia.CONDITION),
+    Side("inertia", "warning", "YY by 30 %", lambda x: inertia_sigma(YY=float(MOMENTS[1]) * x), INERTIA_SIGMA),
+    Side(
+        "inertia",
+        "warning",
+        "hardly shows XY",
+        lambda x: inertia_sigma(YY=0.31 * float(MOMENTS[1]), XY=OWN * x),
+        inertia.OWN_SIZE,
+    ),
+    Side(
+        "causes",
+        "warning",
+        "L looks as if q1 is late",
+        lambda x: of_payload(estimate_of(left=one_joint(x)), source=SOURCE),
+        recordings.SUSPICIOUS,
+    ),
+)
+FUNCTIONS: dict[str, Callable[[Evidence], list[Finding]]] = {
+    check.__name__: check for check in (*CHECKS, *BEFOREHAND)
+} | {"causes": lambda evidence: recordings.causes(evidence, [])}
+
+
+@pytest.fixture(autouse=True)
+def _one_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where causes are looked for, one is found that is not serious."""
+    monkeypatch.setattr(recordings, "likely_causes", lambda *_: (Cause("L", "q1 is late", 0.2, 0.15),))
+
+
+def test_every_check_has_a_threshold_here() -> None:
+    assert {side.check for side in SIDES} == set(FUNCTIONS)
+    assert len(FUNCTIONS) == len(CHECKS) + len(BEFOREHAND) + 1
+
+
+@pytest.mark.parametrize("side", SIDES, ids=[f"{side.check}: {side.words}" for side in SIDES])
+def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
+    """And what it says reaches the verdict."""
+    near, beyond = (1.001, 0.999) if side.below else (0.999, 1.001)
+    quiet, loud = side.make(near * side.limit), side.make(beyond * side.limit)
+
+    def said(evidence: Evidence) -> list[Finding]:
+        findings = FUNCTIONS[side.check](evidence)
+        return [one for one in findings if one.severity == side.severity and side.words in one.text]
+
+    assert said(quiet) == []
+    (finding,) = said(loud)
+    verdict = judge(loud)
+    assert finding in verdict.findings
+    assert finding not in judge(quiet).findings
+    assert verdict.level == ("do_not_use" if side.severity == "error" else "mass_and_com_only")
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_check_is_silent_about_what_was_not_computed(name: str) -> None:
+    assert FUNCTIONS[name](Evidence(ROBOT)) == []
+
+
+def test_good_evidence_is_used() -> None:
+    good = of_payload(
+        estimate_of(1), estimate_of(3), estimate_of(4), parameters=robot_of(), condition=10.0, source=SOURCE
+    )
+    assert judge(good).level == "use"
+    assert judge(of_weighing()).level == "use"
+    assert judge(good).reasons == judge(of_weighing()).reasons == ()
+
+
+def test_bounds_that_hold_the_answer_are_told_and_possibility_is_not() -> None:
+    for evidence in (of_possible(active(0.5)), of_weighing(active(0.5))):
+        assert judge(evidence).reasons == ("the answer is held at a bound that was given: mass from 0 to 4.9 kg",)
+        assert judge(evidence).level == "mass_and_com_only"
+    for evidence in (of_possible(active(0.5, PossibleBody())), of_weighing(active(0.5, PossibleBody()))):
+        assert judge(evidence).level == "use"
+
+
+def test_one_conflict_is_told_once_and_not_as_a_bound() -> None:
+    (reason,) = judge(of_possible(active(1e-3), active(1e-3))).reasons
+    assert "contradict the constraint" in reason
+    (reason,) = judge(of_weighing(active(1e-3))).reasons
+    assert "the torques contradict" in reason
+
+
+def test_a_scale_leaves_nothing_to_say_of_the_sign() -> None:
+    assert judge(of_weighing(mass=0.0, from_scale=True)).level == "use"
+
+
+def test_a_way_that_only_shows_frictions_part_does_not_count() -> None:
+    way = Agreement("friction not freed", 9.0, np.full(3, np.nan), counts=False)
+    assert judge(of_weighing(agreement=(way,))).level == "use"
+
+
+def test_few_blocks_widen_what_joints_of_a_weighing_show() -> None:
+    """0.6 kg are 6 standard deviations, but one degree of freedom makes them one."""
+    many = by_masses((5.6, 0.1))
+    few = replace(many, masses=tuple(replace(one, degrees_of_freedom=1.0) for one in many.masses))
+    assert judge(of_weighing(by_joints=many)).level == "do_not_use"
+    assert judge(of_weighing(by_joints=few)).level == "use"
+    assert judge(of_payload(estimate_of(), by_joints=few)).level == "do_not_use"
+
+
+def test_hidden_and_unknown_quantities() -> None:
+    """What joints do not show is not visible; a payload of unknown size has 20 mm."""
+    unknown = np.full(10, np.nan)
+    for sigma, use in ((0.999 * COM_FLOOR, "use"), (1.001 * COM_FLOOR, "not measured well enough")):
+        assert judge_com(unknown, PayloadSpread(0.01, np.full(3, sigma), np.eye(3))).use == use
+    hidden = judge_com(BODY.vector, PayloadSpread(0.01, np.array([0.0, np.inf, 0.0]), np.eye(3)))
+    assert hidden == Judged("not visible", "these joints do not show y")
+
+
+def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Then a smaller gain is told as well."""
+    asked: list[bool] = []
+
+    def causes(_: Robot, __: object, contradicted: bool) -> tuple[Cause, ...]:
+        asked.append(contradicted)
+        return ()
+
+    monkeypatch.setattr(recordings, "likely_causes", causes)
+    for evidence in (of_payload(estimate_of(), source=SOURCE), of_payload(estimate_of(left=0.2), source=SOURCE)):
+        judge(evidence)
+    judge(of_payload(estimate_of(ten=with_mass(-5.0)), source=SOURCE))
+    assert asked == [False, True]
+
+
+def test_a_cause_is_serious_where_it_explains_half() -> None:
+    for after, severity in ((1.001 * SERIOUS, "warning"), (0.999 * SERIOUS, "error")):
+        finding = Cause("L", "q1 is late", 1.0, after).finding("It")
+        assert (finding.severity, finding.about, finding.cause) == (severity, "L", True)
+        assert finding.text.startswith("It looks as if q1 is late: with that undone")
+
+
+def test_the_verdict_on_a_robot() -> None:
+    assert robot_verdict(fit_of(0.999 * residual.RESIDUAL)).level == "use"
+    verdict = robot_verdict(fit_of(1.001 * residual.RESIDUAL))
+    assert verdict.level == "do_not_use"
+    assert verdict.reasons[0].startswith("the model leaves 25 %")
+
+
+def test_what_is_told_of_findings() -> None:
+    """Against all first; of the rest, where nothing may be used, only causes unless all is asked for."""
+    bad, vague, cause = error("bad"), warning("vague"), Finding("warning", "log", "cause", cause=True)
+    note = Finding("note", "time", "uneven")
+    assert verdict_of([note]).level == "use"
+    assert verdict_of([vague, vague, note]).reasons == ("vague",)
+    assert verdict_of([vague, cause]).level == "mass_and_com_only"
+    assert verdict_of([vague, cause, bad]).reasons == ("cause", "bad")
+    assert verdict_of([vague, bad, cause], brief=False).reasons == ("bad", "cause", "vague")
+    assert verdict_of([vague, bad]).level == "do_not_use"
