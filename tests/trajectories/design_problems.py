@@ -1,8 +1,10 @@
 """Design problems of the RX90 with torque limits for two loads and obstacles, by goal and shape."""
 
+from dataclasses import replace
+
 import numpy as np
 from dynident.common.arrays import Array
-from dynident.model import InertialParameters, load_robot
+from dynident.model import InertialParameters, Limits, Robot, load_robot
 from dynident.trajectories import (
     BlendShape,
     DesignProblem,
@@ -101,3 +103,14 @@ def sides(limit: Limit, y: Array) -> list[tuple[float, Array]]:
         (1.0, np.broadcast_to(limit.high, y.shape)),
         (-1.0, np.broadcast_to(-limit.low, y.shape)),
     ]
+
+
+def limited(robot: Robot, bounds: JointBounds) -> Robot:
+    """The robot with these limits in its description."""
+    joints = tuple(
+        replace(joint, limits=Limits((float(low), float(high)), float(v), float(a), float(tau)))
+        for joint, low, high, v, a, tau in zip(
+            robot.joints, bounds.low, bounds.high, bounds.speed, bounds.acceleration, bounds.torque, strict=True
+        )
+    )
+    return replace(robot, joints=joints)

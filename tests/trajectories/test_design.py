@@ -17,6 +17,7 @@ from dynident.tests.trajectories.design_problems import (
     SCENE,
     STRONG,
     TORQUE,
+    limited,
     problem,
 )
 from dynident.trajectories import (
@@ -112,7 +113,7 @@ def test_every_limit_is_kept_at_a_millisecond(guarded: Design) -> None:
 
 def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
     """Per second, against resting motions at the limits, which need not even keep the torques."""
-    robot = guarded.problem.bounds.on(ROBOT)
+    robot = limited(ROBOT, guarded.problem.bounds)
     random = [
         score_motion(guarded.problem, random_via_points(robot, 14, seed, speed=1.0).motion(100.0))
         for seed in range(20)

@@ -121,8 +121,6 @@ def test_mean_friction_goes_by_time(experiment: Experiment) -> None:
 
 
 def test_levels_can_be_scaled_and_are_checked() -> None:
-    assert RX90_DISTURBANCES.scaled(0.0).white == (0.0,) * 6
-    assert RX90_DISTURBANCES.scaled(0.5).friction == 0.5 * RX90_DISTURBANCES.friction
     assert relative_disturbances(np.array([100.0, 10.0]), 0.1).white == (10.0, 1.0)
     with pytest.raises(ValueError, match="one number per joint"):
         Disturbances((1.0,), (0.0, 0.0), (0.0,))

@@ -53,7 +53,7 @@ def families() -> dict[str, Family]:
         "near two poses": (NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0), None),
     }
     found = {name: shape.family(ROBOT, BOUNDS, None, start) for name, (shape, start) in shapes.items()}
-    return found | {"states": FreeStates(ROBOT, BOUNDS, 7, 1.0)}
+    return found | {"states": FreeStates(BOUNDS, 7)}
 
 
 @pytest.fixture(params=families())

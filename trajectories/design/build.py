@@ -24,7 +24,7 @@ from .problem import DesignProblem
 
 @dataclass(frozen=True)
 class Loads:
-    """What the torque limits are computed from.
+    """Parameters that torque limits are computed from.
 
     Attributes:
         parameters: standard or base parameters of the robot by name.
@@ -50,7 +50,6 @@ def build_design(
     """Build the problem; ``solve_design`` solves it.
 
     Args:
-        robot: the robot.
         shape: of the motion; 14 via points if None.
         goal: what is to be learnt; the information about all base parameters if None.
         bounds: limits of the joints; the description's if None.
@@ -61,13 +60,6 @@ def build_design(
 
     Raises:
         InputError: if something is missing or does not fit; if the parameters cannot be told apart.
-
-    Example:
-        >>> from dynident.model import load_robot
-        >>> from dynident.trajectories import Goal, ViaPointShape, build_design, solve_design
-        >>> problem = build_design(load_robot("rx90"), ViaPointShape(14), Goal("cond"))
-        >>> design = solve_design(problem, seed=1)
-        >>> motion = design.motion(rate=250.0)
     """
     shape, goal, bounds = shape or ViaPointShape(), goal or Goal(), bounds or JointBounds.of(robot)
     pose = _start(robot, bounds, start)

@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import Robot
 from ..motions.bounds import JointBounds
 from ..motions.samples import Clear, Plan, Samples, everywhere
 from .criterion import ORDERS
@@ -32,43 +31,38 @@ class FreeStates:
     x holds q, qd and qdd of each state over their limits, then the logs of the weights.
     """
 
-    def __init__(self, robot: Robot, bounds: JointBounds, count: int, duration: float) -> None:
-        """``count`` states that share ``duration`` [s]."""
-        self.robot, self.bounds, self.count, self.duration = robot, bounds, count, duration
-        self._linear = 3 * count * robot.n
+    def __init__(self, bounds: JointBounds, count: int) -> None:
+        """``count`` states that share one second."""
+        self._bounds, self.reach, self._shape = bounds, (bounds.low, bounds.high), (3, count, len(bounds.low))
+        self._linear = 3 * count * len(bounds.low)
         self.size, self.free_duration = self._linear + count, False
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._linear :], self.high[self._linear :] = -8.0, 8.0
 
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """The joints' position limits, each (1, n)."""
-        return self.bounds.low[None], self.bounds.high[None]
-
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random poses; speeds and accelerations mostly large."""
         x = np.zeros(self.size)
-        states = x[: self._linear].reshape(3, self.count, self.robot.n)
+        states = x[: self._linear].reshape(self._shape)
         states[...] = draw.uniform(-1.0, 1.0, states.shape)
         states[1:] = np.sign(states[1:]) * np.sqrt(np.abs(states[1:]))
         for pose in states[0]:
             for _ in range(_TRIES):
-                if clear((self.bounds.middle + self.bounds.half * pose)[None]):
+                if clear((self._bounds.middle + self._bounds.half * pose)[None]):
                     break
-                pose[...] = draw.uniform(-1.0, 1.0, self.robot.n)
+                pose[...] = draw.uniform(-1.0, 1.0, len(pose))
         return x
 
     def sample(self, x: Array, finer: int = 1) -> Samples:
         """The states; there is nothing between them."""
-        q, qd, qdd = x[: self._linear].reshape(3, self.count, self.robot.n)
-        b = self.bounds
+        q, qd, qdd = x[: self._linear].reshape(self._shape)
+        b = self._bounds
         return Samples(self._weight(x), b.middle + b.half * q, b.speed * qd, b.acceleration * qdd)
 
     def pullback(self, x: Array, slope: Samples) -> Array:
         """The Jacobian transposed times the slopes."""
-        b, w = self.bounds, self._weight(x)
+        b, w = self._bounds, self._weight(x)
         states = np.stack([slope.q * b.half, slope.qd * b.speed, slope.qdd * b.acceleration])
-        by_weight = w * (slope.weight - (w @ slope.weight) / self.duration)
+        by_weight = w * (slope.weight - w @ slope.weight)
         return np.concatenate([states.ravel(), by_weight])
 
     def plan(self, x: Array) -> Plan:
@@ -80,13 +74,13 @@ class FreeStates:
         raise TypeError("a set of states is no motion")
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """The same states: each keeps its limits by itself."""
+        """States as they are: each keeps its limits by itself."""
         return x
 
     def _weight(self, x: Array) -> Array:
         logs = x[self._linear :]
         weight = np.exp(logs - logs.max())
-        return np.asarray(weight * (self.duration / weight.sum()))
+        return np.asarray(weight / weight.sum())
 
 
 @dataclass(frozen=True)
@@ -120,7 +114,7 @@ def floor_under(
         effort: rounds of 200 iterations at the surrogate's last order.
     """
     count = states or 3 * len(problem.names)
-    family = FreeStates(problem.robot, problem.bounds, count, 1.0)
+    family = FreeStates(problem.bounds, count)
     kept = tuple(x for x in problem.limits if not isinstance(x, StateLimit) and x.name != "duration")
     free = replace(problem, family=family, limits=kept)
     x = family.random(np.random.default_rng(seed), problem.clear)

@@ -80,10 +80,13 @@ class RegressorKernel:
 
     def matrix(self, samples: Samples, width: float = 0.0) -> Array:
         """W itself, (n * N) x c, joint after joint."""
-        entries, count = self.entries(samples, width), len(samples.q)
-        W = np.zeros((len(self.parts) * count, len(self.columns)))
-        for j, (part, own) in enumerate(self.parts):
-            W[j * count : (j + 1) * count, own] = entries[part].T
+        return self.dense(self.entries(samples, width)).reshape(-1, len(self.columns))
+
+    def dense(self, entries: Array) -> Array:
+        """W with its zeros, n x N x c."""
+        W = np.zeros((len(self.parts), entries.shape[1], len(self.columns)))
+        for rows, (part, columns) in zip(W, self.parts, strict=True):
+            rows[:, columns] = entries[part].T
         return W
 
 

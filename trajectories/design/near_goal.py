@@ -89,8 +89,6 @@ class NearGoal:
         """Standard deviations by (17)-(19) of a payload's numbers; constant torques and friction unknown too.
 
         Args:
-            robot: the robot.
-            plan: the motion.
             joints: numbers of the joints whose torques count.
             sample_rate: at which the motion is looked at [Hz]; None for twice the rate of independent samples.
         """

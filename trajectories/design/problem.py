@@ -91,7 +91,6 @@ class DesignProblem:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
 
         Args:
-            samples: of the motion.
             weighted: whether the joints' torque noise counts.
             duration: how long is recorded [s]; the goal's data length, or else 1 s, if None.
         """

@@ -56,7 +56,7 @@ class Score:
 
     @property
     def duration(self) -> float:
-        """Of the motion [s]."""
+        """Duration of the motion [s]."""
         return float(self.samples.weight.sum())
 
     @cached_property
@@ -138,7 +138,7 @@ def exact_value(problem: DesignProblem, state: State) -> float:
 
 
 def _learnt(problem: DesignProblem, state: State) -> Learnt:
-    """What the motion teaches, together with the earlier recordings where they are in the weights needed."""
+    """Knowledge from the motion together with the earlier recordings where they are in the weights needed."""
     with_earlier = problem.criterion.weighted
     duration = problem.goal.data_length or float(state.samples.weight.sum())
     plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
@@ -155,9 +155,6 @@ def _learnt(problem: DesignProblem, state: State) -> Learnt:
 
 def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:
     """Rows whose Gram matrix is the information: the motion's, then the earlier recordings'."""
-    W = np.zeros((problem.robot.n, len(state.samples.q), len(problem.kernel.columns)))
-    for j, (part, own) in enumerate(problem.kernel.parts):
-        W[j][:, own] = state.entries[part].T
-    W *= np.sqrt(weights)[:, :, None]
-    rows = W.reshape(-1, W.shape[2])[:, problem.places]
+    W = problem.kernel.dense(state.entries)[:, :, problem.places] * np.sqrt(weights)[:, :, None]
+    rows = W.reshape(-1, W.shape[2])
     return np.vstack([rows, problem.earlier]) if earlier else rows

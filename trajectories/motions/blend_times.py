@@ -4,7 +4,7 @@ A phase is the blend about point k, or the constant part of the move from it. Wi
 point and w that of the move from it, q - p, qd and qdd are a u + c w, with a and c that depend on the times alone.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,23 +63,6 @@ class Times(NamedTuple):
         return Times(by_straight, by_blends)
 
 
-class BlendTimes(Protocol):
-    """Times that depend on a vector z.
-
-    Attributes:
-        low, high: bounds of z.
-    """
-
-    low: Array
-    high: Array
-
-    def of(self, z: Array) -> Times:
-        """Times at z."""
-
-    def pullback(self, z: Array, by_times: Times) -> Array:
-        """Slopes in z from those in the times."""
-
-
 class FreeTimes:
     """z holds the logs of the times at constant speed, then those of the blends.
 
@@ -131,3 +114,12 @@ class FixedTimes:
         by_blends[:-1] -= self._before * by_times.straight
         by_blends[1:] -= self._after * by_times.straight
         return np.asarray(self._longest * by_blends)
+
+
+BlendTimes = FreeTimes | FixedTimes
+"""Times that depend on a vector z within the bounds ``low`` and ``high``."""
+
+
+def blend_times(count: int, durations: tuple[float, float], fixed: Array | None) -> BlendTimes:
+    """Times of ``count`` points: free between the shortest and longest ``durations``, or ``fixed`` [s]."""
+    return FreeTimes(count, durations) if fixed is None else FixedTimes(fixed)

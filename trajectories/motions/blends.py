@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Robot
-from .blend_times import BlendTimes, FixedTimes, FreeTimes, Times
+from .blend_times import Times, blend_times
 from .bounds import JointBounds
 from .free_points import FreePoints
 from .samples import Clear, Plan, Samples, everywhere
@@ -160,19 +160,10 @@ class FreeBlends:
         """Lay out x."""
         self._bounds, self._points, self._parts = bounds, points, max(shape.samples // 2, 1)
         self.free_duration = points.fixed is None
-        self._times: BlendTimes
-        if points.fixed is None:
-            self._times = FreeTimes(shape.count, shape.durations)
-        else:
-            self._times = FixedTimes(points.fixed)
+        self.reach, self._times = (bounds.low, bounds.high), blend_times(shape.count, shape.durations, points.fixed)
         self.size = points.size + len(self._times.low)
         self.low = np.concatenate([-np.ones(points.size), self._times.low])
         self.high = np.concatenate([np.ones(points.size), self._times.high])
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """The joints' position limits, each (1, n)."""
-        return self._points.reach
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random points, somewhat slower than the limits allow."""
@@ -197,7 +188,7 @@ class FreeBlends:
             between = np.where(short, _STRETCH * between, between)
 
     def _nearer(self, move: int, before: Array, point: Array) -> Array:
-        """As far towards a point as the limits allow in the move's fixed time, whatever the next one does."""
+        """An end as near to a point as the limits allow in the move's fixed time, whatever the next move does."""
         times = self._times.of(np.full(len(self._times.low), _SHARE))
         strong = 0.5 * self._bounds.acceleration * times.blends[move : move + 2].min()
         speed = np.minimum(self._bounds.speed, strong) / _SLOWER

@@ -1,13 +1,13 @@
 """What the joints may do, as arrays."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Limits, Robot
+from ...model import Robot
 
 
 @dataclass(frozen=True)
@@ -71,16 +71,6 @@ class JointBounds:
     def half(self) -> Array:
         """Half of the position range [rad or m]."""
         return np.asarray(0.5 * (self.high - self.low))
-
-    def on(self, robot: Robot) -> Robot:
-        """The robot with these limits in its description."""
-        joints = tuple(
-            replace(joint, limits=Limits((float(low), float(high)), float(v), float(a), float(tau)))
-            for joint, low, high, v, a, tau in zip(
-                robot.joints, self.low, self.high, self.speed, self.acceleration, self.torque, strict=True
-            )
-        )
-        return replace(robot, joints=joints)
 
 
 def _given(robot: Robot, values: Sequence[float] | None, name: str, described: Sequence[float]) -> Array:

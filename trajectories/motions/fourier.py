@@ -78,8 +78,7 @@ class RestBases:
 
         Args:
             harmonics: number of harmonics H, at least 2.
-            period: [s].
-            samples: while optimising.
+            period: of the series [s].
             anchored: whether q counts from where the motion begins.
         """
         ends = np.zeros((2, 2 * harmonics))
@@ -135,8 +134,6 @@ class FreeFourier:
         """Set up the bases.
 
         Args:
-            bounds: limits of the joints.
-            shape: harmonics, period and samples.
             start: where the motion begins and ends [rad or m], shape (n,); None for free.
 
         Raises:
@@ -145,16 +142,11 @@ class FreeFourier:
         harmonics, period = shape.harmonics, shape.duration
         if harmonics < 2 or not 0.0 < period < np.inf:
             raise InputError(f"{harmonics} harmonics in {period:g} s: give at least 2 and a positive duration")
-        self._bounds, self._start, self._period = bounds, start, period
+        self._bounds, self._start, self._period, self.reach = bounds, start, period, (bounds.low, bounds.high)
         self._bases = RestBases(harmonics, period, shape.samples or _SAMPLES * harmonics, start is not None)
         self._shape = (len(bounds.low), self._bases.size + (start is None))
         self.size, self.free_duration = self._shape[0] * self._shape[1], False
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """The joints' position limits, each (1, n)."""
-        return self._bounds.low[None], self._bounds.high[None]
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients, as large as position and speed limits allow by half."""

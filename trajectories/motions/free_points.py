@@ -39,8 +39,6 @@ class FreePoints:
         """Check the points and times asked for.
 
         Args:
-            bounds: limits of the joints.
-            count: number of points.
             fixed: durations of the moves [s], one for all or one each; None for free.
             start: where the motion begins [rad or m], shape (n,); None for anywhere.
             longest: longest duration of the motion [s], which fixed ones leave no place for.
@@ -56,11 +54,6 @@ class FreePoints:
         self.first = 0 if start is None else 1
         self.size = (count - self.first) * len(bounds.low)
         self.fixed = None if fixed is None else _checked_durations(fixed, count)
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """Lowest and highest positions, each (1, n)."""
-        return self._bounds.low[None], self._bounds.high[None]
 
     def positions(self, x: Array) -> Array:
         """Points at coordinates x [rad or m], shape (count, n)."""
@@ -91,8 +84,6 @@ class FreePoints:
         """Random points, each reached from the one before on a straight line if ``_TRIES`` points contain one.
 
         Args:
-            draw: random numbers.
-            clear: whether poses may be taken.
             nearer: moves a point towards the one before, where a move's duration is given.
 
         Returns:
@@ -119,8 +110,6 @@ def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Arr
 
     Args:
         robot: its joints need position limits.
-        count: number of points.
-        seed: of the random numbers.
         span: fraction of the position range to use, about its middle.
 
     Raises:

@@ -12,7 +12,7 @@ from .bounds import JointBounds
 from .fourier import RestBases, fourier_basis
 from .samples import Clear, Plan, Samples, everywhere
 from .segments import QUINTIC
-from .via_points import shortest_durations
+from .via_points import quickest
 
 _PERIOD = 7.5  # s: about how long a series lasts before it is repeated
 _SHORTEST = 1.0  # s: at each pose
@@ -26,7 +26,7 @@ _TRANSFER_MORE = 0.01  # s: beyond the shortest transfer, so that rounding break
 
 @dataclass(frozen=True)
 class NearMotion(Plan):
-    """The same periods of a Fourier series at one or two poses, at rest before and after each.
+    """Equal periods of a Fourier series at one or two poses, at rest before and after each.
 
     Between poses it goes on straight lines in joint space, and at the end back to the first.
 
@@ -75,7 +75,7 @@ class NearMotion(Plan):
         return q, qd, qdd
 
     def slowed(self, speed: float) -> "NearMotion":
-        """The same way once, at a fraction of the speed: to be watched before the real run."""
+        """One slow period at a fraction of the speed, the same way: to be watched before the real run."""
         slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
         return replace(slow, repeats=1, transfer=self.transfer / speed)
 
@@ -138,7 +138,7 @@ class NearShape:
         self.check(robot, bounds)
         if duration not in (None, self.duration) or start is not None:
             raise InputError("a motion near a pose has its duration and poses in its shape: leave both out")
-        return FreeNear(robot, bounds, self)
+        return FreeNear(bounds, self)
 
     def visibility(self, robot: Robot) -> PayloadVisibility:
         """What torques near the poses will show of a payload, before any motion."""
@@ -148,13 +148,12 @@ class NearShape:
 class FreeNear:
     """Motions about poses, of a fixed period; q, qd and qdd of the series are linear in x."""
 
-    def __init__(self, robot: Robot, bounds: JointBounds, shape: NearShape) -> None:
+    def __init__(self, bounds: JointBounds, shape: NearShape) -> None:
         """Share out the duration among poses, periods and the ways between poses."""
-        self._poses, self._moving = shape.poses, [joint - 1 for joint in shape.joints]
-        moving = self._moving
-        self._transfer = 0.0
+        self._poses, self._transfer = shape.poses, 0.0
+        self._moving = moving = [joint - 1 for joint in shape.joints]
         if len(shape.poses) > 1:
-            way = shortest_durations(bounds.on(robot), shape.poses, _TRANSFER_SPEED)
+            way = quickest(np.diff(shape.poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
             self._transfer = float(way[0]) + _TRANSFER_MORE
         stay = shape.duration / len(shape.poses) - self._transfer
         if stay < _SHORTEST:
@@ -168,19 +167,14 @@ class FreeNear:
         self._ranges, self._limits = shape.ranges, (bounds.speed[moving], bounds.acceleration[moving])
         # Coefficients of the order of 1 use the whole range at the first harmonics.
         self._scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / self._period * shape.ranges)
-        self._within = bounds.low[moving], bounds.high[moving]
+        # The range of each moving joint about each pose, within its limits; any for joints that are held.
+        low, high = shape.poses - 1.0, shape.poses + 1.0
+        low[:, moving] = np.maximum(shape.poses[:, moving] - shape.ranges, bounds.low[moving])
+        high[:, moving] = np.minimum(shape.poses[:, moving] + shape.ranges, bounds.high[moving])
+        self.reach = low, high
         self._shape = (len(shape.poses), len(moving), self._bases.size)
         self.size, self.free_duration = int(np.prod(self._shape)), False
         self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """The range of each moving joint about each pose, within its limits; any for joints that are held."""
-        low, high = self._poses - 1.0, self._poses + 1.0
-        here = self._poses[:, self._moving]
-        low[:, self._moving] = np.maximum(here - self._ranges, self._within[0])
-        high[:, self._moving] = np.minimum(here + self._ranges, self._within[1])
-        return low, high
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random coefficients as large as range, speed and acceleration allow."""

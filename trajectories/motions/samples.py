@@ -59,16 +59,14 @@ class Family(Protocol):
         size: length of x.
         low, high: bounds of x, shape (size,).
         free_duration: whether the duration depends on x.
+        reach: lowest and highest positions, each (n,), or (k, n): a row for each of k equal parts of the samples.
     """
 
     size: int
     low: Array
     high: Array
     free_duration: bool
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """Lowest and highest positions, each (k, n): a row for each of the k equal parts that samples come in."""
+    reach: tuple[Array, Array]
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """A random x to start from, within position and speed limits, through ``clear`` poses if it can."""
@@ -93,8 +91,6 @@ class Shape(Protocol):
         """Motions of this shape.
 
         Args:
-            robot: the robot, n joints.
-            bounds: limits of its joints.
             duration: longest time that a motion through via points may take [s]; None for any.
             start: where it begins [rad or m], shape (n,); None for anywhere.
 

@@ -5,7 +5,7 @@ multiplies p0, T v0, T^2 a0, T^2 a1, T v1 and p1.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,37 +39,6 @@ class Grid(NamedTuple):
 
     share: Array
     basis: Basis
-
-
-class Segment(Protocol):
-    """A way from point to point.
-
-    Attributes:
-        peak_speed, peak_acceleration: of a step of 1 in unit time, at rest at both ends.
-        passes: whether speeds and accelerations at the points may be other than zero.
-    """
-
-    @property
-    def name(self) -> str:
-        """ "quintic" or "trapezoid"."""
-
-    @property
-    def passes(self) -> bool:
-        """Whether it may start and end in motion."""
-
-    @property
-    def peak_speed(self) -> float:
-        """Largest speed of a step of 1 in unit time, at rest at both ends."""
-
-    @property
-    def peak_acceleration(self) -> float:
-        """Largest acceleration of a step of 1 in unit time, at rest at both ends."""
-
-    def basis(self, s: Array) -> Basis:
-        """The basis at s = t / T, shape (N,), 0 <= s <= 1."""
-
-    def grid(self, parts: int) -> Grid:
-        """Samples of a segment in about ``parts`` parts, its ends included."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +129,11 @@ class Trapezoid:
         between = np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         still = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         return Basis(still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between)
+
+
+Segment = Quintic | Trapezoid
+"""A way from point to point: its name, whether it ``passes`` points in motion, and the peak speed and acceleration of
+a step of 1 in unit time, at rest at both ends."""
 
 
 def even(parts: int) -> Array:

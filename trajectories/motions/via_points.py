@@ -104,7 +104,7 @@ class ViaPointShape:
         self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
     ) -> "FreeViaPoints":
         """Motions of this shape; see ``Shape``."""
-        return FreeViaPoints(robot, bounds, self, FreePoints(bounds, self.count, self.fixed, start, duration))
+        return FreeViaPoints(bounds, self, FreePoints(bounds, self.count, self.fixed, start, duration))
 
 
 class FreeViaPoints:
@@ -114,7 +114,7 @@ class FreeViaPoints:
     log(T / 1 s) of the segments unless their durations are fixed. First and last point are at rest.
     """
 
-    def __init__(self, robot: Robot, bounds: JointBounds, shape: ViaPointShape, points: FreePoints) -> None:
+    def __init__(self, bounds: JointBounds, shape: ViaPointShape, points: FreePoints) -> None:
         """Lay out x.
 
         Raises:
@@ -125,19 +125,19 @@ class FreeViaPoints:
             raise InputError(
                 f"a {self.segment.name} rests in every via point: set passing to False, or use BlendShape"
             )
-        self._robot, self._bounds, self._points, self._samples = robot, bounds, points, shape.samples
+        self._bounds, self._points, self._samples, self.reach = (
+            bounds,
+            points,
+            shape.samples,
+            (bounds.low, bounds.high),
+        )
         self.free_duration = points.fixed is None
-        inner = (count - 2) * robot.n if self._passing else 0
+        inner = (count - 2) * len(bounds.low) if self._passing else 0
         self._ends = np.cumsum([points.size, inner, inner, count - 1 if self.free_duration else 0])
         self.size = int(self._ends[-1])
         self.low, self.high = -np.ones(self.size), np.ones(self.size)
         self.low[self._ends[2] :], self.high[self._ends[2] :] = np.log(shape.durations)
         self._grids: dict[int, Grid] = {}
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """The joints' position limits, each (1, n)."""
-        return self._points.reach
 
     def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
         """Random points, at rest in each, somewhat slower than the limits allow."""
@@ -145,12 +145,12 @@ class FreeViaPoints:
         x = np.zeros(self.size)
         x[: self._ends[0]] = self._points.coordinates(points)
         if self.free_duration:
-            times = shortest_durations(self._bounds.on(self._robot), points, segment=self.segment)
+            times = quickest(np.diff(points, axis=0), self._bounds.speed, self._bounds.acceleration, self.segment)
             x[self._ends[2] :] = np.log(times * _SLOWER)
         return np.asarray(np.clip(x, self.low, self.high))
 
     def _nearer(self, move: int, before: Array, point: Array) -> Array:
-        """As far towards a point as the limits allow in the move's fixed time."""
+        """An end as near to a point as the limits allow in the move's fixed time."""
         assert self._points.fixed is not None
         T, step = self._points.fixed[move] / _SLOWER, np.abs(point - before)
         by_speed = self._bounds.speed * T / (self.segment.peak_speed * step)
@@ -164,7 +164,7 @@ class FreeViaPoints:
         share, (B, Bd, Bdd) = self._grid(finer)
         step = T[:, None, None]
         q, qd, qdd = B @ ends, (Bd @ ends) / step, (Bdd @ ends) / step**2
-        n = self._robot.n
+        n = ends.shape[2]
         weight = T[:, None] * share
         return Samples(weight.ravel(), q.reshape(-1, n), qd.reshape(-1, n), qdd.reshape(-1, n))
 
@@ -172,7 +172,7 @@ class FreeViaPoints:
         """The Jacobian transposed times the slopes."""
         ends, T = self._segments(x)
         share, (B, Bd, Bdd) = self._grid(1)
-        shape, step = (len(T), len(share), self._robot.n), T[:, None, None]
+        shape, step = (len(T), len(share), ends.shape[2]), T[:, None, None]
         q, qd, qdd = slope.q.reshape(shape), slope.qd.reshape(shape) / step, slope.qdd.reshape(shape) / step**2
         by_ends = B.T @ q + Bd.T @ qd + Bdd.T @ qdd
         by_T = slope.weight.reshape(len(T), -1) @ share
@@ -246,11 +246,19 @@ def shortest_durations(robot: Robot, points: Array, speed: float = 1.0, segment:
     Raises:
         ValueError: if no limit bounds a segment.
     """
-    step = np.abs(np.diff(points, axis=0))
     top = np.array([joint.limits.speed for joint in robot.joints]) * speed
     strong = np.array([joint.limits.acceleration for joint in robot.joints])
-    by_speed = segment.peak_speed * step / top
-    by_acceleration = np.sqrt(segment.peak_acceleration * step / strong)
+    return quickest(np.diff(points, axis=0), top, strong, segment)
+
+
+def quickest(step: Array, speed: Array, acceleration: Array, segment: Segment = QUINTIC) -> Array:
+    """Durations in which steps (K, n) at rest at both ends keep speeds and accelerations (n,), shape (K,).
+
+    Raises:
+        ValueError: if no limit bounds a step.
+    """
+    by_speed = segment.peak_speed * np.abs(step) / speed
+    by_acceleration = np.sqrt(segment.peak_acceleration * np.abs(step) / acceleration)
     durations = np.maximum(by_speed, by_acceleration).max(axis=1)
     if not (durations > 0.0).all():
         raise ValueError("no speed or acceleration limit bounds a segment, or two points are the same")
@@ -269,11 +277,8 @@ def random_via_points(
 
     Args:
         robot: its joints need position and speed limits.
-        count: number of points.
-        seed: of the random numbers.
         speed: fraction of the speed limits to use.
         span: fraction of the position range to use, about its middle.
-        segment: how the motion goes from point to point.
 
     Raises:
         ValueError: if a joint has no position limits.

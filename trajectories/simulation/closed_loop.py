@@ -73,10 +73,6 @@ class ClosedLoop:
     ) -> list[tuple[Measurement, Array]]:
         """Simulate all runs in lockstep; each comes out as if it were alone.
 
-        Args:
-            runs: what to do.
-            progress: told the finished share.
-
         Returns:
             For each run the exact motion with the motor torques, and the reference positions (N, n).
 

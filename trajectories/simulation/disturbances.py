@@ -58,12 +58,6 @@ class Disturbances:
         """Number of joints."""
         return len(self.white)
 
-    def scaled(self, level: float) -> "Disturbances":
-        """All levels but the gain error times ``level``; 0 leaves none."""
-        white, slow, ripple = (tuple(level * x for x in many) for many in (self.white, self.slow, self.ripple))
-        friction, encoder = level * self.friction, level * self.encoder
-        return replace(self, white=white, slow=slow, ripple=ripple, friction=friction, encoder=encoder)
-
 
 def no_disturbances(n: int) -> Disturbances:
     """Recordings exactly as the robot moves."""
@@ -77,7 +71,7 @@ RX90_DISTURBANCES = Disturbances(
     friction=0.12,
     encoder=1e-5,
 )
-"""As noisy as the paper's robot: (17)-(19) come out like Table 2's.
+"""Levels as noisy as the paper's robot: (17)-(19) come out like Table 2's.
 
 Its printed deviations need a relative residual of 7 to 8 % in all and of 20 to 25 % on joints 5 and 6: residuals of
 4 to 5 % would give deviations that are too small, both cannot be had. How the residual is shared out between white
@@ -87,7 +81,7 @@ noise, ripple and friction is not published; it is assumed here, as are the enco
 RX90_SLOW_NOISE = replace(
     RX90_DISTURBANCES, white=(0.0,) * 6, slow=tuple(_AFTER_DECIMATION * x for x in RX90_DISTURBANCES.white)
 )
-"""The same with noise that remembers 0.8 s in the place of white noise.
+"""The paper's levels with noise that remembers 0.8 s in the place of white noise.
 
 What decimation by 10 leaves of white noise at 250 Hz it leaves of this noise whole: residuals are as large, but say
 far less about the robot.
@@ -143,12 +137,8 @@ def record(
     """What the controller writes down of a motion and its motor torques.
 
     Args:
-        motion: the exact motion.
         torque: exact motor torques [N·m or N], shape (N, n).
-        disturbances: levels.
-        errors: of the robot.
         seed: of the run.
-        source: name of the recording.
     """
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)

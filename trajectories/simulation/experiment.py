@@ -1,7 +1,7 @@
 """Simulated experiments: trajectories run without and with payloads, and what the controller writes down."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -66,7 +66,7 @@ class Experiment:
     runs: tuple[SimulatedRun, ...]
 
     def again(self, disturbances: Disturbances) -> "Experiment":
-        """The same runs, recorded with other errors of measurement.
+        """Runs as they were, recorded with other errors of measurement.
 
         Raises:
             ValueError: if the robot itself would move otherwise.
@@ -77,16 +77,10 @@ class Experiment:
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
         errors = draw_robot_errors(disturbances, self.seed)
         runs = (
-            SimulatedRun(
-                run.task,
-                _recorded(run.task, run.exact, disturbances, errors, [self.seed, k]),
-                run.exact,
-                run.friction,
-                run.tracking_error,
-            )
+            replace(run, recording=_recorded(run.task, run.exact, disturbances, errors, [self.seed, k]))
             for k, run in enumerate(self.runs)
         )
-        return Experiment(self.robot, disturbances, errors, self.seed, tuple(runs))
+        return replace(self, disturbances=disturbances, errors=errors, runs=tuple(runs))
 
 
 def run_experiment(
@@ -101,11 +95,8 @@ def run_experiment(
     """Run trajectories under the controller and record them.
 
     Args:
-        robot: with known parameters.
-        tasks: what to run.
         disturbances: what the robot and its recordings suffer from.
         seed: the same seed gives the same recordings.
-        controller: its gains.
         rate: of the recordings [Hz].
         progress: told the finished share.
 

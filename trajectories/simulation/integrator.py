@@ -35,8 +35,6 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     settings what ``step_settings`` gives. Nothing else is fixed: the code of a robot is compiled once.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         waves: number of waves of the ripple.
 
     Returns:

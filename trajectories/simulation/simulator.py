@@ -54,8 +54,6 @@ class Simulator:
             motion: what the robot does, exactly.
             payload: fixed to the last link, given in the robot's payload frame.
             noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
-            seed: of the noise.
-            source: name of the recording.
         """
         torque = np.array(self.measure(motion, payload).torque)
         if noise is not None:
