@@ -45,6 +45,51 @@ class NearOptions(Options):
     mass_sigma: float | None
     expected_mass: float | None
 
+    @staticmethod
+    def declare(parser: argparse.ArgumentParser) -> Any:
+        """Add them to the command.
+
+        Returns:
+            The group of what is known of the payload.
+        """
+        group = parser.add_argument_group("motion")
+        group.add_argument(
+            "--pose",
+            type=gains_list,
+            required=True,
+            metavar="Q1,Q2,..",
+            help="where it stands [deg or m]; =-90,.. with minus",
+        )
+        group.add_argument(
+            "--second-pose",
+            metavar="auto|Q1,Q2,..",
+            help="do it again at another wrist pose, outside the range: one that helps, or this one",
+        )
+        group.add_argument(
+            "--joints", type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
+        )
+        group.add_argument(
+            "--range",
+            type=gains_list,
+            metavar="R|R1,R2,..",
+            help=f"to either side [deg or m] (default: {_RANGE:g})",
+        )
+        group.add_argument(
+            "--duration", type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}"
+        )
+        group = parser.add_argument_group("payload")
+        group.add_argument("--mass", type=positive_number, metavar="KG", help="the payload was weighed")
+        group.add_argument(
+            "--mass-sigma", type=positive_number, metavar="KG", help="standard deviation of the scale"
+        )
+        group.add_argument(
+            "--expected-mass",
+            type=positive_number,
+            metavar="KG",
+            help=f"about its mass, not weighed (default: {_MASS:g})",
+        )
+        return group
+
     def check(self, robot: model.Robot) -> None:
         """Refuse what does not go together.
 
@@ -110,38 +155,7 @@ def add_parser(commands: Any) -> None:
         epilog="A Fourier series, which VAL3's moves cannot follow: take --csv, --ros2 or --urscript.",
     )
     robot_argument(parser)
-    group = parser.add_argument_group("motion")
-    group.add_argument(
-        "--pose",
-        type=gains_list,
-        required=True,
-        metavar="Q1,Q2,..",
-        help="where it stands [deg or m]; =-90,.. with minus",
-    )
-    group.add_argument(
-        "--second-pose",
-        metavar="auto|Q1,Q2,..",
-        help="do it again at another wrist pose, outside the range: one that helps, or this one",
-    )
-    group.add_argument(
-        "--joints", type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
-    )
-    group.add_argument(
-        "--range", type=gains_list, metavar="R|R1,R2,..", help=f"to either side [deg or m] (default: {_RANGE:g})"
-    )
-    group.add_argument(
-        "--duration", type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}"
-    )
-    group = parser.add_argument_group("payload")
-    group.add_argument("--mass", type=positive_number, metavar="KG", help="the payload was weighed")
-    group.add_argument("--mass-sigma", type=positive_number, metavar="KG", help="standard deviation of the scale")
-    group.add_argument(
-        "--expected-mass",
-        type=positive_number,
-        metavar="KG",
-        help=f"about its mass, not weighed (default: {_MASS:g})",
-    )
-    NoiseOptions.add_to(group, f"(default: {RATE:g}), with --torque-noise")
+    NoiseOptions.add_to(NearOptions.declare(parser), f"(default: {RATE:g}), with --torque-noise")
     LimitOptions.declare(parser, heaviest=False)
     group = parser.add_argument_group("search")
     group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")

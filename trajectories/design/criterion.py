@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ...common.arrays import Array
+from ...common.linear import RANK_TOLERANCE
 
 Kind = Literal["d", "a", "cond", "cond-scaled"]
 """d: log det; a: relative standard deviations; cond: condition number of W in SI units; cond-scaled: of W with its
@@ -131,7 +132,7 @@ def condition_numbers(W: Array) -> tuple[float, float]:
     if R.shape[0] < R.shape[1] or not (size > 0.0).all():
         return np.inf, np.inf
     scaled = np.linalg.svd(R / size, compute_uv=False)
-    if scaled[-1] < 1e-8 * scaled[0]:
+    if scaled[-1] < RANK_TOLERANCE * scaled[0]:
         return np.inf, np.inf
     plain = np.linalg.svd(R, compute_uv=False)
     return float(plain[0] / plain[-1]), float(scaled[0] / scaled[-1])

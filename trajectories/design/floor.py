@@ -92,13 +92,11 @@ class Floor:
         gap: value of the design less the floor's: for condition numbers the log of their ratio; for "a" the log of
             the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
         states: number of states.
-        evaluations: of criterion and gradient.
     """
 
     value: float
     gap: float
     states: int
-    evaluations: int
 
 
 def floor_under(
@@ -119,12 +117,11 @@ def floor_under(
     free = replace(problem, family=family, limits=kept)
     x = family.random(np.random.default_rng(seed), problem.clear)
     limits = Multipliers(kept, free.state(x, WIDTH), _STIFFNESS, _MARGIN)
-    orders, evaluations = ORDERS[problem.criterion.kind], 0
+    orders = ORDERS[problem.criterion.kind]
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
-        x, used = minimised(partial(free.evaluate, order=order, width=width, limits=limits), x, family, _ITERATIONS)
-        evaluations += used
+        x, _ = minimised(partial(free.evaluate, order=order, width=width, limits=limits), x, family, _ITERATIONS)
         limits.update(free.state(x, width))
     samples = family.sample(x)
     value = exact_value(free, State(samples, free.kernel.entries(samples, 0.0)))
-    return Floor(value, reached - value, count, evaluations)
+    return Floor(value, reached - value, count)

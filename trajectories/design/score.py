@@ -5,9 +5,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
+from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
@@ -19,7 +19,6 @@ FINER = 10
 """The final check's grid is so many times finer than the optimisation's."""
 TOLERANCE = 1e-9
 """A limit missed by less than this, in its own units, is met."""
-_SINGULAR = 1e-8  # smallest singular value of W with scaled columns that counts as full rank
 
 
 class Learnt(NamedTuple):
@@ -143,13 +142,11 @@ def _learnt(problem: DesignProblem, state: State) -> Learnt:
     duration = problem.goal.data_length or float(state.samples.weight.sum())
     plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
     conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
-    R = np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r"))
-    scale = np.linalg.norm(R, axis=0)
-    if R.shape[0] < R.shape[1] or not scale.all() or np.linalg.svd(R / scale, compute_uv=False)[-1] < _SINGULAR:
+    R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
+    if R.rank < len(problem.names):
         return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
-    inverse = solve_triangular(R / scale, np.eye(len(scale)))
-    sigma = np.linalg.norm(inverse / scale[:, None], axis=1)
-    log_det = 2.0 * float(np.log(np.abs(np.diag(R))).sum())
+    sigma = np.sqrt(np.diag(R.covariance))
+    log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
     return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)))
 
 

@@ -74,13 +74,7 @@ class RestBases:
     """
 
     def __init__(self, harmonics: int, period: float, samples: int, anchored: bool) -> None:
-        """Set up the bases.
-
-        Args:
-            harmonics: number of harmonics H, at least 2.
-            period: of the series [s].
-            anchored: whether q counts from where the motion begins.
-        """
+        """At least two ``harmonics`` in a ``period`` [s]; ``anchored``: q counts from where the motion begins."""
         ends = np.zeros((2, 2 * harmonics))
         ends[0, :harmonics] = 1.0
         ends[1, harmonics:] = np.arange(1, harmonics + 1)
@@ -131,10 +125,7 @@ class FreeFourier:
     """Fourier series of a fixed period; q, qd and qdd are linear in x through constant bases."""
 
     def __init__(self, bounds: JointBounds, shape: FourierShape, start: Array | None = None) -> None:
-        """Set up the bases.
-
-        Args:
-            start: where the motion begins and ends [rad or m], shape (n,); None for free.
+        """The motion begins and ends at ``start`` [rad or m], shape (n,); None for free.
 
         Raises:
             InputError: with too few harmonics: nothing moves that begins and ends at rest.

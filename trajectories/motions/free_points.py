@@ -83,11 +83,7 @@ class FreePoints:
     def random(self, draw: np.random.Generator, clear: Clear, nearer: Nearer | None = None) -> Array:
         """Random points, each reached from the one before on a straight line if ``_TRIES`` points contain one.
 
-        Args:
-            nearer: moves a point towards the one before, where a move's duration is given.
-
-        Returns:
-            Positions [rad or m], shape (count, n).
+        Positions [rad or m], shape (count, n); ``nearer`` brings points closer where a move's duration is given.
         """
         middle, reach = self._bounds.middle, _SPAN * self._bounds.half
         on_line = np.linspace(0.0, 1.0, 21)[:, None]

@@ -86,8 +86,6 @@ class NearMotion(Plan):
         return self.poses[p] + (B - first) @ c, Bd @ c, Bdd @ c
 
     def _transfer(self, start: Array, end: Array, t: Array) -> tuple[Array, Array, Array]:
-        if self.transfer == 0.0:
-            return np.tile(start, (len(t), 1)), np.zeros((len(t), len(start))), np.zeros((len(t), len(start)))
         B, Bd, Bdd = (b[:, -1:] for b in QUINTIC.basis(t / self.transfer))
         way = (end - start)[None]
         return start + B * way, Bd * way / self.transfer, Bdd * way / self.transfer**2

@@ -93,7 +93,4 @@ class Shape(Protocol):
         Args:
             duration: longest time that a motion through via points may take [s]; None for any.
             start: where it begins [rad or m], shape (n,); None for anywhere.
-
-        Raises:
-            InputError: if something does not fit.
         """

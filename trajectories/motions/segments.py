@@ -132,8 +132,8 @@ class Trapezoid:
 
 
 Segment = Quintic | Trapezoid
-"""A way from point to point: its name, whether it ``passes`` points in motion, and the peak speed and acceleration of
-a step of 1 in unit time, at rest at both ends."""
+"""A way from point to point: its name, whether it ``passes`` points in motion, and the peak speed and acceleration
+of a step of 1 in unit time, at rest at both ends."""
 
 
 def even(parts: int) -> Array:
