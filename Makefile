@@ -9,10 +9,10 @@ demo: .venv/installed
 	$(BIN)/dynident demo
 
 test: .venv/installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "not long"
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
 
 test-all: .venv/installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

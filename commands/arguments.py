@@ -19,14 +19,17 @@ ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 """Exit statuses of every command."""
 
 
-def robot_argument(parser: argparse.ArgumentParser) -> None:
-    """``--robot``, the same for every command."""
+def robot_argument(parser: argparse.ArgumentParser, weight: bool = True) -> None:
+    """``--robot`` and how it is installed; ``weight``: whether gravity counts in what the command works out."""
     parser.add_argument(
         "--robot", required=True, metavar="NAME|FILE", help="a shipped robot ('dynident robot list'), TOML or URDF"
     )
     group = parser.add_argument_group("installation", "how the robot is mounted; which links of a URDF it has")
     group.add_argument("--base", metavar="LINK", help="URDF: first link of the chain (default: the root)")
     group.add_argument("--tip", metavar="LINK", help="URDF: the flange's link, where there are several ends")
+    parser.set_defaults(mount=None, gravity=None)
+    if not weight:
+        return
     group.add_argument(
         "--mount",
         type=mount,

@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         report.documents.write_json(
             arguments.json,
-            {"robot": robot.name, "logs": [report.log_check.check_document(check) for check in checks]},
+            report.documents.check_document(robot, checks),
         )
     return ANSWERED if all(check.usable for check in checks) else DO_NOT_USE
 

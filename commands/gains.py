@@ -53,5 +53,5 @@ def run(arguments: argparse.Namespace) -> int:
     for line in report.gains.gains_notes(gains):
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        report.documents.write_json(arguments.json, report.gains.gains_document(gains, processing))
+        report.documents.write_json(arguments.json, report.documents.gains_document(gains, processing))
     return ANSWERED if any(gains.identified) else DO_NOT_USE

@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
         constrained = _constrained(arguments, result)
         warnings = estimation.payload.impossible_robot(robot, result.base, result.estimate, result.elimination)
     tables = [report.tables.robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, estimation.possible.ConstrainedRobot):
+    if isinstance(constrained, estimation.possible.PriorRobot):
         tables.append(report.robot_tables.standard_table(constrained, robot.title or robot.name))
     terminal = report.tables.console(*tables)
     terminal.print(*tables)
@@ -115,7 +115,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _constrained(
     arguments: argparse.Namespace, result: estimation.Identification
-) -> estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None:
+) -> estimation.possible.PossibleRobot | None:
     """The robot that can exist, as asked for."""
     if arguments.constrained == "none":
         return None
@@ -134,7 +134,7 @@ def _constrained(
 def _page(
     arguments: argparse.Namespace,
     result: estimation.Identification,
-    constrained: estimation.possible.ConstrainedBase | estimation.possible.ConstrainedRobot | None,
+    constrained: estimation.possible.PossibleRobot | None,
     recordings: Sequence[model.Recording],
     held_out: Sequence[model.Recording],
     processing: model.Processing,

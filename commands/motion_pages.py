@@ -64,7 +64,7 @@ def show(arguments: argparse.Namespace, files: ResultFiles, request: Request, ju
         lines.append(results.replay_note(kind, judged.replay))
     print_all(tables, lines)
     if files.json:
-        document = results.design_document(
+        document = report.documents.design_document(
             request.problem,
             score,
             request.reference,

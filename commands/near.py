@@ -144,7 +144,7 @@ class NearFiles(MotionFiles):
             written = report.motions.WrittenMotion(robot, slow, bounds, head(result, _REHEARSAL))
             write_text(path, report.motions.csv_text(written, self.rate))
         if self.json:
-            report.documents.write_json(self.json, report.near.near_document(result))
+            report.documents.write_json(self.json, report.documents.near_document(result))
 
 
 def add_parser(commands: Any) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
@@ -18,7 +17,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
-from .robot_poses import CheckedLog, checked_poses, pose_document, pose_lines
+from .robot_poses import checked_poses, pose_lines
 
 _SHOWN = 6
 _DESCRIPTION = """
@@ -58,17 +57,10 @@ def run(arguments: argparse.Namespace) -> int:
     for line in lines(check) if check else ["No torques or currents: the pose alone is compared."]:
         print(line)
     if arguments.json:
-        report.documents.write_json(arguments.json, _whole_document(robot, poses, check))
+        logs = [report.documents.pose_document(*log) for log in poses]
+        report.documents.write_json(arguments.json, report.documents.robot_check_document(robot, logs, check))
     faithful = all(log.check.reproduced for log in poses) and not (check and check.suggested)
     return ANSWERED if faithful else DO_NOT_USE
-
-
-def _whole_document(
-    robot: model.Robot, poses: Sequence[CheckedLog], check: estimation.diagnosis.KinematicsCheck | None
-) -> dict[str, Any]:
-    """What ``--json`` writes of all logs."""
-    logs = [pose_document(log) | {"readings": document(log.readings) if log.readings else None} for log in poses]
-    return {"robot": robot.name, "poses": logs, **(document(check) if check else {})}
 
 
 def _recordings(arguments: argparse.Namespace, robot: model.Robot, poses: bool) -> list[model.Recording]:
@@ -92,23 +84,3 @@ def lines(check: estimation.diagnosis.KinematicsCheck) -> list[str]:
         told.append("These do as well, so the recording cannot tell them apart:")
         told += [f"  {one.residual:.4g}  {one.reading.told()}" for one in others]
     return told
-
-
-def document(check: estimation.diagnosis.KinematicsCheck) -> dict[str, Any]:
-    """What ``--json`` writes."""
-    ranked = [
-        {
-            "residual": one.residual,
-            "order": [column + 1 for column in one.reading.order],
-            "sign": one.reading.sign,
-            "zero_deg": [90 * quarter for quarter in one.reading.quarters],
-            "torque_sign": one.reading.torque,
-        }
-        for one in check.ranked[:20]
-    ]
-    return {
-        "unit": check.unit,
-        "as_recorded": check.as_recorded.residual,
-        "suggested": check.suggested.reading.told() if check.suggested else None,
-        "ranked": ranked,
-    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -86,23 +86,3 @@ def _shown(pose: model.Pose, axes: bool = True) -> str:
     place = ", ".join(f"{value:.4f}" for value in pose.origin)
     turn = ", ".join(f"{math.degrees(angle) + 0.0:.2f}" for angle in pose.rpy)
     return f"({place}) m" + (f", rpy ({turn}) deg" if axes else ", axes not logged")
-
-
-def pose_document(log: CheckedLog) -> dict[str, Any]:
-    """What ``--json`` writes of one log."""
-    check = log.check
-    return {
-        "log": log.source,
-        "reproduced": check.reproduced,
-        "rms_m": check.rms,
-        "largest_m": float(check.errors.max()),
-        "rms_angle_rad": check.rms_angle,
-        "as_is_m": check.as_is,
-        "base": _frame(check.base),
-        "tool": _frame(check.tool, check.angles is not None),
-        "base_and_tool_determined": check.determined,
-    }
-
-
-def _frame(pose: model.Pose, axes: bool = True) -> dict[str, Any]:
-    return {"xyz_m": list(pose.origin), "rpy_rad": list(pose.rpy) if axes else None}

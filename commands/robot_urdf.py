@@ -64,17 +64,17 @@ def _by_prior(
     path: str, robot: model.Robot, base: model.BaseParameters, stored: estimation.files.StoredRobot
 ) -> tuple[dict[str, float], str]:
     """Standard parameters nearest to the prior, as 'identify' stored them."""
-    found = stored.nearest_prior
-    if found is None:
+    nearest = stored.nearest_prior
+    if nearest is None:
         raise InputError(
             f"{path}: no parameters nearest to a prior in it: run 'dynident identify --constrained prior' for them"
         )
-    if set(found.parameters) != set(base.standard):
+    if set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: other standard parameters than this robot's: identify the robot again")
-    return found.parameters, (
+    return nearest.standard, (
         f"gauge 'prior': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
-        f"robot that can exist: chi2 rises by {found.chi2_rise:.3g}); all other combinations, single masses among "
-        f"them, are as near to a prior as the data allow: {found.source}."
+        f"robot that can exist: chi2 rises by {nearest.chi2_rise:.3g}); all other combinations, single masses "
+        f"among them, are as near to a prior as the data allow: {nearest.source}."
     )
 
 
@@ -83,7 +83,7 @@ def _by_convention(
 ) -> tuple[dict[str, float], str]:
     """Standard parameters of one robot that can exist and has the base parameters nearest to the identified."""
     answer = estimation.possible.solve_constrained_base(robot, base, stored.estimate)
-    return answer.witness, (
+    return answer.parameters, (
         f"gauge 'base': the {len(base.columns)} base parameters are identified (from {path}, moved to those of a "
         f"robot that can exist: chi2 rises by {answer.chi2_rise:.3g}); all other combinations, single masses among "
         "them, are one choice of many under which every link can exist, made by the solver and not by data."

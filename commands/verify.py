@@ -14,7 +14,7 @@ from .values import gains_or_file
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("verify", help=COMMANDS["verify"])
-    robot_argument(parser)
+    robot_argument(parser, weight=False)
     told = (
         "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
         "--log-map names"
@@ -42,5 +42,5 @@ def run(arguments: argparse.Namespace) -> int:
     for line in report.following.following_notes(found):
         terminal.print(line, markup=False, highlight=False)
     if arguments.json:
-        report.documents.write_json(arguments.json, report.following.following_document(found))
+        report.documents.write_json(arguments.json, report.documents.following_document(found))
     return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

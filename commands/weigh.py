@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     _show(arguments, answer, stand_in is not None and answer.stand_in is None)
     if arguments.json:
         report.documents.write_json(
-            arguments.json, report.weigh_documents.weigh_document(answer, processing, arguments.drive_gains)
+            arguments.json, report.documents.weigh_document(answer, processing, arguments.drive_gains)
         )
     write_page(arguments, lambda: _page(arguments, answer, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
@@ -127,7 +127,7 @@ def _page(
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
     settings_told = settings_in_words(answer.problem.robot, processing, gains)
-    document = report.weigh_documents.weigh_document(answer, processing, gains)
+    document = report.documents.weigh_document(answer, processing, gains)
     page = report.html.weigh_page(answer, document, provenance(arguments, files, settings_told))
     if arguments.plots and not page.all_drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")

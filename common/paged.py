@@ -11,7 +11,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import IO
+from typing import IO, Any
 from weakref import WeakSet
 
 import numpy as np
@@ -48,11 +48,12 @@ def empty(shape: Sequence[int]) -> NDArray[np.float64]:
 
 
 def parts(rows: int, at_once: int = 0) -> Iterator[slice]:
-    """Consecutive stretches of rows, ``ROWS`` or as many as told; after each of them memory is given back."""
+    """Consecutive stretches of ``ROWS`` rows or as many as told; after each of several memory is given back."""
     at_once = at_once or ROWS
     for start in range(0, rows, at_once):
         yield slice(start, min(start + at_once, rows))
-        give_back()
+        if rows > at_once:
+            give_back()
 
 
 def give_back() -> None:
@@ -63,7 +64,7 @@ def give_back() -> None:
             memory.madvise(advice)
 
 
-def collected(blocks: Iterable[Sequence[NDArray[np.float64]]], widths: Sequence[int]) -> list[NDArray[np.float64]]:
+def collected(blocks: Iterable[Sequence[NDArray[Any]]], widths: Sequence[int]) -> list[NDArray[np.float64]]:
     """Arrays whose rows arrive in blocks, locked, so that a recording need not copy them.
 
     Args:

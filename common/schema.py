@@ -12,13 +12,12 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 import numpy as np
 from msgspec import Meta, inspect
 
-from .arrays import frozen_array
 from .errors import InputError
 from .files import write_bytes
 
@@ -40,6 +39,16 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     advice: ClassVar[Mapping[str, str]] = {}
 
 
+class Document(Table, frozen=True):
+    """A JSON document or a part of it, written and read."""
+
+    @classmethod
+    def of(cls, source: Any, /, **more: Any) -> Self:
+        """The fields of ``more``, and for all others the attributes of ``source`` by the same names."""
+        names = (name for name in cls.__struct_fields__ if name not in more and hasattr(source, name))
+        return cls(**more, **{name: getattr(source, name) for name in names})
+
+
 class WrongKeyError(ValueError):
     """What is wrong with one key of a file: ``key`` as a path ("joints[2].d", counted from 1), ``problem``."""
 
@@ -50,13 +59,14 @@ class WrongKeyError(ValueError):
 
 
 @contextmanager
-def naming(source: str | Path) -> Iterator[None]:
-    """Turn whatever is wrong with the content of a file into one line that begins with the file's name."""
+def naming(source: str | Path, remedy: str = "") -> Iterator[None]:
+    """Turn whatever is wrong with the content of a file into one line: the file's name, the fault, ``remedy``."""
     try:
         yield
     except ValueError as error:
         text = str(error)
-        raise InputError(text if text.startswith(f"{source}: ") else f"{source}: {text}") from None
+        remedy = f": {remedy}" if remedy and not text.endswith(remedy) else ""
+        raise InputError((text if text.startswith(f"{source}: ") else f"{source}: {text}") + remedy) from None
 
 
 @contextmanager
@@ -71,6 +81,11 @@ def at(key: str) -> Iterator[None]:
 
 
 _Kind = TypeVar("_Kind")
+
+
+def present(value: _Kind | msgspec.UnsetType) -> _Kind | None:
+    """The value of a key, None where the key is absent."""
+    return None if isinstance(value, msgspec.UnsetType) else value
 
 
 def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
@@ -98,26 +113,18 @@ def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
         return convert(data, kind)
 
 
-def read_json(path: str | Path, kind: type[_Kind], what: str) -> _Kind:
-    """Read a JSON document.
-
-    Args:
-        path: the file.
-        kind: what it must hold.
-        what: the same in words, for a file that holds something else.
+def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
+    """Read a JSON document; ``remedy`` says which file to give instead of one that holds something else.
 
     Raises:
         InputError: names the file and the key.
     """
-    try:
-        data = msgspec.json.decode(read_text(path))
-    except (msgspec.DecodeError, RecursionError) as error:
-        raise InputError(f"{path}: cannot be read as JSON ({error}): give {what}") from None
-    try:
-        with naming(path):
-            return convert(data, kind)
-    except InputError as error:
-        raise InputError(f"{error}: give {what}") from None
+    with naming(path, remedy):
+        try:
+            data = msgspec.json.decode(read_text(path))
+        except (msgspec.DecodeError, RecursionError) as error:
+            raise InputError(f"cannot be read as JSON ({error})") from None
+        return convert(data, kind)
 
 
 def read_text(path: str | Path) -> str:
@@ -149,9 +156,13 @@ def convert(data: Any, kind: type[_Kind]) -> _Kind:
 
 
 def write_json(path: str | Path, document: Any) -> None:
-    """Write a document in one step, so that a killed run leaves no half file; nan and inf become null."""
-    text = msgspec.json.encode(document, enc_hook=_plain)
-    write_bytes(path, msgspec.json.format(text, indent=1) + b"\n")
+    """Write a document in one step, so that a killed run leaves no half file."""
+    write_bytes(path, json_text(document))
+
+
+def json_text(document: Any) -> bytes:
+    """A document as it is written; nan and inf become null."""
+    return msgspec.json.format(msgspec.json.encode(document, enc_hook=_plain), indent=1) + b"\n"
 
 
 def json_schema(kind: type[Table]) -> dict[str, Any]:
@@ -208,7 +219,11 @@ def _plain(value: Any) -> Any:
 
 def _array(kind: Any, values: Any) -> Any:
     rows = msgspec.convert(values, _NUMBERS[kind])
-    return frozen_array(np.array(rows, dtype=float), (None,) * (2 if kind == Matrix else 1), "the list")
+    if kind == Matrix and len({len(row) for row in rows}) > 1:
+        raise ValueError("rows must be of one length")
+    array = np.array(rows, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:

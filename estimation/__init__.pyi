@@ -24,14 +24,14 @@ from .fit.estimate import Estimate as Estimate
 from .payload.methods import identify_payload as identify_payload
 from .payload.problem import PayloadProblem as PayloadProblem
 from .payload.problem import payload_problem as payload_problem
-from .possible.bounding import InEllipsoid as InEllipsoid
 from .possible.cone import SolverError as SolverError
-from .possible.constrained import build_constrained as build_constrained
-from .possible.constrained import solve_constrained as solve_constrained
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
+from .possible.constraints import InEllipsoid as InEllipsoid
 from .possible.constraints import KnownMass as KnownMass
 from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
+from .possible.payload import build_constrained as build_constrained
+from .possible.payload import solve_constrained as solve_constrained
 from .recordings.map import LogMap as LogMap
 from .recordings.map_file import read_log_map as read_log_map
 from .recordings.read import read_recording as read_recording

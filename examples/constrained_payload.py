@@ -25,7 +25,7 @@ for title, constraints in (("nothing known", []), ("scale and drawing", known)):
     print(f"  principal moments {payload.principal_moments.round(4)} kg m²")
     print(f"  the constraints cost chi2 {payload.result.chi2_rise:.2f} (p {payload.result.p_value:.2f})")
     for active in payload.result.active:
-        print(f"  held back by: {active.constraint.description}")
+        print(f"  held back by: {active.description}")
 
 # A constraint that contradicts the data is named, not obeyed in silence.
 wrong = answer_payload(problem, [4], constraints=[KnownMass(5.0, 0.01)]).verdict

@@ -12,7 +12,6 @@ from . import motion as motion
 from . import newton_euler as newton_euler
 from . import payload_spread as payload_spread
 from . import pose as pose
-from . import processing as processing
 from . import robot as robot
 from . import visibility as visibility
 from .base.grouping import closed_form_base_parameters as closed_form_base_parameters
@@ -39,10 +38,10 @@ from .frames import with_tool as with_tool
 from .inertia import InertialParameters as InertialParameters
 from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
+from .motion import Processing as Processing
 from .motion import Recording as Recording
 from .newton_euler import inverse_dynamics as inverse_dynamics
 from .pose import Pose as Pose
-from .processing import Processing as Processing
 from .regressors import base_regressor as base_regressor
 from .regressors import essential_regressor as essential_regressor
 from .regressors import payload_regressor as payload_regressor

@@ -107,3 +107,25 @@ class InertialParameters:
     def named(self, suffix: str = "") -> dict[str, float]:
         """The ten by name, "XX" to "M", with a suffix such as "6"."""
         return {f"{kind}{suffix}": float(value) for kind, value in zip(INERTIAL, self.vector, strict=True)}
+
+
+def inertia_gradient(x: Array, v: Array, w: Array) -> Array:
+    """Gradient of v' I w by the ten x, I the inertia at the centre of mass [kg m^2], shape (10,).
+
+    I = I_0 - (|h|^2 1 - h h') / M with the first moments h.
+    """
+    h, M = x[6:9], x[9]
+    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
+    turned = np.trace(V) * h - V @ h
+    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
+    return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])
+
+
+def gradients(x: Array) -> Array:
+    """Gradients by the ten x of the centre of mass, then of the inertia there, XX XY XZ YY YZ ZZ; 9 x 10."""
+    units = np.eye(10)
+    com = [(units[6 + k] - x[6 + k] / x[9] * units[9]) / x[9] for k in range(3)]
+    axes = np.eye(3)
+    return np.array(
+        [*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(*np.triu_indices(3), strict=True))]
+    )

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..common.arrays import Array
-
-_STEP = 1e-30
+from .inertia import gradients
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class PayloadSpread:
 
 
 def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> PayloadSpread:
-    """To first order, by the full covariance.
+    """Standard deviations of a body's numbers to first order, by the full covariance.
 
     Args:
         values: the ten, shape (10,); those that are not determined are not used.
@@ -47,7 +46,7 @@ def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> P
         mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
         return PayloadSpread(mass, np.full(3, np.inf), np.full((3, 3), np.inf))
     com, inertia = np.full(3, np.inf), np.full((3, 3), np.inf)
-    sigma = _propagated(x, C)
+    sigma = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J := gradients(x), C, J), 0.0))
     for k in range(3):
         if 6 + k in known:
             com[k] = sigma[k]
@@ -56,16 +55,3 @@ def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> P
         if needed <= known:
             inertia[i, j] = inertia[j, i] = sigma[3 + place]
     return PayloadSpread(float(np.sqrt(C[9, 9])), com, inertia)
-
-
-def _propagated(x: Array, C: Array) -> Array:
-    """Of com and the upper triangle of the inertia there, shape (9,); derivatives by complex step."""
-    z = x.astype(complex)
-    J = np.array([np.imag(_quantities(z + 1j * _STEP * unit)) / _STEP for unit in np.eye(10)])
-    return np.asarray(np.sqrt(np.maximum(np.einsum("ki,kl,li->i", J, C, J), 0.0)))
-
-
-def _quantities(x: Array) -> Array:
-    h, M = x[6:9], x[9]
-    squares = (h @ h) * np.eye(3) - np.outer(h, h)
-    return np.concatenate([h / M, x[:6] - squares[np.triu_indices(3)] / M])

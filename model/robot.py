@@ -12,8 +12,8 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from .drives import Coupling, Drives, Spring
+from .motion import Processing
 from .pose import Pose
-from .processing import Processing
 
 SNAP_ANGLE = 1e-4
 """rad: an angle closer than this to a multiple of 90 degrees is taken as that multiple."""

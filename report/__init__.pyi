@@ -21,7 +21,6 @@ from . import npz as npz
 from . import numbers as numbers
 from . import plots as plots
 from . import recordings as recordings
-from . import robot_documents as robot_documents
 from . import robot_tables as robot_tables
 from . import robots as robots
 from . import sheet as sheet
@@ -29,4 +28,3 @@ from . import tables as tables
 from . import urdf as urdf
 from . import urdf_origins as urdf_origins
 from . import weigh as weigh
-from . import weigh_documents as weigh_documents

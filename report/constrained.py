@@ -67,7 +67,7 @@ def _cost_note(payload: ConstrainedPayload) -> str:
     result = payload.result
     if not result.active:
         return "No constraint is active: the free estimate can exist as it is."
-    held = "; ".join(active.constraint.description for active in result.active)
+    held = "; ".join(active.description for active in result.active)
     return f"Active: {held}. Their price: chi2 rises by {result.chi2_rise:.3g} (p {payload.p_value:.2g})."
 
 

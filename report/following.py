@@ -1,7 +1,5 @@
 """What the controller missed before and after a payload was entered, as a table, words and JSON."""
 
-from typing import Any
-
 from rich.table import Table
 
 from ..estimation.weigh import FollowingChange
@@ -44,14 +42,3 @@ def following_notes(found: FollowingChange) -> list[str]:
         f"The {found.kind} {direction} by {100 * abs(total.fall):.1f} % (by {low:.1f} to {high:.1f} %): "
         f"{told[total.clear]}."
     ]
-
-
-def following_document(found: FollowingChange) -> dict[str, Any]:
-    """What ``dynident verify --json`` writes."""
-    return {
-        "compared": found.kind,
-        "tells": found.kind != "torque",
-        "lag_s": found.lag,
-        "joints": [one._asdict() | {"clear": one.clear} for one in found.joints],
-        "all": found.total._asdict() | {"clear": found.total.clear},
-    }

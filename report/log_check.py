@@ -1,13 +1,10 @@
 """A look at a log as lines, tables and JSON."""
 
-from dataclasses import asdict
-from typing import Any
-
 import numpy as np
 from rich import box
 from rich.table import Table
 
-from ..estimation.diagnosis import Finding, LogCheck
+from ..estimation.diagnosis import LogCheck
 from ..model import Robot
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
@@ -70,26 +67,6 @@ def check_tables(robot: Robot, check: LogCheck) -> list[Table]:
             table.add_row(*(text for pair in cells[start : start + _A_ROW] for text in pair))
         tables.append(table)
     return tables
-
-
-def check_document(check: LogCheck) -> dict[str, Any]:
-    """One log's part of what ``dynident check --json`` writes."""
-    return {
-        "source": check.recording.source,
-        "notes": list(check.recording.notes),
-        "currents": check.currents,
-        "usable": check.usable,
-        "findings": [_finding(finding) for finding in check.findings],
-        "time": asdict(check.time) if check.time else None,
-        "joints": [asdict(facts) for facts in check.joints],
-        "excitation": [asdict(entry) for entry in check.excitation],
-        "relative_residual": check.relative_residual,
-        "condition_number_scaled": check.condition_number_scaled,
-    }
-
-
-def _finding(finding: Finding) -> dict[str, str]:
-    return {"severity": finding.severity, "words": finding.text}
 
 
 def _step(step: float) -> str:

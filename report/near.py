@@ -1,6 +1,6 @@
 """A motion near a pose: what will be visible, what it will tell, what its file says about it."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rich.table import Table
@@ -12,7 +12,6 @@ from ..model.payload_spread import PayloadSpread
 from ..model.visibility import PayloadVisibility
 from ..trajectories import Design, NearMotion, NearShape
 from .tables import empty_table
-from .weigh_documents import visibility_document
 
 _DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 
@@ -100,37 +99,6 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     if not result.design.problem.torque_limited:
         lines.append("Torque limits were not checked.")
     return tuple(lines)
-
-
-def near_document(result: NearResult) -> dict[str, Any]:
-    """What ``dynident near --json`` writes."""
-    design, shape, motion = result.design, result.shape, result.motion
-    return {
-        "robot": result.robot.name,
-        "criterion": design.problem.criterion.kind,
-        "near": {
-            "poses": shape.poses,
-            "joints": list(shape.joints),
-            "ranges": shape.ranges,
-            "period_s": motion.period,
-            "repeats": motion.repeats,
-            "transfer_s": motion.transfer,
-        },
-        "visibility": visibility_document(result.visibility),
-        "predicted_sigma": spread_document(result.spread),
-        "condition_number": design.learnt.condition_number,
-        "condition_number_scaled": design.learnt.condition_number_scaled,
-        "duration_s": motion.duration,
-        "rehearsal_s": motion.slowed(0.1).duration,
-        "cpu_s": design.cpu_s,
-        "limits": {"max_violation": design.score.max_violation, "torque_checked": design.problem.torque_limited},
-        "seed": design.seed,
-    }
-
-
-def spread_document(spread: PayloadSpread) -> dict[str, Any]:
-    """Standard deviations; null where not visible."""
-    return {"mass": spread.mass, "com": spread.com, "inertia_com": spread.inertia_com}
 
 
 def second_pose_note(first: Array, second: Array) -> str:

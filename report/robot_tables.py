@@ -7,14 +7,14 @@ from rich.table import Table
 
 from ..estimation import PayloadAnswer
 from ..estimation.fit import Elimination
-from ..estimation.possible import ConstrainedBase, ConstrainedRobot
+from ..estimation.possible import PossibleRobot, PriorRobot
 from ..model import INERTIAL
 from ..model.names import parameter_kind
 
 _MOST_NAMED = 8
 
 
-def standard_table(result: ConstrainedRobot, title: str) -> Table:
+def standard_table(result: PriorRobot, title: str) -> Table:
     """Standard parameters of the robot nearest to the prior, and who decides each."""
     title = f"Standard parameters of {title}, SI units"
     table = Table("", title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=0)
@@ -56,26 +56,25 @@ def elimination_notes(elimination: Elimination, warnings: Sequence[str], what: s
     return [line, *(f"  - {warning}" for warning in warnings)]
 
 
-def constrained_notes(result: ConstrainedBase | ConstrainedRobot) -> list[str]:
+def constrained_notes(result: PossibleRobot) -> list[str]:
     """Lines on the robot that can exist."""
     p_value = f"p {result.p_value:.2g} for {len(result.free.names)} parameters"
     lines = [
         f"Constrained: the nearest robot that can exist; chi2 rises by {result.chi2_rise:.3g} ({p_value}); "
         f"smallest eigenvalue of a link {min(result.min_eigenvalues):.2g}; {result.status}."
     ]
-    if isinstance(result, ConstrainedRobot):
+    if isinstance(result, PriorRobot):
         lines.append(
             f"Prior: {result.prior.source}; chi2 {result.chi2_rise - result.nearest.chi2_rise:.3g} above the "
             f"constrained minimum of {result.nearest.chi2_rise:.3g}. What the prior decides is not identified."
         )
     if result.active:
-        named = [f"{holding.description} ({holding.multiplier:.2g})" for holding in result.active[:_MOST_NAMED]]
+        named = [f"{active.description} ({active.multiplier:.2g})" for active in result.active[:_MOST_NAMED]]
         more = len(result.active) - len(named)
         lines.append(f"Held back by (multiplier): {', '.join(named)}{f' and {more} more' if more else ''}.")
-    nearest = result.nearest if isinstance(result, ConstrainedRobot) else result
-    alone = [text for text in nearest.unidentifiable if " " not in text]
+    alone = [text for text in result.unidentifiable if " " not in text]
     lines.append(
-        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(nearest.unidentifiable) - len(alone)} "
+        f"No motion shows {', '.join(alone)}{' and ' * bool(alone)}{len(result.unidentifiable) - len(alone)} "
         "combinations of standard parameters (the JSON lists them)."
     )
     return lines

@@ -57,28 +57,38 @@ CROOKED = Robot(
 PRISMATIC = {robot.name: robot for robot in (STANFORD, SCARA, CROOKED)}
 
 
+ONE_OF_EACH = ("rx90", "ur10e", "panda", "crooked")
+"""Robots of ``make test``: coupled drives, none, seven joints with link-side sensors, sliding joints."""
 IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
 ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
     kept = [item for item in items if _worth_it(item)]
+    further = {*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH)
+    for item in kept:
+        if further.intersection(str(getattr(value, "name", value)) for value in _values_of(item).values()):
+            item.add_marker(pytest.mark.long)
     config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
     items[:] = kept
 
 
 def _worth_it(item: pytest.Item) -> bool:
-    if not isinstance(item, pytest.Function) or not hasattr(item, "callspec"):
-        return True
-    values = item.callspec.params
+    values = _values_of(item)
     robot = values.get("robot", values.get("shipped"))
     name = getattr(robot, "name", robot)
     if name in IN_FULL or name not in robot_names():
         return True
     return item.path.name in ALL_ROBOTS and values.get("compiled") != "compiled"
+
+
+def _values_of(item: pytest.Item) -> dict[str, object]:
+    """What a test is repeated for, by the name of its argument."""
+    return item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...model import InertialParameters
-from ...report.documents import Document
 from .paper import PaperTables
 from .repetition import Outcome, Repetition
 
@@ -106,7 +106,7 @@ def repeated_document(
     return "\n".join(parts)
 
 
-def repeated_numbers(scenarios: Mapping[str, Scenario]) -> Document:
+def repeated_numbers(scenarios: Mapping[str, Scenario]) -> dict[str, Any]:
     """The same as a document: per scenario, estimator and parameter."""
     return {
         name: {

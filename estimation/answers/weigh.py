@@ -23,10 +23,10 @@ from ..fit.robust import student95
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
 from ..payload.result import PayloadEstimate
-from ..possible.conflicts import CONFLICT, Weighing, tested, weighings
-from ..possible.constrained import solve_constrained
 from ..possible.constraints import Constraint, KnownMass
 from ..possible.intervals import NO_INTERVALS, profile_intervals
+from ..possible.payload import solve_constrained, tested
+from ..possible.result import CONFLICT, Weighing
 from ..possible.scaling import POSSIBLE
 from ..weigh.problem import WeighProblem
 from ..weigh.repeats import Repeats, repeats_of, widened
@@ -215,7 +215,7 @@ def _constrained(
     contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
     intervals = NO_INTERVALS if contradicted else profile_intervals(result)
     free = PayloadEstimate(problem.method, found.estimate, problem.robot.payload_frame, found.without_robust)
-    return ConstrainedPayload(free, result, intervals, gains, tests, weighings(result))
+    return ConstrainedPayload(free, result, intervals, gains, tests)
 
 
 def _without_friction(problem: WeighProblem) -> list[Agreement]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from ...common.errors import InputError
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..fit.least_squares import weighted
-from ..recordings.plausibility import check_recordings
+from ..recordings.plausibility import implausible
 from ..signals.filtering import measurement
 from .facts import JointFacts, TimeFacts, joint_facts, time_facts
 from .finding import Finding, error, warning
@@ -123,11 +124,7 @@ def _plausibility(robot: Robot, recording: Recording, currents: bool) -> list[Fi
     """What would refuse the recording in any command."""
     # The size of a current says nothing; a usual gain makes it a torque of about the right size.
     shown = replace(recording, torque=10.0 * recording.torque) if currents else recording
-    try:
-        check_recordings(robot, [shown])
-    except InputError as refusal:
-        return [error(str(refusal).removeprefix(f"{recording.source}: "), "recording")]
-    return []
+    return [error(text, "recording") for text in islice(implausible(robot, shown), 1)]
 
 
 def _time_findings(time: TimeFacts) -> list[Finding]:

@@ -178,12 +178,6 @@ def rank_readings(
 ) -> KinematicsCheck:
     """Rank readings by the residual of the robot's identification from recordings without payload.
 
-    Args:
-        robot: the robot.
-        recordings: without payload.
-        processing: settings; the robot's own by default.
-        progress: told what is being worked on.
-
     Raises:
         InputError: if there is too little motion to tell anything.
     """
@@ -208,11 +202,11 @@ def rank_readings_by_pose(
     """Rank readings by how well forward kinematics reproduces the logged tool.
 
     Args:
-        robot: the robot.
+        robot: as described.
         q: joint positions [rad or m], N x n.
         positions: of the tool in any fixed frame [m], N x 3.
         rotations: axes of the tool, N x 3 x 3; without them the sense and zero of the last joint stay open.
-        progress: told what is being worked on.
+        progress: hears what is being worked on.
     """
     places = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
 
@@ -237,23 +231,18 @@ def _ranked(
     front, spread = [start], set[Reading]()
     for k in range(_ROUNDS):
         progress(f"trying readings of the joints, round {k + 1}")
-        before = _simplest(tried.values())
-        for one in front:
-            spread.add(one.reading)
-            for reading in neighbours(robot, one.reading, torques):
+        before = _best_first(tried.values())[0]
+        for centre in front:
+            spread.add(centre.reading)
+            for reading in neighbours(robot, centre.reading, torques):
                 if reading not in tried:
                     tried[reading] = Ranked(reading, residual(reading))
-        best = _simplest(tried.values())
-        if k > 0 and not best.residual < (1.0 - _WORTH) * before.residual:
+        best = _best_first(tried.values())[0]
+        if not best.residual < (1.0 - _WORTH) * before.residual:
             break
-        fresh = [one for one in tried.values() if one.reading not in spread]
-        front = sorted(fresh, key=lambda one: (one.residual, one.reading.changes))[:_FRONT]
-        if not best.residual < (1.0 - _WORTH) * start.residual:
-            break
-    limit = _alike(tried.values())
-    ranked = sorted(tried.values(), key=lambda one: (one.residual, one.reading.changes))
-    ranked.sort(key=lambda one: (one.residual > limit, one.reading.changes if one.residual <= limit else 0))
-    return KinematicsCheck(start, tuple(ranked), unit)
+        fresh = [entry for entry in tried.values() if entry.reading not in spread]
+        front = sorted(fresh, key=lambda entry: (entry.residual, entry.reading.changes))[:_FRONT]
+    return KinematicsCheck(start, tuple(_best_first(tried.values())), unit)
 
 
 def _alike(candidates: Iterable[Ranked]) -> float:
@@ -261,10 +250,13 @@ def _alike(candidates: Iterable[Ranked]) -> float:
     return min(one.residual for one in candidates) * (1.0 + _ALIKE) + _ROUNDING
 
 
-def _simplest(candidates: Iterable[Ranked]) -> Ranked:
-    """Of the readings that do as well as the best, the one with the fewest changes."""
+def _best_first(candidates: Iterable[Ranked]) -> list[Ranked]:
+    """Those that do as well as the best by the number of their changes, then the others by their residual."""
     candidates = list(candidates)
     limit = _alike(candidates)
-    return min(
-        (one for one in candidates if one.residual <= limit), key=lambda one: (one.reading.changes, one.residual)
-    )
+
+    def rank(entry: Ranked) -> tuple[bool, int, float, int]:
+        changes, worse = entry.reading.changes, entry.residual > limit
+        return worse, 0 if worse else changes, entry.residual, changes
+
+    return sorted(candidates, key=rank)

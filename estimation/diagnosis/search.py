@@ -66,16 +66,20 @@ def likely_cause(robot: Robot, samples: Iterable[Sample], contradicted: bool) ->
     models = [Model.of(robot, sample) for sample in samples if len(sample.t) > 1]
     if not models:
         return None
-    worst = max(models, key=lambda model: model.misfit())
-    before = worst.misfit()
-    least = min((HELPFUL if contradicted else CONVINCING) * before, before - NOTABLE)
-    suspects: list[Suspect] = []
-    for family in FAMILIES:
-        suspects += [suspect for suspect in family(worst) if suspect.misfit < least]
-        if any(suspect.misfit < SETTLED * before for suspect in suspects):
-            break
+    before, worst = max(((model.misfit(), model) for model in models), key=lambda entry: entry[0])
+    suspects = _suspects(worst, before, HELPFUL if contradicted else CONVINCING)
     if not suspects:
         return None
     best = min(suspect.misfit for suspect in suspects)
     alike = [suspect for suspect in suspects if suspect.misfit <= AS_GOOD * best][:_TOLD]
     return Cause(worst.sample.source, ", or ".join(s.words for s in alike), before, alike[0].misfit)
+
+
+def _suspects(model: Model, before: float, enough: float) -> list[Suspect]:
+    """Assumptions without which the misfit falls to less than ``enough`` of what it was before."""
+    suspects: list[Suspect] = []
+    for family in FAMILIES:
+        suspects += [one for one in family(model) if one.misfit < min(enough * before, before - NOTABLE)]
+        if any(suspect.misfit < SETTLED * before for suspect in suspects):
+            break
+    return suspects

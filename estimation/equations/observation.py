@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.paged import parts
+from ...common.paged import collected, parts
 from ...model import Motion, Processing, Robot, regressor
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
@@ -161,11 +161,20 @@ class Observer:
     def opener(
         self, data: Measurement, processing: Processing, partner: Motion | None = None
     ) -> Callable[[], Iterable[Observation]]:
-        """Opens ``pieces`` as often as wanted; what is a single piece is made once."""
-        if len(data.motion.t) <= _PIECE * processing.decimate:
-            pieces = list(self.pieces(data, processing, partner))
-            return lambda: pieces
-        return lambda: self.pieces(data, processing, partner)
+        """Opens the equations piece by piece as often as wanted; they are made once, and many live in a file."""
+        blocks = self.blocks(data, processing, partner)
+        columns = ((block.equations.T, block.keep.T, block.t) for block in blocks)
+        equations, keep, t = collected(columns, (self.rows[-1].stop, self.robot.n, 1))
+
+        def pieces() -> Iterator[Observation]:
+            for part in parts(len(t), _PIECE):
+                block = Block(equations[part].T, keep[part].T > 0.0, t[part, 0])
+                yield self._held([block], processing.decimate)
+
+        if len(t) > _PIECE:
+            return pieces
+        single = list(pieces())
+        return lambda: single
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""

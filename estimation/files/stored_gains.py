@@ -1,53 +1,78 @@
-"""Gains that were identified before, as ``dynident gains --json`` wrote them."""
+"""The document of ``dynident gains``, which ``--drive-gains`` reads."""
 
-import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from msgspec import UNSET, UnsetType, field
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Document, Matrix, Vector, WrongKeyError, naming, present, read_json
 from ...model import Robot
 from ..fit.gain_recordings import GainRecordings
+from .parts import ProcessingDocument, Recordings, ResidualDocument, RobustDocument, Ten
+
+_REMEDY = "give the --json of 'dynident gains'"
 
 
-@dataclass(frozen=True)
-class StoredGains:
-    """Drive gains and the covariance of their relative errors.
+class LoadDocument(Document, frozen=True):
+    """The payload that the gains were identified with."""
 
-    Attributes:
-        robot: name of the robot they belong to.
-        values: gains [N·m/A or N/A], shape (n,).
-        relative_covariance: of ln K, n x n.
-        mass: of the payload they were identified with [kg].
-        recordings: from which they were identified; empty in files of older versions.
-    """
+    known: dict[str, float] | UnsetType = UNSET
+    mass_sigma: float | UnsetType = UNSET
+    identified: Ten | UnsetType = UNSET
+
+
+class GainsTable(Document, frozen=True):
+    """Gains [N·m/A or N/A], one for each joint, and the covariance of ln K, n x n."""
+
+    values: Vector
+    relative_covariance: Matrix
+    sigma: Vector | UnsetType = UNSET
+    relative_sigma: Vector | UnsetType = UNSET
+    relative_sigma_formula: Vector | UnsetType = UNSET
+    relative_sigma_robust: Vector | UnsetType | None = UNSET
+    without_constraints: Vector | UnsetType | None = UNSET
+    identified: tuple[bool, ...] | UnsetType = UNSET
+    rests_on: tuple[str, ...] | UnsetType = UNSET
+
+
+class StoredGains(Document, frozen=True):
+    """Drive gains of a robot, and the recordings and the payload that they come from."""
 
     robot: str
-    values: Array
-    relative_covariance: Array
-    mass: float = float("nan")
-    recordings: GainRecordings = GainRecordings()
+    drive_gains: GainsTable
+    processing: ProcessingDocument | UnsetType = UNSET
+    load: LoadDocument | UnsetType = UNSET
+    fingerprints: Recordings | UnsetType = field(default=UNSET, name="recordings")
+    robust: RobustDocument | UnsetType = UNSET
+    relative_residual: ResidualDocument | UnsetType = UNSET
 
-    def __post_init__(self) -> None:
-        """Lock the arrays; refuse what is no gain or no covariance."""
-        n = np.size(self.values)
-        object.__setattr__(self, "values", frozen_array(self.values, (n,), "gains"))
-        object.__setattr__(
-            self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance")
-        )
-        C = self.relative_covariance
-        if (self.values == 0.0).any():
-            raise ValueError("a gain is zero")
-        if not np.allclose(C, C.T, atol=1e-12) or np.linalg.eigvalsh(C)[0] < -1e-9 * max(np.trace(C), 1e-300):
-            raise ValueError("relative_covariance is no covariance")
+    @property
+    def values(self) -> Array:
+        """Gains [N·m/A or N/A], shape (n,)."""
+        return self.drive_gains.values
+
+    @property
+    def relative_covariance(self) -> Array:
+        """Of ln K, n x n."""
+        return self.drive_gains.relative_covariance
 
     @property
     def relative_sigma(self) -> Array:
         """Relative standard deviations, shape (n,)."""
         return np.sqrt(np.maximum(np.diag(self.relative_covariance), 0.0))
+
+    @property
+    def mass(self) -> float:
+        """Mass of the known payload [kg]; nan in files of older versions."""
+        load = present(self.load)
+        return (present(load.known) or {}).get("M_L", float("nan")) if load else float("nan")
+
+    @property
+    def recordings(self) -> GainRecordings:
+        """Recordings that the gains were identified from; empty in files of older versions."""
+        return GainRecordings.read(present(self.fingerprints))
 
     def check(self, robot: Robot, path: str | Path) -> None:
         """Refuse gains of another robot.
@@ -66,27 +91,14 @@ def read_stored_gains(path: str | Path) -> StoredGains:
     """Read the ``--json`` of ``dynident gains``.
 
     Raises:
-        InputError: if the file holds no gains.
+        InputError: if the file holds no gains; the key at fault is named.
     """
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-        gains = data["drive_gains"]
-        return StoredGains(
-            str(data["robot"]),
-            np.array(gains["values"]),
-            np.array(gains["relative_covariance"]),
-            _mass(data.get("load", {})),
-            GainRecordings.read(data.get("recordings", {})),
-        )
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: not the --json of 'dynident gains' ({error})") from None
-
-
-def _mass(load: Any) -> float:
-    """Of the known payload, absent from files of older versions."""
-    known = load.get("known", {}) if isinstance(load, dict) else None
-    if not isinstance(known, dict):
-        raise ValueError("load: must hold 'known', names with values")
-    return float(known.get("M_L", "nan"))
+    stored = read_json(path, StoredGains, _REMEDY)
+    values, C = stored.values, stored.relative_covariance
+    with naming(path, _REMEDY):
+        if not (np.isfinite(values) & (values != 0.0)).all():
+            raise WrongKeyError("drive_gains.values", "a gain is zero or null")
+        n, scale = len(values), max(float(np.trace(C)), 1e-300)
+        if C.shape != (n, n) or not np.allclose(C, C.T, atol=1e-12) or np.linalg.eigvalsh(C)[0] < -1e-9 * scale:
+            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {n} gains")
+    return stored

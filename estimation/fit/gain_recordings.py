@@ -1,7 +1,7 @@
 """Whether recordings are those that drive gains were identified from: then their errors are not independent."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Literal, NamedTuple
 
 from ...model import Recording
 
@@ -19,19 +19,9 @@ class GainRecordings(NamedTuple):
         return GainRecordings(bare, heavy)
 
     @staticmethod
-    def read(told: Any) -> "GainRecordings":
-        """From JSON, as ``_asdict`` gives it.
-
-        Raises:
-            ValueError: if it is something else.
-        """
-        read = []
-        for kind in GainRecordings._fields:
-            one = told.get(kind, []) if isinstance(told, dict) else None
-            if not isinstance(one, list) or not all(isinstance(name, str) for name in one):
-                raise ValueError("recordings: must hold the lists of texts 'unloaded' and 'loaded'")
-            read.append(tuple(one))
-        return GainRecordings(*read)
+    def read(told: Mapping[Literal["unloaded", "loaded"], tuple[str, ...]] | None) -> "GainRecordings":
+        """Fingerprints as ``_asdict`` gives them; empty where there are none."""
+        return GainRecordings(told.get("unloaded", ()), told.get("loaded", ())) if told else GainRecordings()
 
     def notes(
         self, loaded: Sequence[Recording], unloaded: Sequence[Recording], mass: float | None

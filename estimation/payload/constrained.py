@@ -10,10 +10,10 @@ from ...common.arrays import Array
 from ...model import InertialParameters
 from ..fit.drive_gains import GainErrors
 from ..fit.error_covariance import error_model
-from ..possible.conflicts import CONFLICT, Tested, Weighing, tested, weighings
-from ..possible.constrained import ConstrainedEstimate, solve_constrained
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
+from ..possible.payload import Tested, solve_constrained, tested
+from ..possible.result import CONFLICT, Possible, Weighing
 from ..possible.scaling import POSSIBLE
 from .gains import gain_covariance
 from .methods import method_of
@@ -32,15 +32,13 @@ class ConstrainedPayload:
         intervals: 95 %; nan where a constraint contradicts the data.
         gains: uncertainty of the drive gains that is part of the covariance; None where they are taken as exact.
         tested: active constraints with the probability of what each costs.
-        weighings: weighed masses beside the identified one.
     """
 
     free: PayloadEstimate
-    result: ConstrainedEstimate
+    result: Possible
     intervals: Intervals
     gains: GainErrors | None
     tested: tuple[Tested, ...]
-    weighings: tuple[Weighing, ...]
 
     @property
     def method(self) -> int:
@@ -83,6 +81,11 @@ class ConstrainedPayload:
         return self.result.p_value
 
     @property
+    def weighings(self) -> tuple[Weighing, ...]:
+        """Weighed masses beside the identified one."""
+        return self.result.weighings
+
+    @property
     def conflicts(self) -> tuple[Tested, ...]:
         """Active constraints that contradict the data."""
         return tuple(one for one in self.tested if one.conflict)
@@ -121,4 +124,4 @@ def constrain_payload(
     tests = tested(result)
     contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
     intervals = NO_INTERVALS if contradicted else profile_intervals(result)
-    return ConstrainedPayload(free, result, intervals, gains, tests, weighings(result))
+    return ConstrainedPayload(free, result, intervals, gains, tests)

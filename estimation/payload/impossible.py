@@ -17,9 +17,9 @@ from ..fit.error_covariance import error_model
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate
 from ..possible.cone import SolverError
-from ..possible.constrained import solve_constrained
-from ..possible.constrained_base import solve_constrained_base
-from ..possible.scaling import rise_p_value
+from ..possible.payload import solve_constrained
+from ..possible.result import rise_p_value
+from ..possible.robot import solve_constrained_base
 from .global_fit import combined, selected
 from .robust import with_robust
 

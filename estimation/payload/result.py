@@ -1,6 +1,5 @@
 """What every payload method returns."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters
+from ...model.payload_spread import PayloadSpread, payload_spread
 from ..fit.estimate import Estimate
 
 
@@ -40,24 +40,24 @@ class PayloadEstimate:
     @cached_property
     def sigma_com(self) -> Array:
         """Standard deviations of the centre of mass [m], shape (3,), by the full covariance."""
-        return self._propagated(_com, self.estimate.covariance)
+        return self._spread(self.estimate.covariance).com
 
     @cached_property
     def sigma_inertia_com(self) -> Array:
         """Standard deviations of the inertia at the centre of mass [kg m^2], 3 x 3, by the full covariance."""
-        return self._propagated(_inertia_com, self.estimate.covariance).reshape(3, 3)
+        return self._spread(self.estimate.covariance).inertia_com
 
     @cached_property
     def sigma_com_robust(self) -> Array | None:
         """The same that holds for autocorrelated noise [m], where it was asked for."""
         robust = self.estimate.robust
-        return self._propagated(_com, robust.covariance) if robust else None
+        return self._spread(robust.covariance).com if robust else None
 
     @cached_property
     def sigma_inertia_com_robust(self) -> Array | None:
         """The same that holds for autocorrelated noise [kg m^2], 3 x 3, where it was asked for."""
         robust = self.estimate.robust
-        return self._propagated(_inertia_com, robust.covariance).reshape(3, 3) if robust else None
+        return self._spread(robust.covariance).inertia_com if robust else None
 
     @cached_property
     def larger_sigma(self) -> Array:
@@ -78,25 +78,8 @@ class PayloadEstimate:
         """Ten numbers by name, "XX" to "M"."""
         return {kind: float(value) for kind, value in zip(INERTIAL, values, strict=True)}
 
-    def _propagated(self, function: Callable[[Array], Array], covariance: Array) -> Array:
-        """Standard deviations of a function of the ten, to first order (derivative by complex step)."""
-        step = 1e-30
-        x = self.estimate.values.astype(complex)
-        jacobian = np.array([np.imag(function(x + 1j * step * unit)).ravel() / step for unit in np.eye(10)])
-        variances = np.einsum("ki,kl,li->i", jacobian, covariance, jacobian)
-        return np.asarray(np.sqrt(variances))
-
-
-def _com(x: Array) -> Array:
-    return np.asarray(x[6:9] / x[9])
-
-
-def _inertia_com(x: Array) -> Array:
-    xx, xy, xz, yy, yz, zz, *h, m = x
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    a, b, c = h
-    cross = np.array([[0 * a, -c, b], [c, 0 * a, -a], [-b, a, 0 * a]])
-    return np.asarray(inertia + cross @ cross / m)
+    def _spread(self, covariance: Array) -> PayloadSpread:
+        return payload_spread(self.estimate.values, covariance, range(len(INERTIAL)))
 
 
 def _larger(formula: Array, robust: Array | None) -> Array:

@@ -6,12 +6,15 @@ not its square, keeps the condition number of R instead of R'R; z must be scaled
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from .constraints import PSEUDO_INERTIA
+
+Cone = tuple[Literal["Zero", "Nonnegative", "SecondOrder", "PSDTriangle"], int]
+"""A cone and its size: rows, but for a triangle the side of its matrix."""
 
 
 class ConeProgram(NamedTuple):
@@ -77,16 +80,12 @@ def solve_cone(program: ConeProgram, largest: float | None = None) -> ConeSoluti
     Raises:
         SolverError: for anything but a clean solve.
     """
-    import clarabel
-
     (k, n), r, p = program.R.shape, len(program.A), len(program.bodies)
     scale = max(1.0, float(np.abs(program.R).max()) / (largest or _LARGEST))
     matrix, right = _stacked(program, scale)
-    cones: list[Any] = [clarabel.NonnegativeConeT(r)] if r else []
-    cones += [clarabel.SecondOrderConeT(k + 1), *(clarabel.PSDTriangleConeT(4) for _ in range(p))]
-    cost = np.append(np.zeros(n), 1.0)
-    solver = clarabel.DefaultSolver(_no_squares(n + 1), cost, sparse(matrix), right, cones, settings())
-    solution = solver.solve()
+    bodies: list[Cone] = [("PSDTriangle", 4)] * p
+    cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1), *bodies]
+    solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
     if str(solution.status) != "Solved":
         raise SolverError(str(solution.status), program)
     z = np.asarray(solution.x)[:n]
@@ -107,29 +106,43 @@ def _stacked(program: ConeProgram, scale: float) -> tuple[Array, Array]:
     return matrix, np.concatenate([program.b, [0.0], -program.d / scale, np.zeros(10 * p)])
 
 
-def sparse(matrix: Array) -> Any:
-    """Compressed columns of a matrix, without the detour by coordinates."""
-    from scipy.sparse import csc_matrix
+def cone_solver(cost: Array, matrix: Array, right: Array, cones: Sequence[Cone], reused: bool = False) -> Any:
+    """A solver for the x of least cost with right - matrix x in the cones; one thread, no output.
 
+    Args:
+        cost: shape (n,).
+        matrix: m x n.
+        right: shape (m,).
+        cones: for the rows in their order.
+        reused: whether other costs come later. Such a solver's rows are well scaled and stay as they are.
+    """
+    clarabel, csc_matrix = _packages()
     there = matrix.T != 0.0
     starts = np.append(0, np.cumsum(there.sum(axis=1)))
-    return csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
+    # Compressed columns without the detour by coordinates.
+    sparse = csc_matrix((matrix.T[there], np.nonzero(there)[1], starts), matrix.shape)
+    kinds = [getattr(clarabel, f"{kind}ConeT")(size) for kind, size in cones if size]
+    return clarabel.DefaultSolver(_no_squares(len(cost)), cost, sparse, right, kinds, _settings(reused))
+
+
+@cache
+def _packages() -> tuple[Any, Any]:
+    """Clarabel and sparse matrices, which take their time to import: only where a cone program is solved."""
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    return clarabel, csc_matrix
 
 
 @cache
 def _no_squares(size: int) -> Any:
     """The quadratic part of the cost: none."""
-    from scipy.sparse import csc_matrix
-
-    return csc_matrix((size, size))
+    return _packages()[1]((size, size))
 
 
 @cache
-def settings(reused: bool = False) -> Any:
-    """One thread, no output. A reused solver's rows are well scaled and stay as they are: its costs come later."""
-    import clarabel
-
-    chosen = clarabel.DefaultSettings()
+def _settings(reused: bool) -> Any:
+    chosen = _packages()[0].DefaultSettings()
     chosen.verbose = False
     chosen.max_threads = 1
     if reused:

@@ -1,7 +1,7 @@
 """What is known about a body beforehand, as small values that can be combined."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -21,14 +21,6 @@ class Rows(NamedTuple):
 
     A: Array
     b: Array
-
-
-class SoftTerm(NamedTuple):
-    """A measurement a'x = b with standard deviation ``sigma``: adds ((a'x - b) / sigma)^2; ``a`` (10,)."""
-
-    a: Array
-    b: float
-    sigma: float
 
 
 @dataclass(frozen=True)
@@ -72,19 +64,6 @@ class PossibleBody(Constraint):
     def violation(self, x: ArrayLike) -> float:
         """Minus the smallest eigenvalue of the pseudo-inertia (mixed units)."""
         return -InertialParameters(np.asarray(x, dtype=float)).min_pseudo_inertia_eigenvalue
-
-    def explanation(self, x: ArrayLike) -> str:
-        """Which inequality fails, in one line; empty for a body that can exist."""
-        body = InertialParameters(np.asarray(x, dtype=float))
-        if body.min_pseudo_inertia_eigenvalue >= 0.0:
-            return ""
-        if body.mass <= 0.0:
-            return f"{self.body} cannot exist: its mass is {body.mass:.4g} kg"
-        a, b, c = np.linalg.eigvalsh(body.inertia_com)
-        return (
-            f"{self.body} cannot exist: of its principal inertias at the centre of mass "
-            f"{a:.4f}, {b:.4f}, {c:.4f} kg m^2 the largest exceeds the sum of the others by {c - a - b:.2g} kg m^2"
-        )
 
 
 @dataclass(frozen=True)
@@ -148,11 +127,6 @@ class KnownMass(Constraint):
         """|M - mass| beyond three sigma [kg]; an estimate may violate it, at the price of the soft term."""
         return abs(float(np.asarray(x, dtype=float)[9]) - self.mass) - 3.0 * self.sigma
 
-    @property
-    def soft(self) -> SoftTerm:
-        """The measurement."""
-        return SoftTerm(np.eye(10)[9], self.mass, self.sigma)
-
 
 @dataclass(frozen=True)
 class CentreOfMassInBox(Constraint):
@@ -169,7 +143,7 @@ class CentreOfMassInBox(Constraint):
     def __post_init__(self) -> None:
         """Refuse an empty box."""
         for name in ("low", "high"):
-            object.__setattr__(self, name, as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
+            object.__setattr__(self, name, _as_tuples(getattr(self, name), (3,), f"{name} corner of the box"))
         if (np.asarray(self.low) > np.asarray(self.high)).any():
             raise InputError(f"the box from {self.low!r} to {self.high!r} m is empty: give low <= high")
 
@@ -187,7 +161,92 @@ class CentreOfMassInBox(Constraint):
         return Rows(A, np.zeros(6))
 
 
-def as_tuples(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Any:
+@dataclass(frozen=True)
+class InEllipsoid(Constraint):
+    """All mass lies in an ellipsoid: tr(J Q) >= 0 for the pseudo-inertia J (Wensing, Kim and Slotine, 2018).
+
+    Q is the 4 x 4 matrix with [p 1] Q [p 1]' >= 0 for points p inside. Together with ``PossibleBody`` the
+    condition is necessary and sufficient.
+
+    Attributes:
+        centre: of the ellipsoid [m], shape (3,).
+        semi_axes: half the lengths of its axes [m], shape (3,).
+        rotation: 3 x 3, its columns are the directions of the axes; the frame's own by default.
+    """
+
+    centre: ArrayLike
+    semi_axes: ArrayLike
+    rotation: ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+    def __post_init__(self) -> None:
+        """Refuse axes without length and a matrix that is no rotation."""
+        for name, shape in (("centre", (3,)), ("semi_axes", (3,)), ("rotation", (3, 3))):
+            object.__setattr__(self, name, _as_tuples(getattr(self, name), shape, f"{name} of an ellipsoid"))
+        if not (np.asarray(self.semi_axes) > 0.0).all():
+            raise InputError(f"semi_axes {self.semi_axes!r} m of an ellipsoid: all three must be positive")
+        R = np.asarray(self.rotation)
+        if np.abs(R.T @ R - np.eye(3)).max() > 1e-6:
+            raise InputError("rotation of an ellipsoid: its columns must be orthonormal")
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"mass in the ellipsoid around {self.centre!r} with semi-axes {self.semi_axes!r} m"
+
+    @cached_property
+    def rows(self) -> Rows:
+        """tr(J Q) >= 0 [kg]."""
+        c, R = np.asarray(self.centre), np.asarray(self.rotation)
+        A = R @ np.diag(1.0 / np.square(self.semi_axes)) @ R.T
+        Q = np.block([[-A, (A @ c)[:, None]], [(c @ A)[None], np.array([[1.0 - c @ A @ c]])]])
+        return Rows(np.einsum("kij,ij->k", PSEUDO_INERTIA, Q)[None], np.zeros(1))
+
+
+@dataclass(frozen=True)
+class InHull(Constraint):
+    """All mass lies in the convex hull of points: f_i' J f_j >= 0 for every two facets i and j.
+
+    A facet's f_i'[p 1] is the distance of p from it, counted inwards: inside the hull a product of two is not
+    negative, nor is its integral over the mass. Necessary for every body inside; together with ``PossibleBody``
+    sufficient if the hull is a tetrahedron. It implies that the centre of mass lies in the hull. A hull of k facets
+    gives k (k - 1) / 2 inequalities: simplify fine meshes first.
+
+    Attributes:
+        points: p x 3 [m], p >= 4, not all in one plane.
+    """
+
+    points: ArrayLike = field(repr=False)
+
+    def __post_init__(self) -> None:
+        """Refuse a hull without volume."""
+        object.__setattr__(self, "points", _as_tuples(self.points, (None, 3), "points of a hull"))
+        points = np.asarray(self.points)
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
+        if spread[-1] <= 1e-9 * spread[0]:
+            raise InputError(f"the hull of {len(points)} points has no volume: give points that span a solid")
+
+    @property
+    def description(self) -> str:
+        """What is demanded, in one line."""
+        return f"mass in the convex hull of {len(np.asarray(self.points))} points"
+
+    @cached_property
+    def facets(self) -> Array:
+        """f_i as rows: unit inward normal and offset, facets x 4."""
+        from scipy.spatial import ConvexHull
+
+        # Triangles of one flat facet come with the same equation.
+        return np.asarray(-np.unique(ConvexHull(np.asarray(self.points)).equations.round(12), axis=0))
+
+    @cached_property
+    def rows(self) -> Rows:
+        """f_i' J f_j >= 0 for i < j [kg m^2]."""
+        i, j = np.triu_indices(len(self.facets), 1)
+        A = np.einsum("pa,kab,pb->pk", self.facets[i], PSEUDO_INERTIA, self.facets[j], optimize=True)
+        return Rows(A, np.zeros(len(A)))
+
+
+def _as_tuples(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> Any:
     """Numbers as nested tuples, which compare and hash, after a check of their shape.
 
     Raises:

@@ -10,6 +10,9 @@ parameter down to w, with steps in the scaling of Nesterov and Todd: with G' S G
 M dz = G^-1 dP G'^-1 a step minimises ||M dz + G' (w P0^-1 - mu P^-1) G||^2 / 2 beside the other terms, and so do
 the rows with their multipliers. Each step is a linear least-squares problem, solved by QR of the stacked rows,
 which keeps the condition number of F instead of F'F.
+
+This is the most specialised code of the house, used for ``solve_constrained_prior`` alone. Whoever mends it
+compares with ``tests/estimation/test_constrained_prior.py``, which solves the same problem by CVXPY.
 """
 
 from typing import NamedTuple

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...common.arrays import Array
+from ...model.inertia import inertia_gradient
 from ..equations.names import PAYLOAD
 from ..fit.robust import student95
-from .constrained import ConstrainedEstimate
 from .profile import ProfileSet
+from .result import Possible
 from .scaling import ScaledProblem
 
 WIDENING = 1.2
@@ -63,7 +64,7 @@ NO_INTERVALS = Intervals(*(np.full(shape, np.nan) for shape in ((10, 2), (3, 2),
 """Where constraints contradict the data."""
 
 
-def profile_intervals(result: ConstrainedEstimate) -> Intervals:
+def profile_intervals(result: Possible) -> Intervals:
     """Intervals of the ten and of what follows from them.
 
     The ten and the centre of mass are exact, one cone program for each end. The inertia at the centre of mass is
@@ -136,7 +137,7 @@ def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]
     known = sign * _inertias(problem.full(np.array(points)))[:, i, j]
     first, best, z = float(known[0]), float(known.max()), points[int(known.argmax())]
     for _ in range(_ROUNDS):
-        gradient = problem.select @ _gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
+        gradient = problem.select @ inertia_gradient(problem.full(z), *np.eye(3)[[i, j]]) * problem.scale
         if not gradient.any():  # all it depends on was eliminated
             break
         tried = z + _STEPS[:, None] * (profile.farthest(sign * gradient) - z)
@@ -150,7 +151,7 @@ def _climb(profile: ProfileSet, i: int, j: int, sign: float, points: list[Array]
             break
 
 
-def _moments(result: ConstrainedEstimate, half: float) -> Array:
+def _moments(result: Possible, half: float) -> Array:
     """Principal moments of the constrained body by the delta method, 3 x 2.
 
     Of moments that may be equal, being closer than their own intervals, V' dI V decides, V their directions: its
@@ -167,7 +168,7 @@ def _moments(result: ConstrainedEstimate, half: float) -> Array:
             for k, v in enumerate(directions)
             for j, w in enumerate(directions[: k + 1])
         ]
-        J = np.array([factor * _gradient(result.values, v, w)[places] for v, w, factor in pairs])
+        J = np.array([factor * inertia_gradient(result.values, v, w)[places] for v, w, factor in pairs])
         return float(np.sqrt(np.linalg.eigvalsh(J @ result.free.covariance @ J.T)[-1]))
 
     ends, own = np.zeros((3, 2)), np.array([sigma(v[None]) for v in vectors.T])
@@ -183,12 +184,3 @@ def _inertias(x: Array) -> Array:
     h, M = x[:, 6:9], x[:, 9, None, None]
     squares = (h * h).sum(axis=1)[:, None, None] * np.eye(3) - h[:, :, None] * h[:, None, :]
     return np.asarray(x[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]] - squares / M)
-
-
-def _gradient(x: Array, v: Array, w: Array) -> Array:
-    """Of v' I w by the ten at x, (10,)."""
-    h, M = x[6:9], x[9]
-    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
-    turned = np.trace(V) * h - V @ h
-    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
-    return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])

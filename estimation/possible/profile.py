@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...common.arrays import Array
-from .cone import TRIANGLE, SolverError, settings, sparse
+from .cone import TRIANGLE, Cone, SolverError, cone_solver
 from .scaling import ScaledProblem
 
 
@@ -59,12 +59,10 @@ class ProfileSet:
     def _ratios(self, k: int) -> "_Region":
         """The set in (u / z_k, 1 / z_k)."""
         if k not in self._ratio_regions:
-            import clarabel
-
             K, cones = self._cones
             unit = np.append(self._spread[k], self._nearest[k])
             right = np.append(1.0, np.zeros(len(K)))
-            self._ratio_regions[k] = _Region(np.vstack([unit, -K]), right, [clarabel.ZeroConeT(1), *cones])
+            self._ratio_regions[k] = _Region(np.vstack([unit, -K]), right, [("Zero", 1), *cones])
         return self._ratio_regions[k]
 
     @cached_property
@@ -78,16 +76,14 @@ class ProfileSet:
         solution = region.solver.solve()
         if str(solution.status) != "Solved":
             # About once in 100,000 directions the rows' own scale will not do: begin anew with the solver's.
-            solution = region.made(unit, settings()).solve()
+            solution = region.made(unit).solve()
         if str(solution.status) != "Solved":
             raise SolverError(str(solution.status), self.problem.program())
         return np.asarray(solution.x)
 
     @cached_property
-    def _cones(self) -> tuple[Array, list[Any]]:
+    def _cones(self) -> tuple[Array, list[Cone]]:
         """K with K (u, 1) in the cones: bounds, distance, pseudo-inertia."""
-        import clarabel
-
         problem, n = self.problem, len(self.problem.scale)
         body = TRIANGLE @ problem.select.T
         K = np.vstack(
@@ -99,21 +95,16 @@ class ProfileSet:
                 np.column_stack([body @ self._spread, body @ self._nearest]),
             ]
         )
-        bounds = [clarabel.NonnegativeConeT(len(problem.b))] if len(problem.b) else []
-        return K, [*bounds, clarabel.SecondOrderConeT(n + 2), clarabel.PSDTriangleConeT(4)]
+        return K, [("Nonnegative", len(problem.b)), ("SecondOrder", n + 2), ("PSDTriangle", 4)]
 
 
 class _Region:
     """All x with right - matrix x in the cones, and a solver whose direction changes from question to question."""
 
-    def __init__(self, matrix: Array, right: Array, cones: list[Any]) -> None:
-        self._matrix, self._right, self._cones = sparse(matrix), right, cones
-        self.solver = self.made(np.zeros(matrix.shape[1]), settings(reused=True))
+    def __init__(self, matrix: Array, right: Array, cones: list[Cone]) -> None:
+        self._matrix, self._right, self._cones = matrix, right, cones
+        self.solver = self.made(np.zeros(matrix.shape[1]), reused=True)
 
-    def made(self, cost: Array, chosen: Any) -> Any:
+    def made(self, cost: Array, reused: bool = False) -> Any:
         """A solver for the point of least cost."""
-        import clarabel
-        from scipy.sparse import csc_matrix
-
-        none = csc_matrix((len(cost), len(cost)))
-        return clarabel.DefaultSolver(none, cost, self._matrix, self._right, self._cones, chosen)
+        return cone_solver(cost, self._matrix, self._right, self._cones, reused)

@@ -13,6 +13,7 @@ from ..equations.names import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
+from .result import Active
 
 POSSIBLE = (PossibleBody("payload"),)
 """What every payload holds."""
@@ -24,17 +25,6 @@ NOISE_FLOOR = 3e-7
 """Of the body's own size: a solver accurate to 1e-8 cannot weigh finer errors, nor does any recording have them."""
 TOLERANCE = 1e-6
 """By how much a linear constraint may be missed, in scaled units."""
-
-
-class Active(NamedTuple):
-    """A constraint that holds the estimate back.
-
-    ``multiplier``: how fast chi2 falls as the constraint is relaxed, per scaled unit (M l^2, M l, M of the body).
-    It is a slope: of several active constraints the one to blame is found by leaving each out in turn.
-    """
-
-    constraint: Constraint
-    multiplier: float
 
 
 class ScaledProblem(NamedTuple):
@@ -54,7 +44,6 @@ class ScaledProblem(NamedTuple):
     A: Array
     b: Array
     owners: tuple[Constraint, ...]
-    soft_terms: int
 
     @staticmethod
     def of(estimate: Estimate, constraints: Sequence[Constraint]) -> "ScaledProblem":
@@ -63,11 +52,11 @@ class ScaledProblem(NamedTuple):
         scale = select @ _sizes(estimate, select)
         centre, n = estimate.values / scale, len(scale)
         factor = whitening(estimate.covariance, estimate.names, NOISE_FLOOR * scale) * scale
-        soft = [c.soft for c in constraints if isinstance(c, KnownMass)]
         # One more QR merges soft terms: the distance from their common minimum is all that is left to the solver.
-        rows = [np.append(term.a @ select.T * scale, term.b) / term.sigma for term in soft]
+        weighed = [c for c in constraints if isinstance(c, KnownMass)]
+        rows = [np.append(select[:, 9] * scale, term.mass) / term.sigma for term in weighed]
         R, d, floor = factor, factor @ centre, 0.0
-        if soft:
+        if rows:
             merged = np.asarray(np.linalg.qr(np.vstack([np.column_stack([R, d]), *rows]), mode="r"))
             R, d, floor = merged[:n, :n], merged[:n, n], float(merged[n, n] ** 2)
             centre = solve_triangular(R, d)
@@ -75,7 +64,7 @@ class ScaledProblem(NamedTuple):
         b = np.concatenate([c.rows.b for c in constraints])
         norms = np.maximum(np.abs(A).max(axis=1, initial=0.0), 1e-300)
         owners = tuple(c for c in constraints for _ in c.rows.b)
-        return ScaledProblem(select, scale, centre, R, d, floor, A / norms[:, None], b / norms, owners, len(soft))
+        return ScaledProblem(select, scale, centre, R, d, floor, A / norms[:, None], b / norms, owners)
 
     def program(self) -> ConeProgram:
         """What the solver takes."""
@@ -113,8 +102,8 @@ class ScaledProblem(NamedTuple):
             if isinstance(constraint, PossibleBody):
                 slack, multipliers = np.array([self.lowest(z)]), solution.body_multipliers
             holding = float(multipliers[multipliers > np.maximum(slack, _NO_MULTIPLIER)].sum())
-            if holding > 0.0:
-                found.append(Active(constraint, 2.0 * solution.norm * holding))  # d chi2 = 2 norm d norm
+            if holding > 0.0:  # d chi2 = 2 norm d norm
+                found.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
         return tuple(sorted(found, key=lambda active: -active.multiplier))
 
     def lowest(self, z: Array) -> float:
@@ -168,12 +157,3 @@ def with_possible(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
     if any(isinstance(c, PossibleBody) for c in constraints):
         return tuple(constraints)
     return (*POSSIBLE, *constraints)
-
-
-def rise_p_value(chi2: float, k: int, degrees_of_freedom: float) -> float:
-    """Probability that chi-squared of k degrees, or k times F(k, degrees_of_freedom), exceeds ``chi2``."""
-    from scipy.special import chdtrc, fdtrc
-
-    if np.isinf(degrees_of_freedom):
-        return float(chdtrc(k, chi2))
-    return float(fdtrc(k, max(degrees_of_freedom, 1.0), chi2 / k))

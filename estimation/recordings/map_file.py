@@ -1,9 +1,9 @@
 """Reads a log map from TOML."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from msgspec import Meta
 
@@ -84,7 +84,7 @@ class _Quantity(Table, frozen=True):
     zero_m: _Numbers = ()
     rated: _Numbers = ()
 
-    def quantity(self, kind: str) -> Quantity:
+    def of_kind(self, kind: str) -> Quantity:
         zero = tuple(map(math.radians, self.zero_deg)) or self.zero_m
         columns, unit = spread(_listed(self.columns)), _listed(self.unit)
         return Quantity(kind, columns, unit, self.side, self.sign, zero, self.rated)
@@ -96,7 +96,7 @@ class _Reference(Table, frozen=True):
     columns: _Texts
     unit: _Texts = ()
 
-    def reference(self, kind: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    def of_kind(self, kind: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
         columns, units = spread(_listed(self.columns)), _listed(self.unit)
         if not columns:
             raise WrongKeyError("columns", "name the columns")
@@ -135,7 +135,7 @@ def read_log_map(path: str | Path) -> LogMap:
 
 
 def _log_map(source: str, table: _Map) -> LogMap:
-    time, quantities, references = table.time, [], []
+    time = table.time
     if time.rate_hz is not None and (time.column, time.unit) != (None, None):
         raise WrongKeyError("time", "give rate_hz, or column and unit")
     with at("file"):
@@ -144,14 +144,6 @@ def _log_map(source: str, table: _Map) -> LogMap:
     for number, part in enumerate(table.files, start=1):
         with at(f"files[{number}]"):
             files.append(FilePart(part.name, part.layout()))
-    for kind in QUANTITIES:
-        if measured := getattr(table, kind):
-            with at(kind):
-                quantities.append(measured.quantity(kind))
-    for kind in REFERENCES:
-        if wanted := getattr(table, kind):
-            with at(kind):
-                references.append(wanted.reference(kind))
     with at("motor"):
         gears = table.motor.gears() if table.motor else ()
     with at("pose"):
@@ -163,12 +155,21 @@ def _log_map(source: str, table: _Map) -> LogMap:
         time=(time.column or "t") if time.rate_hz is None else "",
         time_unit=time.unit or "s",
         rate=time.rate_hz,
-        quantities=tuple(quantities),
+        quantities=tuple(_of_kinds(table, QUANTITIES)),
         joints=_listed(table.joints),
         gears=gears,
         pose=pose,
-        references=tuple(references),
+        references=tuple(_of_kinds(table, REFERENCES)),
     )
+
+
+def _of_kinds(table: _Map, kinds: Iterable[str]) -> Iterator[Any]:
+    """Quantities or references of the tables that are there."""
+    for kind in kinds:
+        if entry := getattr(table, kind):
+            with at(kind):
+                read = entry.of_kind(kind)
+            yield read
 
 
 def _listed(names: str | Sequence[str]) -> tuple[str, ...]:

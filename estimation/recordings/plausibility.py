@@ -35,28 +35,30 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
         raise InputError("no recordings: give at least one")
     for k, recording in enumerate(recordings):
         for other in recordings[:k]:
-            if equal(recording.torque, other.torque) and equal(recording.q, other.q):
+            if _same(recording, other):
                 raise InputError(
                     f"{recording.source} holds the same numbers as {other.source}: given twice it would only seem "
                     "more certain; give it once"
                 )
-        _check_positions(robot, recording)
-        _check_steps(robot, recording)
-        _check_torques(robot, recording)
-        _check_reach(robot, recording)
-        _check_saturation(recording)
-        if recording.qd is not None:
-            _check_speeds(recording)
+        mistake = next(implausible(robot, recording), None)
+        if mistake is not None:
+            raise InputError(f"{recording.source}: {mistake}")
+
+
+def implausible(robot: Robot, recording: Recording) -> Iterator[str]:
+    """What cannot be right with one recording, in words."""
+    for check in (_positions, _steps, _torques, _reach, _saturation, _speeds):
+        yield from check(robot, recording)
 
 
 def _extremes(values: Array) -> tuple[Array, Array]:
-    """Smallest and largest of each column."""
-    ends = [(values[part].min(axis=0), values[part].max(axis=0)) for part in parts(len(values))]
-    low, high = zip(*ends, strict=True)
-    return np.min(low, axis=0), np.max(high, axis=0)
+    """Smallest and largest of each column, one after the other: many times as fast as row by row."""
+    ends = [[(column.min(), column.max()) for column in values[part].T] for part in parts(len(values))]
+    return np.min(ends, axis=0)[:, 0], np.max(ends, axis=0)[:, 1]
 
 
-def _check_positions(robot: Robot, recording: Recording) -> None:
+def _positions(robot: Robot, recording: Recording) -> Iterator[str]:
+    """Joints stay in their range."""
     lows, highs = _extremes(recording.q)
     for j, joint in enumerate(robot.joints):
         if not joint.revolute:
@@ -65,8 +67,8 @@ def _check_positions(robot: Robot, recording: Recording) -> None:
         if lows[j] < low or highs[j] > high:
             worst = max(lows[j], highs[j], key=abs)
             guess = "degrees" if abs(worst) > 2 * np.pi else "another zero or another joint"
-            raise InputError(
-                f"{recording.source}: q{j + 1} reaches {worst:.4g} rad, outside the range of joint {j + 1} of "
+            yield (
+                f"q{j + 1} reaches {worst:.4g} rad, outside the range of joint {j + 1} of "
                 f"{robot.name} ({low:.3g} to {high:.3g} rad with a margin): looks like {guess}; positions must "
                 "be in rad, as the robot file counts them"
             )
@@ -79,23 +81,22 @@ def position_range(joint: Joint) -> tuple[float, float]:
     return max(low - margin, -_MOST_TURNS), min(high + margin, _MOST_TURNS)
 
 
-def _check_torques(robot: Robot, recording: Recording) -> None:
+def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
+    """Torques are some, and no more than a drive can give."""
     lows, highs = _extremes(recording.torque)
     for j, joint in enumerate(robot.joints):
         most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE)
         worst = float(max(-lows[j], highs[j]))
         if worst > most:
-            raise InputError(
-                f"{recording.source}: the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of "
-                f"{robot.name} can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
+            yield (
+                f"the torque of joint {j + 1} reaches {worst:.4g}, more than a joint of {robot.name} "
+                f"can give ({most:.4g}): torques must be in N·m, drive gains in N·m/A"
             )
         if lows[j] == highs[j]:
-            raise InputError(
-                f"{recording.source}: the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
-            )
+            yield f"the torque of joint {j + 1} is {lows[j]:g} throughout: the channel is dead"
 
 
-def _check_steps(robot: Robot, recording: Recording) -> None:
+def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
     """No joint jumps from one sample to the next."""
     window = max(1, int(_WINDOW * (len(recording.t) - 1) / (recording.t[-1] - recording.t[0])))
     if len(recording.t) <= window:
@@ -110,8 +111,8 @@ def _check_steps(robot: Robot, recording: Recording) -> None:
     for j, (share_of_limit, k) in enumerate(worst):
         if share_of_limit > 1.0:
             step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
-            raise InputError(
-                f"{recording.source}: q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
+            yield (
+                f"q{j + 1} jumps by {step:.3g} (rad or m) within {elapsed:.3g} s at "
                 f"{recording.t[k]:.4g} s, which joint {j + 1} of {robot.name} cannot: lost samples, a stuck "
                 "encoder, poses without the motion between them, or another unit; record the motion itself"
             )
@@ -125,7 +126,7 @@ def _differences(recording: Recording, window: int) -> Iterator[tuple[slice, Arr
         yield here, t[later] - t[here], q[later] - q[here]
 
 
-def _check_reach(robot: Robot, recording: Recording) -> None:
+def _reach(robot: Robot, recording: Recording) -> Iterator[str]:
     """Torques of an arm lie between its own weight and what any arm of its size can give."""
     if robot.n < 5 or not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
         return
@@ -133,20 +134,20 @@ def _check_reach(robot: Robot, recording: Recording) -> None:
     low, high = _extremes(recording.torque)
     worst = np.maximum(-low, high)
     if 0.0 < worst.max() < _WEAKEST * reach**3:
-        raise InputError(
-            f"{recording.source}: no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
+        yield (
+            f"no torque exceeds {worst.max():.3g}, too little for an arm of {reach:.2g} m "
             "reach to move its own weight: looks like kN·m or motor-side torque; torques must be in N·m at the "
             "joint"
         )
     if worst.max() > _STRONGEST * reach**3:
         joint = int(np.argmax(worst)) + 1
-        raise InputError(
-            f"{recording.source}: the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
+        yield (
+            f"the torque of joint {joint} reaches {worst.max():.4g}, too much for an arm of "
             f"{reach:.2g} m reach: looks like mN·m or mA; torques must be in N·m, drive gains in N·m/A"
         )
 
 
-def _check_saturation(recording: Recording) -> None:
+def _saturation(_: Robot, recording: Recording) -> Iterator[str]:
     """A torque that stays at its very extreme was cut off."""
     for extreme in _extremes(recording.torque):
         count, longest = _at_extreme(recording.torque, extreme)
@@ -156,8 +157,8 @@ def _check_saturation(recording: Recording) -> None:
                 continue
             if share < _PLATEAU_EXCESS / _levels(recording.torque[:, j], int(_PLATEAU_EXCESS / share) + 1):
                 continue
-            raise InputError(
-                f"{recording.source}: the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
+            yield (
+                f"the torque of joint {j + 1} stays at its extreme {extreme[j]:.4g} for "
                 f"{100 * share:.0f} % of the recording: it is saturated; record a gentler motion"
             )
 
@@ -192,8 +193,10 @@ def _levels(torque: Array, enough: int) -> int:
     return len(seen)
 
 
-def _check_speeds(recording: Recording) -> None:
-    assert recording.qd is not None
+def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
+    """Speeds are the slopes of positions."""
+    if recording.qd is None:
+        return
     span = recording.t[-1] - recording.t[0]
     window = max(1, int(0.05 / (span / (len(recording.t) - 1))))  # 50 ms, to see past quantisation
     if len(recording.t) <= 2 * window:
@@ -211,8 +214,8 @@ def _check_speeds(recording: Recording) -> None:
         ratio = float(both[j] / moved[j])
         if not 0.8 < ratio < 1.25:
             unit = "; the speed looks like degrees per second" if 45 < ratio < 70 else ""
-            raise InputError(
-                f"{recording.source}: qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: both must be in "
+            yield (
+                f"qd{j + 1} is {ratio:.3g} times the slope of q{j + 1}{unit}: both must be in "
                 "the same unit (rad and rad/s) and on the same time"
             )
 
@@ -225,11 +228,15 @@ def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> N
     """
     for a in loaded:
         for b in unloaded:
-            if equal(a.torque, b.torque) and equal(a.q, b.q):
+            if _same(a, b):
                 raise InputError(
                     f"{a.source} with payload holds the same numbers as {b.source} without: give two recordings, "
                     "one with and one without the payload"
                 )
+
+
+def _same(a: Recording, b: Recording) -> bool:
+    return equal(a.torque, b.torque) and equal(a.q, b.q)
 
 
 def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ class UsedRows(NamedTuple):
     slow_fraction: float
 
     def of(self, qd: Array, part: slice) -> Mask:
-        """Those of some samples with the speeds ``qd``, N x n."""
+        """Rows of some samples that are used, N x n, by the samples' speeds."""
         speed = np.abs(qd)
         fast: Mask = (speed >= self.slow_fraction * self.fastest) & (speed > 0.0)
         fast[~self.moving[part]] = False
@@ -43,46 +43,21 @@ def used_rows(motion: Motion, processing: Processing) -> UsedRows:
     The filter does not know how a motion goes on before the first and after the last sample: where the robot is in
     full motion there, three periods of the cut-off (5 % of the recording at most) are left out.
     """
-    on_its_way = _on_its_way(motion, processing.still_speed)
-    largest = fastest(motion.qd, np.ones(len(motion.t), dtype=bool))
-    cut = cut_ends(motion.qd[[0, -1]], largest, processing)
-    moving = used_samples(motion.t, on_its_way, cut, processing)
-    return UsedRows(moving, fastest(motion.qd, moving), processing.slow_fraction)
-
-
-def cut_ends(ends: Array, largest: Array, processing: Processing) -> tuple[bool, bool]:
-    """Whether a recording was cut in full motion, at its beginning and at its end.
-
-    Args:
-        ends: speeds of the first and the last sample, 2 x n.
-        largest: each joint's largest speed, shape (n,).
-        processing: settings.
-    """
-    full = np.maximum(_FULL_MOTION * largest, processing.still_speed)
-    return bool((np.abs(ends[0]) > full).any()), bool((np.abs(ends[1]) > full).any())
-
-
-def used_samples(t: Array, on_its_way: Mask, cut: tuple[bool, bool], processing: Processing) -> Mask:
-    """Samples of which rows are used, shape (N,).
-
-    Args:
-        t: times, shape (N,).
-        on_its_way: whether some joint moves at each of them, shape (N,).
-        cut: as ``cut_ends`` tells.
-        processing: settings.
-    """
-    moving = _stretches(t, on_its_way)
+    t, qd = motion.t, motion.qd
+    moving = moving_parts(motion, processing.still_speed)
     if processing.cutoff:
+        largest = _fastest(qd, np.ones(len(t), dtype=bool))
+        full = np.maximum(_FULL_MOTION * largest, processing.still_speed)
         seconds = min(_SETTLES / processing.cutoff, _MOST_LOST * float(t[-1] - t[0]))
-        if cut[0]:
+        if (np.abs(qd[0]) > full).any():
             moving[: np.searchsorted(t, t[0] + seconds)] = False
-        if cut[1]:
+        if (np.abs(qd[-1]) > full).any():
             moving[np.searchsorted(t, t[-1] - seconds, side="right") :] = False
-    return moving
+    return UsedRows(moving, _fastest(qd, moving), processing.slow_fraction)
 
 
 def kept_rows(motion: Motion, processing: Processing) -> Mask:
-    """The same at once, N x n."""
+    """Rows of a motion that are used, all at once, N x n."""
     return used_rows(motion, processing).of(motion.qd, slice(None))
 
 
@@ -96,10 +71,10 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
         motion: the motion.
         still_speed: a joint below it stands still [rad/s or m/s].
     """
-    return _stretches(motion.t, _on_its_way(motion, still_speed))
-
-
-def _stretches(t: Array, on_its_way: Mask) -> Mask:
+    t, on_its_way = motion.t, np.zeros(len(motion.t), dtype=bool)
+    for part in parts(len(t)):
+        for speed in motion.qd[part].T:
+            on_its_way[part] |= np.abs(speed) > still_speed
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on_its_way, [False]])))
     starts, stops = edges[::2], edges[1::2]
     mask = np.zeros(len(on_its_way), dtype=bool)
@@ -115,16 +90,10 @@ def _stretches(t: Array, on_its_way: Mask) -> Mask:
     return mask
 
 
-def _on_its_way(motion: Motion, still_speed: float) -> Mask:
-    mask = np.empty(len(motion.t), dtype=bool)
-    for part in parts(len(mask)):
-        mask[part] = (np.abs(motion.qd[part]) > still_speed).any(axis=1)
-    return mask
-
-
-def fastest(qd: Array, chosen: Mask) -> Array:
+def _fastest(qd: Array, chosen: Mask) -> Array:
     """Each joint's largest speed, shape (n,), over the chosen ones of the samples, N x n."""
     largest = np.zeros(qd.shape[1])
     for part in parts(len(qd)):
-        largest = np.maximum(largest, np.abs(qd[part][chosen[part]]).max(axis=0, initial=0.0))
+        for j, speed in enumerate(qd[part].T):  # one joint after the other: six times as fast as row by row
+            largest[j] = max(largest[j], np.abs(speed[chosen[part]]).max(initial=0.0))
     return largest

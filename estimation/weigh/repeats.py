@@ -10,7 +10,7 @@ from ..fit.error_covariance import error_model
 from ..fit.estimate import Estimate
 from ..fit.robust import student95
 from ..possible.constraints import KnownMass
-from ..possible.scaling import rise_p_value
+from ..possible.result import rise_p_value
 from .problem import WeighProblem
 from .solve import WeighEstimate, solve_weighing
 

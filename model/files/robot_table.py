@@ -9,8 +9,8 @@ from msgspec import Meta, field, structs
 
 from ...common.schema import Real, Table, Triple, WrongKeyError, at
 from ..drives import Coupling, Drives, Spring
+from ..motion import Processing
 from ..pose import Pose
-from ..processing import Processing
 from ..regressors import standard_columns
 from ..robot import Joint, Limits, Robot
 

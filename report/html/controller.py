@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from ...common.errors import InputError
+from ...estimation.files import StoredPayload
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
 from ..controllers.form import six
 from ..controllers.payload_file import is_flange
@@ -19,7 +19,7 @@ _MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fan
 """Word in a robot's title -> its format."""
 
 
-def controller_block(document: dict[str, Any], name: str, title: str) -> Html:
+def controller_block(document: StoredPayload, name: str, title: str) -> Html:
     """The recommended payload in the formats of controllers; the robot's own maker's is open.
 
     Args:

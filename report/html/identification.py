@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ...estimation import Identification
 from ...estimation.diagnosis import robot_verdict
 from ...estimation.payload import Excitation, TorquePrediction
-from ...estimation.possible import ConstrainedBase, ConstrainedRobot
+from ...estimation.possible import PossibleRobot, PriorRobot
 from ..figures import worst_joint_figure
 from ..numbers import percent
 from ..robot_tables import constrained_notes, standard_table
@@ -28,7 +28,7 @@ _BAD = "Do not use these parameters: the model does not explain the torques."
 
 def identification_page(
     result: Identification,
-    constrained: ConstrainedBase | ConstrainedRobot | None,
+    constrained: PossibleRobot | None,
     predictions: Sequence[TorquePrediction],
     excited: Excitation,
     provenance: Provenance,
@@ -60,10 +60,10 @@ def identification_page(
     return Page(f"Dynamic parameters of the {title}", head, sections, foot(provenance), (worst,) if worst else ())
 
 
-def robot_section(result: Identification, constrained: ConstrainedBase | ConstrainedRobot | None) -> Section:
+def robot_section(result: Identification, constrained: PossibleRobot | None) -> Section:
     """Base parameters with groupings and sigma, beside those of a robot that can exist."""
     tables = [printed_table(robot_table(result, constrained.values.tolist() if constrained else None))]
-    if isinstance(constrained, ConstrainedRobot):
+    if isinstance(constrained, PriorRobot):
         tables.append(printed_table(standard_table(constrained, result.robot.title or result.robot.name)))
     notes = constrained_notes(constrained) if constrained else []
     return Section("parameters", "Base parameters of the robot", joined(*tables, bullets(notes)))

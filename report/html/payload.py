@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ...estimation import PayloadAnswer
+from ...estimation.files import StoredPayload
 from ...estimation.payload import Excitation, TorquePrediction
 from ..controllers.payload_file import is_flange
 from ..figures import Drawing, flange_figure, worst_joint_figure
@@ -28,7 +29,7 @@ from .verdict import agreement, improvements, pair, quantities_table, reasons, v
 
 def payload_page(
     answer: PayloadAnswer,
-    document: dict[str, Any],
+    document: StoredPayload,
     predictions: Sequence[TorquePrediction],
     excited: Excitation | None,
     provenance: Provenance,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...common.arrays import Array
 from ...estimation import WeighAnswer
 from ...estimation.diagnosis import worst_joint
+from ...estimation.files import StoredWeighing
 from ..controllers.payload_file import is_flange
 from ..figures import flange_figure, joints_figure, repeats_figure
 from ..gains import gain_error_notes
@@ -24,7 +23,7 @@ from .svg import figure_html
 from .verdict import Row, grouped_table, pair, reasons, verdict_of
 
 
-def weigh_page(answer: WeighAnswer, document: dict[str, Any], provenance: Provenance) -> Page:
+def weigh_page(answer: WeighAnswer, document: StoredWeighing, provenance: Provenance) -> Page:
     """First screen for the one who types the number in, the rest for the one who asks why.
 
     Args:
@@ -102,7 +101,7 @@ def _rows(names: list[str], values: Array, bounds: list[tuple[float, float]], un
     return rows
 
 
-def _controller(answer: WeighAnswer, document: dict[str, Any]) -> Html:
+def _controller(answer: WeighAnswer, document: StoredWeighing) -> Html:
     title = answer.problem.robot.title or answer.problem.robot.name
     return joined(tag("h3", "What to type into the controller"), controller_block(document, "this report", title))
 

@@ -20,6 +20,7 @@ def score(capsys: pytest.CaptureFixture[str]) -> Run:
     return runner(capsys, "score", "--robot", "rx90")
 
 
+@pytest.mark.long
 def test_every_file(run: Run, tmp_path: Path) -> None:
     files = {
         "--json": "m.json", "--csv": "m.csv", "--ros2": "m.yaml", "--urscript": "m.script", "--val3": "excite",
@@ -81,6 +82,7 @@ def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> 
     assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
 
 
+@pytest.mark.long
 def test_passing_trapezoids(run: Run, score: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV; evaluated again it is what was designed; so is its replay."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
@@ -107,6 +109,7 @@ def test_passing_trapezoids(run: Run, score: Run, tmp_path: Path) -> None:
     assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
 
 
+@pytest.mark.long
 def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
     texts = []
     for seed in ("5", "5", "6"):
@@ -121,7 +124,7 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
     ("goal", "shape"),
     [
         (("--payload-only", "--criterion", "cond"), ("--via-points", "4")),
-        (("--criterion", "d"), ("--fourier", "3", "--duration", "6")),
+        pytest.param(("--criterion", "d"), ("--fourier", "3", "--duration", "6"), marks=pytest.mark.long),
     ],
 )
 def test_a_designed_csv_is_judged_as_the_design_was(

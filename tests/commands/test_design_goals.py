@@ -40,6 +40,7 @@ def score(capsys: pytest.CaptureFixture[str]) -> Run:
     return runner(capsys, "score", "--robot", "rx90")
 
 
+@pytest.mark.long
 def test_limits_torques_scene_and_start(run: Run, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE)
@@ -75,6 +76,7 @@ def test_the_floor_is_told(run: Run, tmp_path: Path) -> None:
     assert f"{np.exp(floor['gap']):.3g} times the floor's" in " ".join(out.split())
 
 
+@pytest.mark.long
 def test_criterion_a_for_some_parameters(run: Run, tmp_path: Path) -> None:
     target = tmp_path / "m.json"
     options = ("--fourier", "3", "--duration", "5", "--starts", "1", "--torque-noise", "24,30,10.8,5.1,6.6,2.3")
@@ -139,6 +141,7 @@ def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, iden
     assert np.median(np.array(after) / np.array(alone)) < 0.9
 
 
+@pytest.mark.long
 def test_data_from_takes_the_length_of_fixed_segments(run: Run, tmp_path: Path, identified: dict[str, str]) -> None:
     """One time for all of 4 points' moves, or each; a free motion has none."""
     target = tmp_path / "m.json"

@@ -88,6 +88,7 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
     ("options", "words"),
     [
         (("--criterion", "e"), "invalid choice"),
+        (("--payload-only", "--parameters", "M"), "cannot design for these parameters of robot 'rx90': M"),
         (("--via-points", "5", "--fourier", "3"), "not allowed with"),
         (("--via-points", "2"), "at least 3"),
         (("--fourier", "1"), "give at least 2"),

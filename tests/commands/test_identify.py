@@ -7,6 +7,7 @@ import pytest
 from dynident.tests.commands.runs import Run, identify_arguments
 
 
+@pytest.mark.long
 def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     target, plots = tmp_path / "robot.json", tmp_path / "plots"
     counts = []

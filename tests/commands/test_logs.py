@@ -100,6 +100,7 @@ def test_gains_flow_into_the_payload(
     assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
 
 
+@pytest.mark.long
 def test_gains_of_coupled_drives(run: Run, tmp_path: Path) -> None:
     """One gain per motor, told as such; how sure they are is in the intervals of what is weighed with them."""
     robot = load_robot("rx90")
@@ -136,6 +137,7 @@ def test_gains_of_coupled_drives(run: Run, tmp_path: Path) -> None:
     assert "% per motor" in told
 
 
+@pytest.mark.long
 def test_gains_from_the_same_pair_confirm_nothing(
     run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
 ) -> None:
@@ -194,6 +196,7 @@ def test_log_map_gives_the_same_gains(
     assert found[0] == pytest.approx(found[1], rel=1e-4)
 
 
+@pytest.mark.long
 def test_check(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     document, pictures = tmp_path / "check.json", tmp_path / "pictures"
     pictures.mkdir()

@@ -1,8 +1,10 @@
 """Recordings that contradict the robot's description: exit status 1, and why."""
 
+import pytest
 from dynident.tests.commands.runs import Run
 
 
+@pytest.mark.long
 def test_a_model_that_does_not_describe_the_robot_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
     status, out, _ = run(
         "payload", "--robot", "rx90", "--unloaded", logs["flipped"], "--loaded", logs["loaded2"], "--method", "4"

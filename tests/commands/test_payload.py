@@ -150,6 +150,7 @@ def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str],
     assert "belong to method 4" in err
 
 
+@pytest.mark.long
 def test_answers_are_the_same_every_time(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     texts = []
     for name in ("a.json", "b.json"):

@@ -239,6 +239,7 @@ def test_whole_robot_as_urdf(run: Run, tmp_path: Path, bare_log: str) -> None:
     assert not out.exists()
 
 
+@pytest.mark.long
 def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: str) -> None:
     """Table, CSV, LaTeX, HTML, JSON and URDF of a robot nearest to a prior: the same labels."""
     files = {option: tmp_path / f"r.{option}" for option in ("json", "csv", "latex", "report")}

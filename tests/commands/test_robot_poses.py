@@ -110,6 +110,7 @@ def test_pose_without_torques_or_map(run: Run, log: Recording, tmp_path: Path) -
     assert "axes not logged" in text
 
 
+@pytest.mark.long
 def test_a_turned_last_joint_is_found_by_the_axes(run: Run, log: Recording, tmp_path: Path) -> None:
     """A tool on axis 6 tells nothing of it by its position; its axes do.
 

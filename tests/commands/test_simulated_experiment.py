@@ -13,6 +13,7 @@ from dynident.trajectories import plan_point_to_point
 from dynident.trajectories.motions import random_points
 
 
+@pytest.mark.long
 def test_demo(run: Run, tmp_path: Path) -> None:
     status, out, _ = run("demo", "--out", str(tmp_path / "demo"), "--trajectories", "3", "--seed", "4")
     assert status == 0
@@ -35,6 +36,7 @@ def test_demo(run: Run, tmp_path: Path) -> None:
     assert page.count("<svg") == 8
 
 
+@pytest.mark.long
 def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
     arguments = ("--trajectories", "2", "--gain-error", "0.02", "--noise", "none")
     status, out, _ = run("demo", "--out", str(tmp_path / "demo"), *arguments)
@@ -42,6 +44,7 @@ def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
     assert "Drive gains are off by" in out
 
 
+@pytest.mark.long
 def test_demo_repeats(run: Run, tmp_path: Path) -> None:
     status, out, _ = run("demo", "--out", str(tmp_path), "--trajectories", "2", "--repeat", "2", "--seed", "5")
     assert status == 0
@@ -53,6 +56,9 @@ def test_demo_repeats(run: Run, tmp_path: Path) -> None:
         assert scenario["method 4"]["M_L"]["truth"] == pytest.approx(7.025)
     for words in ("| method 4 |", "Slow noise", "Drive gains wrong by 2 %", "| FSM6 |"):
         assert words in out
+
+
+def test_demo_refuses_what_does_not_belong_together(run: Run, tmp_path: Path) -> None:
     assert run("demo", "--repeat", "2", "--noise", "slow")[0] == 2
     assert run("demo", "--repeat", "2", "--report", str(tmp_path / "x.html"))[0] == 2
 

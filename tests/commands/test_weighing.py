@@ -66,6 +66,7 @@ def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.C
     assert "REHEARSAL" in (tmp_path / "motion_rehearsal.csv").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     files = {name: tmp_path / f"near.{name}" for name in ("csv", "yaml", "script", "html")}
     outputs = [

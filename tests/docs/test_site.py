@@ -10,6 +10,8 @@ import dynident
 import pytest
 from dynident.tests.docs.pages import ROOT
 
+pytestmark = pytest.mark.long
+
 MOST = {"model": 40, "estimation": 30, "trajectories": 65}
 """Public names of each room, at most."""
 

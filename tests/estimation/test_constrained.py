@@ -84,17 +84,14 @@ def test_published_payloads_cannot_exist(table: int, principal: tuple[float, ...
     assert moments[2] - moments[1] - moments[0] == pytest.approx(5.1e-3, abs=1e-4)
     rule = PossibleBody("payload of the paper")
     assert rule.violation(x) == pytest.approx({1: 2.6e-3, 2: 2.5e-3}[table], abs=1e-4)
-    text = rule.explanation(x)
-    assert text.startswith("payload of the paper cannot exist: of its principal inertias")
-    assert text.endswith("the largest exceeds the sum of the others by 0.0051 kg m^2") or table == 1
-    assert "exceeds the sum of the others by 0.005" in text
 
 
 @pytest.mark.parametrize(("table", "chi2"), [(1, 0.16), (2, 0.62)])
 def test_nearest_possible_payload_costs_nothing(table: int, chi2: float) -> None:
     result = solve_constrained(TABLES[table])
     assert result.chi2_rise == pytest.approx(chi2, abs=0.005)
-    assert np.abs(result.moved_in_sigma).max() < 0.5
+    moved = result.values[[PAYLOAD.index(name) for name in result.free.names]] - result.free.values
+    assert np.abs(moved / result.free.sigma).max() < 0.5
     assert result.body.physically_consistent
     assert [active.constraint for active in result.active] == [PossibleBody()]
     assert result.p_value > 0.98

@@ -38,17 +38,17 @@ def rx90_base(rx90: Robot) -> BaseParameters:
 def test_some_robot_exists(
     rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters, seed: int
 ) -> None:
-    """The witness holds every rule exactly and has the base parameters returned."""
+    """The robot holds every rule exactly and has the base parameters returned."""
     truth = rx90_base.value(random_parameters(rx90, seed))
     estimate = noisy_estimate(rx90_base, truth, seed)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     for link in range(1, 7):
-        ten = np.array([result.witness[f"{kind}{link}"] for kind in INERTIAL])
+        ten = np.array([result.parameters[f"{kind}{link}"] for kind in INERTIAL])
         assert PossibleBody().violation(ten) <= 0.0
     kinds = ("IA", "FV", "FS", "FVM", "FSM")
-    assert min(v for name, v in result.witness.items() if name.rstrip("0123456789") in kinds) >= 0.0
-    assert result.witness["IA5"] >= result.witness["IA6"]
-    assert result.values == pytest.approx(rx90_base.value(result.witness), rel=1e-12)
+    assert min(v for name, v in result.parameters.items() if name.rstrip("0123456789") in kinds) >= 0.0
+    assert result.parameters["IA5"] >= result.parameters["IA6"]
+    assert result.values == pytest.approx(rx90_base.value(result.parameters), rel=1e-12)
     error = result.values - estimate.values
     assert result.chi2_rise == pytest.approx(error @ np.linalg.solve(estimate.covariance, error), rel=1e-6)
     assert bool(result.active) == (result.chi2_rise > 1e-6)

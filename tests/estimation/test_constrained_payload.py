@@ -21,7 +21,8 @@ from dynident.estimation import (
     solve_constrained,
 )
 from dynident.estimation.fit import error_model
-from dynident.estimation.possible import Constraint, conflicts
+from dynident.estimation.possible import Constraint
+from dynident.estimation.possible.payload import tested
 from dynident.model import InertialParameters, Motion, load_robot
 from dynident.report.constrained import recommended_notes
 from dynident.trajectories import Simulator
@@ -129,6 +130,7 @@ def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: PayloadP
     assert caught.value.problem.R.shape == (10, 10)
 
 
+@pytest.mark.long
 def test_a_true_constraint_is_rarely_called_a_conflict(
     problem: PayloadProblem, payload: InertialParameters
 ) -> None:
@@ -142,7 +144,7 @@ def test_a_true_constraint_is_rarely_called_a_conflict(
         values = payload.vector + root @ draw.standard_normal(10)
         one = replace(model, values=values, covariance=scale * model.covariance)
         rules: list[Constraint] = [PossibleBody(), MassBounds(high=payload.mass)]
-        called += any(test.conflict for test in conflicts.tested(solve_constrained(one, rules)))
+        called += any(test.conflict for test in tested(solve_constrained(one, rules)))
     assert called <= 6
 
 

@@ -14,7 +14,7 @@ from dynident.estimation import Estimate, MassBounds, PossibleBody, identify, re
 from dynident.estimation.equations import Observer, reduced_measurement
 from dynident.estimation.fit import Fit, weighted
 from dynident.estimation.possible import (
-    ConstrainedRobot,
+    PriorRobot,
     RobotPrior,
     cylinder_prior,
     hidden_directions,
@@ -226,11 +226,11 @@ def test_total_mass_bounds(rx90: Robot, rx90_base: BaseParameters, random_parame
     free = solve_constrained_base(rx90, rx90_base, estimate)
     wide = solve_constrained_base(rx90, rx90_base, estimate, MassBounds(1.0, 1e4))
     assert wide.chi2_rise == pytest.approx(free.chi2_rise, rel=1e-4, abs=1e-6)
-    assert 1.0 <= sum(wide.witness[f"M{j}"] for j in range(1, 7)) <= 1e4
+    assert 1.0 <= sum(wide.parameters[f"M{j}"] for j in range(1, 7)) <= 1e4
     tight = solve_constrained_base(rx90, rx90_base, estimate, MassBounds(0.0, 2.0))
     assert tight.chi2_rise > free.chi2_rise + 1.0
     assert "total mass <= 2 kg" in [holding.description for holding in tight.active]
-    assert sum(tight.witness[f"M{j}"] for j in range(1, 7)) == pytest.approx(2.0, rel=1e-5)
+    assert sum(tight.parameters[f"M{j}"] for j in range(1, 7)) == pytest.approx(2.0, rel=1e-5)
     near = solve_constrained_prior(rx90, rx90_base, estimate, robot_prior(rx90), 1.0, MassBounds(0.0, 40.0))
     assert sum(near.parameters[f"M{j}"] for j in range(1, 7)) <= 40.0 + 1e-4
     assert "total mass <= 40 kg" in [holding.description for holding in near.active]
@@ -284,7 +284,7 @@ def test_real_robots(recordings: Path, name: str, file: str, mass: float) -> Non
     robot = load_robot(name)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680) if name == "ur10e" else None
     found = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)])
-    result: ConstrainedRobot = solve_constrained_prior(robot, found.base, found.estimate, robot_prior(robot, mass))
+    result: PriorRobot = solve_constrained_prior(robot, found.base, found.estimate, robot_prior(robot, mass))
     assert result.chi2_rise - result.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
     assert min(result.min_eigenvalues) > 0.0
     assert result.distances[0] < 1e-6  # no motion shows link 1 but for ZZ1, which IA1 takes

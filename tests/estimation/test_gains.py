@@ -14,8 +14,7 @@ from dynident.estimation.files import read_stored_gains
 from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
-from dynident.report.documents import write_json
-from dynident.report.gains import gains_document
+from dynident.report.documents import gains_document, write_json
 from dynident.trajectories import Simulator
 
 TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])

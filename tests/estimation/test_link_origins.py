@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.estimation.possible import RobotOrigins, origins, robot_origins
-from dynident.estimation.possible.link_origins import BODY_NUMBERS
+from dynident.estimation.possible.origin import BODY_NUMBERS
 from dynident.model import INERTIAL, Robot, base_parameters, load_robot
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf

@@ -20,6 +20,7 @@ from dynident.estimation.robot.identification import base_observations
 from dynident.model import Recording, load_robot
 from dynident.report.documents import identification_document, write_json
 from dynident.report.tables import robot_sigma_notes
+from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray
 from scipy.signal import lfilter
@@ -147,7 +148,7 @@ def test_stored_and_read_back(results: list[Identification], tmp_path: Path) -> 
     for change, words in (
         ({"covariance_robust": [[-1.0]]}, "variances"),
         ({"covariance_robust": [[1.0]]}, "54 x 54"),
-        ({"robust": {}}, "'blocks' missing"),
+        ({"robust": {}}, "'robust.blocks': missing"),
     ):
         path.write_text(json.dumps({**document, **change}))
         with pytest.raises(InputError, match=words):
@@ -167,7 +168,7 @@ def test_too_short_says_so_and_still_answers(exact: list[Recording]) -> None:
     assert result.estimate.robust is None
     assert "two blocks" in result.without_robust
     assert any("two blocks" in line for line in robot_sigma_notes(result))
-    document = identification_document(result, robot.processing, None)
+    document = written(identification_document(result, robot.processing, None))
     assert (document["covariance_robust"], document["chi2_by"]) == (None, "formula")
     assert "two blocks" in document["robust"]["unavailable"]
 

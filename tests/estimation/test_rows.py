@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.estimation.signals.rows import used_rows
+from dynident.estimation.signals.rows import kept_rows, used_rows
 from dynident.model import Motion, Processing
 
 SETTINGS = Processing(cutoff=10.0)
@@ -37,3 +37,13 @@ def test_a_short_recording_loses_little() -> None:
 
 def test_without_a_filter_nothing_is_lost() -> None:
     assert used_rows(moved(1.0, 1.0), Processing()).moving.all()
+
+
+def test_a_jog_to_the_start_gives_no_rows() -> None:
+    """Fast as it is: half a second of motion, a pause of one second, then the recording proper."""
+    motion = moved(0.05, 0.05)
+    speeds = np.array(motion.qd)
+    speeds[:50], speeds[50:150] = 0.5, 0.0
+    kept = kept_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
+    assert not kept[:150].any()
+    assert kept[150:, 0].all()

@@ -10,8 +10,9 @@ from dynident.commands.demo.paper import paper_tables
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit, RobustCovariance
 from dynident.estimation.payload import PayloadEstimate
-from dynident.report.documents import free_estimate_document, write_json
+from dynident.report.documents import free_estimate, write_json
 from dynident.report.tables import _value, payload_table, sigma_notes
+from dynident.tests.report.written import written
 
 
 def test_json_is_plain_and_whole(tmp_path: Path) -> None:
@@ -49,12 +50,12 @@ def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> P
 
 def test_robust_standard_deviations_are_told_where_they_are() -> None:
     few = RobustCovariance(9e-4 * np.eye(10), 8, 7, 1.5)
-    written = free_estimate_document(payload(3, few))
-    assert written["sigma_robust"]["M"] == pytest.approx(0.03)
-    assert written["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
-    assert (written["robust"]["blocks"], written["robust"]["degrees_of_freedom"]) == (8, 7)
-    assert np.allclose(written["com_sigma_robust"], 3.0 * np.asarray(written["com_sigma"]))
-    plain = free_estimate_document(payload(1, None, "too short"))
+    robust = written(free_estimate(payload(3, few)))
+    assert robust["sigma_robust"]["M"] == pytest.approx(0.03)
+    assert robust["interval95_robust"]["M"] == pytest.approx([3.0 - 2.3646 * 0.03, 3.0 + 2.3646 * 0.03], abs=1e-5)
+    assert (robust["robust"]["blocks"], robust["robust"]["degrees_of_freedom"]) == (8, 7)
+    assert np.allclose(robust["com_sigma_robust"], 3.0 * np.asarray(robust["com_sigma"]))
+    plain = written(free_estimate(payload(1, None, "too short")))
     assert (plain["sigma_robust"], plain["interval95_robust"], plain["com_sigma_robust"]) == (None, None, None)
     assert plain["robust"]["unavailable"] == "too short"
 

@@ -8,10 +8,11 @@ from dynident.estimation import Estimate, SigmaBound, SigmaRatio
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.model import base_parameters, load_robot
+from dynident.report.documents import constrained_document, elimination_document
 from dynident.report.essential_plot import essential_figure
 from dynident.report.plots import save_figure
-from dynident.report.robot_documents import constrained_document, elimination_document
 from dynident.report.robot_tables import constrained_notes, elimination_notes, standard_table
+from dynident.tests.report.written import written
 
 NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))
 
@@ -63,14 +64,14 @@ def test_data_without_noise_have_a_figure(tmp_path: Path) -> None:
 
 def test_documents_of_elimination() -> None:
     found = elimination()
-    document = elimination_document(found, ["warned"], {"c": "cR"})
+    document = written(elimination_document(found, ["warned"], {"c": "cR"}))
     assert (document["rule"], document["essential"], document["warnings"]) == ("ratio", 4, ["warned"])
     assert document["sigma_ratio"] == found.path.sigma_ratio[2]
     assert [step["eliminated"] for step in document["path"]] == [None, "a", "b", "cR", "d", "e", "f"]
     assert [step["remaining"] for step in document["path"]] == [6, 5, 4, 3, 2, 1, 0]
     assert [entry["name"] for entry in document["parameters"]] == ["cR", "d", "e", "f"]
     assert document["parameters"][0]["relative_sigma_percent"] == pytest.approx(10.0)
-    assert elimination_document(elimination(SigmaBound()))["rule"] == "sigma"
+    assert written(elimination_document(elimination(SigmaBound())))["rule"] == "sigma"
     first, second = elimination_notes(found, ["warned"])
     assert "4 of 6 parameters essential" in first
     assert second == "  - warned"
@@ -84,11 +85,11 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     values = truth + sigma * np.random.default_rng(0).standard_normal(len(truth))
     estimate = Estimate(base.columns, values, np.diag(sigma**2), 500.0, NOTHING, np.ones(1))
     result = solve_constrained_prior(robot, base, estimate, robot_prior(robot))
-    document = constrained_document(result, base)
+    document = written(constrained_document(result, base))
     assert document["gauge"] == "prior"
     labelled = {entry["name"]: entry for entry in document["parameters"]}
     assert (labelled["M1"]["kind"], labelled["XY3"]["kind"]) == ("prior", "identified")
-    assert labelled["MX2"]["base"] == ("MX2R",)
+    assert labelled["MX2"]["base"] == ["MX2R"]
     assert set(document["min_eigenvalues"]) == set("123456")
     assert document["base_parameters"][0]["free"] == estimate.values[0]
     assert len(document["unidentifiable"]) == 26
@@ -100,5 +101,5 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     assert "What the prior decides is not identified." in notes[1]
     assert any(line.startswith("No motion shows XX1") for line in notes)
 
-    plain = constrained_document(solve_constrained_base(robot, base, estimate), base)
+    plain = written(constrained_document(solve_constrained_base(robot, base, estimate), base))
     assert (plain["gauge"], "parameters" in plain, "prior" in plain) == ("base", False, False)

@@ -14,7 +14,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import Estimate
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import Gauge, cylinder_prior, origins, robot_origins, solve_constrained_prior
-from dynident.estimation.possible.link_origins import BODY_NUMBERS
+from dynident.estimation.possible.origin import BODY_NUMBERS
 from dynident.model import (
     INERTIAL,
     Drives,
@@ -133,7 +133,7 @@ def test_a_labelled_robot_has_the_torques_that_were_identified(
     estimate = Estimate(base.columns, off, np.diag(sigma**2), np.inf, Fit(np.ones(1), np.ones(1), (1,)), np.ones(1))
     found = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 50.0))
     values, parameters = (
-        (found.values, found.parameters) if gauge == "prior" else (found.nearest.values, found.nearest.witness)
+        (found.values, found.parameters) if gauge == "prior" else (found.nearest.values, found.nearest.parameters)
     )
     told = robot_origins(robot, base, parameters, gauge)
     text = robot_urdf(robot, parameters, GAUGE, None, told)

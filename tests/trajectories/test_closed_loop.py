@@ -125,6 +125,7 @@ def test_tracking_differs_by_a_milliradian_under_load(pair: list[tuple[Measureme
         assert np.abs(data.motion.q - reference).max() < 3e-3
 
 
+@pytest.mark.long
 def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
     run = Run(motion(rx90, 1), friction(rx90))
     ((coarse, _),) = loop.run([run])
@@ -154,6 +155,7 @@ def filled(robot: Robot) -> Robot:
     return replace(robot, parameters=values)
 
 
+@pytest.mark.long
 def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     """Sliding joints, oblique gravity, offsets, coupling, spring: the motor torques are the inverse model's."""
     robot = filled(prismatic["crooked"])

@@ -43,7 +43,7 @@ from dynident.trajectories.motions import Samples
 from dynident.trajectories.simulation import parameter_vector
 
 
-@pytest.mark.parametrize("fixed", [None, 1.25])
+@pytest.mark.parametrize("fixed", [pytest.param(None, marks=pytest.mark.long), 1.25])
 def test_trapezoids_within_every_limit(fixed: float | None) -> None:
     """Peaks of speed and acceleration as the trapezoid's law has them, not as samples show them."""
     shape = ViaPointShape(8, passing=False, fixed=fixed, segment=Trapezoid(0.2))
@@ -61,7 +61,7 @@ def test_trapezoids_within_every_limit(fixed: float | None) -> None:
         assert np.array_equal(plan.durations, np.full(7, fixed))
 
 
-@pytest.mark.parametrize("fixed", [None, 1.25])
+@pytest.mark.parametrize("fixed", [pytest.param(None, marks=pytest.mark.long), 1.25])
 def test_blends_within_every_limit(fixed: float | None) -> None:
     """Speeds and accelerations as the law has them: constant in each move, and in each blend."""
     task = build_design(ROBOT, BlendShape(5, fixed=fixed), GOALS["payload"], bounds=BOUNDS)
@@ -131,6 +131,7 @@ def test_predicted_sigma_is_that_of_the_covariance(guarded: Design) -> None:
     assert guarded.learnt.log_det == pytest.approx(np.linalg.slogdet(W.T @ W)[1], abs=1.0)
 
 
+@pytest.mark.long
 def test_condition_number_of_a_design_and_its_floor() -> None:
     design = solve_design(build_design(ROBOT, ViaPointShape(14), Goal("cond")), seed=0, starts=1)
     assert design.feasible

@@ -140,6 +140,23 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
     assert spread.com == pytest.approx(com, rel=0.15)
 
 
+@pytest.mark.parametrize("mass_sigma", [None, 0.5])
+def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
+    design: NearDesign, mass_sigma: float | None
+) -> None:
+    """The same motion sampled ten times as often tells no more; a fourth of the independent samples tells half."""
+    robot, joints = load_robot("ur10e"), (2, 3, 5, 6)
+
+    def mass(sampled: float, rate: float) -> float:
+        motion = design.motion.motion(sampled)
+        return predicted_spread(robot, motion, joints, NOISE, rate, BODY, mass_sigma).mass
+
+    assert mass(100.0, 10.0) == pytest.approx(mass(10.0, 10.0), rel=0.03)
+    if mass_sigma is None:
+        assert mass(100.0, 2.5) == pytest.approx(2.0 * mass(100.0, 10.0), rel=1e-9)
+    assert mass(40.0, 40.0) == pytest.approx(0.5 * mass(10.0, 10.0), rel=0.05)
+
+
 def test_a_scale_sharpens_the_centre_of_mass() -> None:
     free, weighed = asked((3, 5, 6)).solved(), asked((3, 5, 6), mass_sigma=0.02).solved()
     assert weighed.spread.mass <= 0.02

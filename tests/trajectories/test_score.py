@@ -51,6 +51,7 @@ def test_d_counts_information_per_second(problem: DesignProblem) -> None:
         assert score.value == pytest.approx(-per_second, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_design_is_a_quarter_below_random_motions(problem: DesignProblem) -> None:
     design = solve_design(problem, starts=3)
     assert design.feasible

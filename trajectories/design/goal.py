@@ -94,9 +94,7 @@ class Goal:
         Raises:
             InputError: for a name that the robot does not have.
         """
-        if self.payload_only:
-            return payload_columns(robot)
-        names = base_parameters(robot).columns if self.columns is None else tuple(self.columns)
+        names = payload_columns(robot) if self.payload_only else self.columns or base_parameters(robot).columns
         known, interest = standard_columns(self.model(robot)), self.interest or ()
         wrong = [name for name in names if name not in known] + [name for name in interest if name not in names]
         if not wrong and (not names or len(set(names)) != len(names)):

@@ -25,16 +25,10 @@ def inertia(evidence: Evidence) -> list[Finding]:
         return []
     shares = ", ".join(f"{name} by {_percent(share)}" for name, share in vague)
     text = f"the inertia at the centre of mass is not determined (method {payload.method}, 1 sigma: {shares})"
-    hidden = unseen(payload)
+    hidden = _unseen(payload)
     if hidden:
         text += f"; in units of the payload's own size the motion hardly shows {', '.join(hidden)}"
     return [warning(f"{text}: use mass and centre of mass, or move the wrist faster")]
-
-
-def inertia_sigma(payload: ConstrainedPayload) -> Array:
-    """Relative standard deviations of the three moments of inertia at the centre of mass, shape (3,)."""
-    moments, sigma = _moments(payload)
-    return sigma / moments
 
 
 def _moments(payload: ConstrainedPayload) -> tuple[Array, Array]:
@@ -47,7 +41,7 @@ def _moments(payload: ConstrainedPayload) -> tuple[Array, Array]:
     return np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300)), sigma
 
 
-def unseen(payload: ConstrainedPayload) -> list[str]:
+def _unseen(payload: ConstrainedPayload) -> list[str]:
     """Inertia parameters whose deviation is large against M l^2, l the payload's own radius of gyration."""
     size = max(float(np.trace(payload.body.inertia_com)) / 2.0, 1e-300)
     sigmas = payload.free.larger_sigma[:6]

@@ -14,9 +14,10 @@ from dynident.estimation.payload.constrained import ConstrainedPayload
 from dynident.estimation.payload.over_time import Stretch
 from dynident.estimation.payload.result import PayloadEstimate
 from dynident.estimation.payload.source import Source
-from dynident.estimation.possible.conflicts import Tested, Weighing
 from dynident.estimation.possible.constraints import Constraint, MassBounds
 from dynident.estimation.possible.intervals import NO_INTERVALS
+from dynident.estimation.possible.payload import Tested
+from dynident.estimation.possible.result import Weighing
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.estimation.weigh.repeats import Repeats
 from dynident.model import InertialParameters, Recording, load_robot
@@ -64,6 +65,7 @@ class _Result:
 
     body: InertialParameters
     p_value: float
+    weighings: tuple[Weighing, ...]
 
 
 def possible_of(
@@ -74,8 +76,8 @@ def possible_of(
     body: InertialParameters = BODY,
 ) -> ConstrainedPayload:
     """The possible payload that belongs to an estimate."""
-    result: Any = _Result(body, p_value)
-    return ConstrainedPayload(free, result, NO_INTERVALS, None, tested, weighings)
+    result: Any = _Result(body, p_value, weighings)
+    return ConstrainedPayload(free, result, NO_INTERVALS, None, tested)
 
 
 def of_payload(*estimates: PayloadEstimate, **more: Any) -> Evidence:

@@ -20,8 +20,8 @@ from dynident.estimation.diagnosis.quantities import (
 )
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
-from dynident.estimation.possible.conflicts import CONFLICT
 from dynident.estimation.possible.constraints import PossibleBody
+from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
 from dynident.model.payload_spread import PayloadSpread
 from dynident.tests.estimation.diagnosis.made import (

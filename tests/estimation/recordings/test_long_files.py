@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
+from dynident.estimation import LogMap, read_recording
+from dynident.estimation.recordings import open_log
 from dynident.estimation.recordings.table import BLOCK
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import as_npz
@@ -47,3 +48,27 @@ def test_a_long_log_takes_little_more_than_its_arrays(tmp_path: Path, arm: Robot
     tracemalloc.stop()
     arrays = recording.t.nbytes + recording.q.nbytes + recording.torque.nbytes
     assert peak < 1.25 * arrays + 16e6  # a block of text and numbers on top
+
+
+@pytest.mark.parametrize(
+    "cell", ["1.5", "+1.5", "1.", ".5", "1e-3", "-0", "01", " 2.5 ", "1e22", "123456789012345678901"]
+)
+def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, cell: str) -> None:
+    """Plain rows are read a quick way, which must give what Python reads."""
+    numbers = np.random.default_rng(1).standard_normal((40, 12))
+    rows = [[repr(0.01 * k), *map(repr, values)] for k, values in enumerate(numbers.tolist())]
+    rows[7][9] = cell
+    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([header, *map(",".join, rows)]))
+    numbers[7, 8] = float(cell)
+    recording = read_recording(path, arm)
+    assert np.array_equal(np.column_stack([recording.q, recording.torque]), numbers)
+
+
+@pytest.mark.parametrize("row", ["1,2", "1,2,[4]", "1,2,true", "1,2,null", '1,2,"4"', "1,2,", "1,2,nan"])
+def test_rows_that_are_not_plain_numbers_are_refused(tmp_path: Path, row: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(f"t,q1,tau1\n0,1,2\n{row}\n")
+    with pytest.raises(InputError, match=r"line 3|cannot be read"):
+        list(open_log(path, LogMap()).blocks(("t", "q1", "tau1")))

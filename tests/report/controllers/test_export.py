@@ -101,7 +101,7 @@ def test_the_recommended_method_comes_first_unless_another_is_asked_for(
     assert "method 1 (constrained)" in run(path, "--to", "ur", "--method", "1")[1]
     status, _, err = run(payload(*estimates, recommended=[4]), "--to", "ur")
     assert status == 2
-    assert "not a document of" in err
+    assert "key 'recommended': must be a table, got [4]: give the --json of 'dynident payload'" in err
 
 
 def test_no_such_method(run: Run, payload: Callable[..., str]) -> None:
@@ -198,9 +198,9 @@ def test_wrong_options(run: Run, payload: Callable[..., str], arguments: tuple[s
     ("text", "words"),
     [
         ("", "cannot be read as JSON"),
-        ("[]", "not a document of"),
-        ('{"verdict": 3}', "not a document of"),
-        ('{"frame": "tool0", "verdict": {"level": "fine", "reasons": []}, "estimates": []}', "there are none"),
+        ("[]", "must be a table, got []: give the --json of 'dynident payload'"),
+        ('{"verdict": 3}', "key 'verdict': must be a table, got 3: give the --json of"),
+        ('{"frame": "tool0", "verdict": {"level": "use", "reasons": []}, "estimates": []}', "there are none"),
     ],
 )
 def test_wrong_files(run: Run, tmp_path: Path, text: str, words: str) -> None:
@@ -220,7 +220,8 @@ def test_a_missing_number_and_a_strange_verdict(run: Run, payload: Callable[...,
     assert "XX was not measured" in err
     status, _, err = run(payload(verdict={"level": "fine", "reasons": []}), "--to", "ur")
     assert status == 2
-    assert "verdict 'fine'" in err
+    assert "key 'verdict.level': must be" in err
+    assert "got 'fine'" in err
 
 
 @pytest.mark.parametrize("name", robot_names())

@@ -60,6 +60,7 @@ def test_console_errors_would_be_seen(browser: str, tmp_path: Path) -> None:
     assert ":CONSOLE" in done.stderr
 
 
+@pytest.mark.long
 def test_prints(payload_report: Made, browser: str, tmp_path: Path) -> None:
     target = tmp_path / "page.pdf"
     start(browser, tmp_path, f"--print-to-pdf={target}", payload_report.path.as_uri())

@@ -10,11 +10,13 @@ from typing import Any
 import pytest
 from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem, read_recording
 from dynident.estimation.diagnosis import Finding
+from dynident.estimation.files import StoredPayload
 from dynident.model import load_robot
 from dynident.report.controllers import FORMATS, load_of_document
 from dynident.report.documents import payload_document
 from dynident.report.html import Provenance, payload_page
 from dynident.report.html.controller import controller_block
+from msgspec import structs
 
 from .conftest import read
 
@@ -29,9 +31,9 @@ def answer(short_logs: Path) -> PayloadAnswer:
 
 
 @pytest.fixture(scope="module")
-def document(answer: PayloadAnswer) -> dict[str, Any]:
+def document(answer: PayloadAnswer) -> StoredPayload:
     """As if the payload were known in the flange."""
-    return payload_document(answer, answer.problem.robot.processing) | {"frame": "flange: plain"}
+    return structs.replace(payload_document(answer, answer.problem.robot.processing), frame="flange: plain")
 
 
 @pytest.mark.parametrize(
@@ -60,7 +62,7 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str]
     assert "No recording was held out" in text
 
 
-def test_controllers_get_what_export_writes(document: dict[str, Any]) -> None:
+def test_controllers_get_what_export_writes(document: StoredPayload) -> None:
     """The robot's own maker first and open; each text is that of ``dynident export``, but for the reasons."""
     block = controller_block(document, "this report", "Stäubli RX90")
     page = read(block)
@@ -73,14 +75,14 @@ def test_controllers_get_what_export_writes(document: dict[str, Any]) -> None:
     assert [key for _, key, _ in page.attributes].count("open") == 1
 
 
-def test_another_frame_than_the_flange_is_told(document: dict[str, Any]) -> None:
-    text = controller_block(document | {"frame": "frame 6"}, "this report", "Stäubli RX90")
+def test_another_frame_than_the_flange_is_told(document: StoredPayload) -> None:
+    text = controller_block(structs.replace(document, frame="frame 6"), "this report", "Stäubli RX90")
     assert "not in the flange" in text
     assert "--flange-frame" in text
     assert "controller-plain" in text
     assert "controller-staubli" not in text
 
 
-def test_a_payload_that_no_controller_takes_is_told(document: dict[str, Any]) -> None:
-    estimates = [one | {"parameters": one["parameters"] | {"M": -1.0}} for one in document["estimates"]]
-    assert "No controller takes this payload" in controller_block(document | {"estimates": estimates}, "x", "y")
+def test_a_payload_that_no_controller_takes_is_told(document: StoredPayload) -> None:
+    light = tuple(structs.replace(e, parameters={**e.parameters, "M": -1.0}) for e in document.estimates)
+    assert "No controller takes" in controller_block(structs.replace(document, estimates=light), "x", "y")

@@ -9,8 +9,8 @@ import pytest
 from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing
 from dynident.estimation.weigh import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
+from dynident.report.documents import weigh_document
 from dynident.report.html import Page, Provenance, weigh_page
-from dynident.report.weigh_documents import weigh_document
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 
 from .conftest import read

@@ -7,79 +7,39 @@ Schur complement of the joint normal matrix). So method 4 under constraints on t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array
+from ...common.linear import rank
 from ...model import InertialParameters
 from ..equations.names import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import SolverError, solve_cone
-from .constraints import PSEUDO_INERTIA, Constraint, KnownMass
-from .scaling import NOISE_FLOOR, POSSIBLE, Active, ScaledProblem, rise_p_value, with_possible
+from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody
+from .result import CONFLICT, Active, Possible, rise_p_value
+from .scaling import NOISE_FLOOR, POSSIBLE, ScaledProblem, with_possible
 
 
-@dataclass(frozen=True)
-class ConstrainedEstimate:
-    """A payload that can exist, and what that cost.
+class Tested(NamedTuple):
+    """A constraint that holds the estimate back, and how unlikely that is if it is true.
 
-    Attributes:
-        free: the unconstrained estimate.
-        values: the constrained ten in the order of ``PAYLOAD``, shape (10,); eliminated ones are zero.
-        chi2_rise: of these values, squared distance from the free ones by their covariance, plus soft terms.
-        soft_terms: number of soft terms.
-        active: constraints that hold the estimate back, largest multiplier first.
-        constraints: what was demanded.
-        status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
-            it does but for an eigenvalue of rounding size (exact data).
+    ``rise``: what it adds to chi2. ``p_value``: probability of as much, at most: by chi-squared (or Fisher's F) of
+    as many degrees as the constraint restricts directions.
     """
 
-    free: Estimate
-    values: Array
-    chi2_rise: float
-    soft_terms: int
-    active: tuple[Active, ...]
-    constraints: tuple[Constraint, ...]
-    status: str
-
-    def __post_init__(self) -> None:
-        """Lock the values."""
-        object.__setattr__(self, "values", frozen_array(self.values, (10,), "constrained values"))
-
-    @cached_property
-    def body(self) -> InertialParameters:
-        """The payload as a body."""
-        return InertialParameters(self.values)
+    constraint: Constraint
+    rise: float
+    p_value: float
 
     @property
-    def min_pseudo_inertia_eigenvalue(self) -> float:
-        """Smallest eigenvalue of the pseudo-inertia; not negative."""
-        return self.body.min_pseudo_inertia_eigenvalue
-
-    @property
-    def moved_in_sigma(self) -> Array:
-        """By how many standard deviations each free value was moved, in the order of ``free.names``."""
-        places = [PAYLOAD.index(name) for name in self.free.names]
-        return np.asarray((self.values[places] - self.free.values) / self.free.sigma)
-
-    @property
-    def p_value(self) -> float:
-        """Probability of a rise this large if the true payload holds the constraints.
-
-        The nearest admissible point is no farther than the truth, whose squared distance is chi-squared with as
-        many degrees of freedom k as there are parameters and soft terms (k times Fisher's F, as the covariance
-        holds an estimated variance). At the boundary of a cone the rise itself follows a mixture of chi-squared
-        laws of 0 to k degrees of freedom, for which the law of k is an upper bound: this p-value is too large,
-        never too small; a small one says that a constraint or the model is wrong.
-        """
-        k = len(self.free.names) + self.soft_terms
-        return rise_p_value(self.chi2_rise, k, self.free.degrees_of_freedom)
+    def conflict(self) -> bool:
+        """Whether it contradicts the data."""
+        return self.p_value < CONFLICT
 
 
-def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> ConstrainedEstimate:
+def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = POSSIBLE) -> Possible:
     """The nearest payload that holds the constraints.
 
     ``PossibleBody`` always holds, whether listed or not. Bounds hold to 1e-6 of the body's own size, the
@@ -100,7 +60,8 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
     except SolverError as error:
         raise error.naming(*(c.description for c in constraints)) from None
     chi2 = problem.floor + float(np.sum((problem.R @ (z - problem.centre)) ** 2))
-    return ConstrainedEstimate(estimate, problem.full(z), chi2, problem.soft_terms, active, constraints, status)
+    values = problem.full(z)
+    return Possible(estimate, values, chi2, active, (InertialParameters(values),), status, tuple(constraints))
 
 
 def _nearest(problem: ScaledProblem, hard: Sequence[Constraint]) -> tuple[Array, tuple[Active, ...], str]:
@@ -113,6 +74,24 @@ def _nearest(problem: ScaledProblem, hard: Sequence[Constraint]) -> tuple[Array,
     solution = solve_cone(problem.program())
     z = problem.repaired(solution.z)
     return z, problem.active(hard, z, solution), solution.status
+
+
+def tested(result: Possible) -> tuple[Tested, ...]:
+    """Each active constraint by itself: the rise with all constraints less that without it.
+
+    That a body must exist is not left out; its rise is that which it causes alone.
+    """
+    found = []
+    for constraint in [active.constraint for active in result.active if active.constraint is not None]:
+        others = [c for c in result.constraints if c is not constraint]
+        if isinstance(constraint, PossibleBody):
+            rise, k = solve_constrained(result.free, [constraint]).chi2_rise, len(result.free.names)
+        else:
+            rise = result.chi2_rise - solve_constrained(result.free, others).chi2_rise
+            k = rank(constraint.rows.A)
+        p = rise_p_value(max(rise, 0.0), k, result.free.degrees_of_freedom)
+        found.append(Tested(constraint, rise, p))
+    return tuple(found)
 
 
 class CvxpyProblem(NamedTuple):

@@ -6,21 +6,22 @@ standard parameters themselves stay undetermined (26 directions on the RX90) and
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, InertialParameters, Robot
 from ..fit.error_covariance import error_model
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
-from .data_share import hidden_directions
+from .origin import hidden_directions
+from .result import Active, Possible
 from .robot_rules import RobotRules, link_places, sizes
-from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, rise_p_value, whitening
+from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening
 
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
@@ -30,55 +31,18 @@ _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
 
 
-class Holding(NamedTuple):
-    """What holds the estimate back.
-
-    ``description``; ``multiplier``: how fast chi2 falls as it is relaxed, in scaled units.
-    """
-
-    description: str
-    multiplier: float
-
-
 @dataclass(frozen=True)
-class ConstrainedBase:
-    """Base parameters of a robot that can exist.
+class PossibleRobot(Possible):
+    """Base parameters of a robot whose links can exist, and one such robot.
 
     Attributes:
-        free: the unconstrained estimate with the covariance by which distance and p-value go: that of
-            ``error_model``.
-        values: the constrained base parameters, in the order of ``free.names``.
-        chi2_rise: squared distance from the free ones by their covariance.
-        active: links and drives that hold the estimate back, largest multiplier first.
-        witness: standard parameters of one robot that can exist and has these base parameters. One of many: not
-            identified.
-        min_eigenvalues: smallest eigenvalue of each link's pseudo-inertia in ``witness``; none is negative.
+        parameters: standard parameters of that robot by name. In the base gauge it is one of many with the same
+            base parameters and nothing in it is identified; with a prior, what is not identified is its choice.
         unidentifiable: changes of standard parameters that change no torque ("M1", "IA1 - ZZ1").
-        status: of the solver.
     """
 
-    free: Estimate
-    values: Array
-    chi2_rise: float
-    active: tuple[Holding, ...]
-    witness: dict[str, float]
-    min_eigenvalues: tuple[float, ...]
-    unidentifiable: tuple[str, ...]
-    status: str
-
-    def __post_init__(self) -> None:
-        """Lock the values."""
-        object.__setattr__(self, "values", frozen_array(self.values, (len(self.free.names),), "base parameters"))
-
-    @property
-    def min_pseudo_inertia_eigenvalue(self) -> float:
-        """Smallest among the links of ``witness``; not negative."""
-        return min(self.min_eigenvalues)
-
-    @property
-    def p_value(self) -> float:
-        """As for ``ConstrainedEstimate``: never too small for a robot that can exist."""
-        return rise_p_value(self.chi2_rise, len(self.free.names), self.free.degrees_of_freedom)
+    parameters: dict[str, float] = field(kw_only=True)
+    unidentifiable: tuple[str, ...] = field(kw_only=True)
 
 
 class RobotProgram(NamedTuple):
@@ -109,9 +73,22 @@ class RobotProgram(NamedTuple):
         program = ConeProgram(R @ G, R @ estimate.values, rules.A, rules.b, bodies)
         return RobotProgram(scale, R, program, rules, links)
 
-    def min_eigenvalues(self, z: Array) -> tuple[float, ...]:
-        """Smallest eigenvalue of each link's pseudo-inertia, SI units."""
-        return tuple(_lowest((z * self.scale)[link]) for link in self.links)
+    def answer(
+        self, base: BaseParameters, estimate: Estimate, z: Array, active: tuple[Active, ...], status: str
+    ) -> PossibleRobot:
+        """The robot that z stands for."""
+        x = z * self.scale
+        values = base.grouping @ x
+        return PossibleRobot(
+            free=estimate,
+            values=values,
+            chi2_rise=float(np.sum((self.R @ (values - estimate.values)) ** 2)),
+            active=active,
+            bodies=tuple(InertialParameters(x[link]) for link in self.links),
+            status=status,
+            parameters={name: float(value) for name, value in zip(base.standard, x, strict=True)},
+            unidentifiable=hidden_directions(base),
+        )
 
     def repaired(self, z: Array) -> Array:
         """z moved by rounding, so that no link has a negative eigenvalue and no drive a negative number.
@@ -141,7 +118,7 @@ class RobotProgram(NamedTuple):
 
 def solve_constrained_base(
     robot: Robot, base: BaseParameters, estimate: Estimate, total_mass: MassBounds | None = None
-) -> ConstrainedBase:
+) -> PossibleRobot:
     """The nearest base parameters of a robot that can exist.
 
     Every link can exist, friction and rotor inertias are not negative, and of coupled rotors IA_j >= IA_k. Nearest
@@ -161,32 +138,26 @@ def solve_constrained_base(
     return solve_robot_program(RobotProgram.of(robot, base, estimate, total_mass), base, estimate)
 
 
-def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> ConstrainedBase:
-    """The same from a problem that is scaled already."""
+def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> PossibleRobot:
+    """The nearest base parameters by a problem that is scaled already."""
     solution = solve_cone(problem.program, _LARGEST)
     z = problem.repaired(solution.z)
-    x = z * problem.scale
-    values = base.grouping @ x
-    chi2 = float(np.sum((problem.R @ (values - estimate.values)) ** 2))
-    witness = {name: float(value) for name, value in zip(base.standard, x, strict=True)}
-    active = _active(solution, problem.program, z, problem.rules.texts)
-    lowest, hidden = problem.min_eigenvalues(z), hidden_directions(base)
-    return ConstrainedBase(estimate, values, chi2, active, witness, lowest, hidden, solution.status)
+    return problem.answer(base, estimate, z, _active(solution, problem.program, z, problem.rules.texts), "Solved")
 
 
 def _lowest(ten: Array) -> float:
     return InertialParameters(ten).min_pseudo_inertia_eigenvalue
 
 
-def _active(solution: ConeSolution, program: ConeProgram, z: Array, texts: Sequence[str]) -> tuple[Holding, ...]:
+def _active(solution: ConeSolution, program: ConeProgram, z: Array, texts: Sequence[str]) -> tuple[Active, ...]:
     """Constraints whose multiplier exceeds their slack, and is not next to nothing."""
     slacks = [*(program.A @ z + program.b), *(_lowest(body @ z) for body in program.bodies)]
     links = [f"link {j} can exist" for j in range(1, len(program.bodies) + 1)]
     prices = [*solution.row_multipliers, *solution.body_multipliers]
     floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
     found = [
-        Holding(text, 2.0 * solution.norm * float(price))
+        Active(text, 2.0 * solution.norm * float(price))
         for text, price, slack in zip([*texts, *links], prices, slacks, strict=True)
         if price > max(slack, floor)
     ]
-    return tuple(sorted(found, key=lambda holding: -holding.multiplier))
+    return tuple(sorted(found, key=lambda active: -active.multiplier))

@@ -5,23 +5,23 @@ to a prior in entropic distance is one definite answer. The weight of the distan
 stated budget above that of the nearest robot that can exist: the prior never costs more than that.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...common.arrays import Array, frozen_array
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot
 from ..fit.error_covariance import error_model
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, SolverError, solve_cone
-from .constrained_base import ConstrainedBase, Holding, RobotProgram, solve_robot_program
 from .constraints import MassBounds
-from .data_share import Origin, origins
 from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
+from .origin import Origin, origins
 from .prior import RobotPrior
-from .scaling import TOLERANCE, rise_p_value
+from .result import Active
+from .robot import PossibleRobot, RobotProgram, solve_robot_program
+from .scaling import TOLERANCE
 
 BUDGET = 1.0
 """By which chi2 may rise above the constrained minimum."""
@@ -35,50 +35,24 @@ _NEAR = 0.3
 
 
 @dataclass(frozen=True)
-class ConstrainedRobot:
-    """Standard parameters of a robot that can exist, data first, then a prior.
+class PriorRobot(PossibleRobot):
+    """The robot that can exist, data first, then a prior.
 
     Attributes:
-        nearest: the base gauge: base parameters of the nearest robot that can exist, and the free estimate.
+        nearest: the base gauge: the nearest robot that can exist.
         prior: what the links were thought to be.
         budget: by which chi2 was allowed to rise above ``nearest.chi2_rise``.
         weight: of the entropic distance; infinite where the prior itself is within the budget.
-        parameters: all standard parameters by name. Those that are not identified are the prior's choice.
-        origins: who decides each of them.
-        values: base parameters, in the order of ``nearest.free.names``.
-        chi2_rise: squared distance from the free base parameters by their covariance.
+        origins: who decides each standard parameter.
         distances: entropic distance of each link from its prior.
-        active: rules of drives and mass that hold the estimate back, largest multiplier first.
-        min_eigenvalues: smallest eigenvalue of each link's pseudo-inertia; all are positive.
-        status: "Solved", or "prior" where the prior itself is within the budget.
     """
 
-    nearest: ConstrainedBase
-    prior: RobotPrior
-    budget: float
-    weight: float
-    parameters: dict[str, float]
-    origins: dict[str, Origin]
-    values: Array
-    chi2_rise: float
-    distances: tuple[float, ...]
-    active: tuple[Holding, ...]
-    min_eigenvalues: tuple[float, ...]
-    status: str
-
-    def __post_init__(self) -> None:
-        """Lock the values."""
-        object.__setattr__(self, "values", frozen_array(self.values, (None,), "base parameters"))
-
-    @property
-    def free(self) -> Estimate:
-        """The unconstrained estimate, as in ``nearest``."""
-        return self.nearest.free
-
-    @cached_property
-    def p_value(self) -> float:
-        """As for ``ConstrainedEstimate``, of the whole rise, budget included."""
-        return rise_p_value(self.chi2_rise, len(self.free.names), self.free.degrees_of_freedom)
+    nearest: PossibleRobot = field(kw_only=True)
+    prior: RobotPrior = field(kw_only=True)
+    budget: float = field(kw_only=True)
+    weight: float = field(kw_only=True)
+    origins: dict[str, Origin] = field(kw_only=True)
+    distances: tuple[float, ...] = field(kw_only=True)
 
 
 def solve_constrained_prior(
@@ -88,7 +62,7 @@ def solve_constrained_prior(
     prior: RobotPrior,
     budget: float = BUDGET,
     total_mass: MassBounds | None = None,
-) -> ConstrainedRobot:
+) -> PriorRobot:
     """The robot nearest to a prior among those that explain the data within a budget.
 
     Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
@@ -116,27 +90,20 @@ def solve_constrained_prior(
     z0 = _prior_point(problem, prior)
     program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
     found, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
-    active: tuple[Holding, ...] = ()
+    active: tuple[Active, ...] = ()
     if found is None:
         start = program.start(_inside(problem, z0))
         weight, point = _within_budget(program, start, nearest.chi2_rise, budget)
         found, status, active = point.z, "Solved", _active(problem, point)
     z = problem.repaired(found)
-    x = z * problem.scale
-    values = base.grouping @ x
-    return ConstrainedRobot(
+    return PriorRobot(
+        **vars(problem.answer(base, estimate, z, active, status)),
         nearest=nearest,
         prior=prior,
         budget=budget,
         weight=weight,
-        parameters={name: float(value) for name, value in zip(base.standard, x, strict=True)},
         origins=origins(robot, base),
-        values=values,
-        chi2_rise=float(np.sum((problem.R @ (values - estimate.values)) ** 2)),
         distances=tuple(float(distance) for distance in program.distances(z)),
-        active=active,
-        min_eigenvalues=problem.min_eigenvalues(z),
-        status=status,
     )
 
 
@@ -217,11 +184,11 @@ def _next(weight: float, low: float, high: float, rise: float, slope: float) -> 
     return float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
 
 
-def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Holding, ...]:
+def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Active, ...]:
     slack = problem.rules.A @ point.z + problem.rules.b
     found = [
-        Holding(text, float(price))
+        Active(text, float(price))
         for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
         if price > max(room, TOLERANCE)
     ]
-    return tuple(sorted(found, key=lambda holding: -holding.multiplier))
+    return tuple(sorted(found, key=lambda active: -active.multiplier))

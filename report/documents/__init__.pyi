@@ -1,0 +1,14 @@
+from ...common.schema import write_json as write_json
+from .check import check_document as check_document
+from .check import following_document as following_document
+from .check import pose_document as pose_document
+from .check import robot_check_document as robot_check_document
+from .design import design_document as design_document
+from .design import near_document as near_document
+from .gains import gains_document as gains_document
+from .parts import elimination_document as elimination_document
+from .payload import free_estimate as free_estimate
+from .payload import payload_document as payload_document
+from .robot import constrained_document as constrained_document
+from .robot import identification_document as identification_document
+from .weigh import weigh_document as weigh_document

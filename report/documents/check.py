@@ -1,0 +1,178 @@
+"""The documents of ``check``, ``verify`` and ``robot check``."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+from msgspec import UNSET, UnsetType, field, structs
+
+from ...common.schema import Document
+from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck
+from ...estimation.diagnosis.facts import JointFacts, TimeFacts
+from ...estimation.diagnosis.log_check import Excited
+from ...estimation.files.parts import Number
+from ...estimation.weigh import FollowingChange
+from ...model import Pose, Robot
+
+
+class FindingDocument(Document, frozen=True):
+    """Something that speaks against a log, or is worth knowing."""
+
+    severity: Literal["error", "warning", "note"]
+    text: str = field(name="words")
+
+
+class LogDocument(Document, frozen=True):
+    """A look at one log."""
+
+    source: str
+    notes: tuple[str, ...]
+    currents: bool
+    usable: bool
+    findings: tuple[FindingDocument, ...]
+    time: TimeFacts | None
+    joints: tuple[JointFacts, ...]
+    excitation: tuple[Excited, ...]
+    relative_residual: Number
+    condition_number_scaled: Number
+
+
+class CheckDocument(Document, frozen=True):
+    """A look at several logs of a robot."""
+
+    robot: str
+    logs: tuple[LogDocument, ...]
+
+
+class ChangeDocument(Document, frozen=True):
+    """Root mean square before and after, and by what share it fell, with 95 % interval."""
+
+    name: str
+    before: float
+    after: float
+    fall: Number
+    interval: tuple[Number, Number]
+    clear: str
+
+
+class FollowingDocument(Document, frozen=True):
+    """What the controller missed before and after a payload was entered."""
+
+    kind: str = field(name="compared")
+    tells: bool
+    lag: float = field(name="lag_s")
+    joints: tuple[ChangeDocument, ...]
+    total: ChangeDocument = field(name="all")
+
+
+class ReadingDocument(Document, frozen=True):
+    """One way to read the joint columns, and the residual it leaves."""
+
+    residual: Number
+    order: tuple[int, ...]
+    sign: tuple[int, ...]
+    zero_deg: tuple[int, ...]
+    torque_sign: tuple[int, ...]
+
+
+class ReadingsDocument(Document, frozen=True):
+    """Ways to read the joint columns, best first."""
+
+    unit: str
+    as_recorded: Number
+    suggested: str | None
+    ranked: tuple[ReadingDocument, ...]
+
+
+class FrameDocument(Document, frozen=True):
+    """A frame; null where its axes are not logged."""
+
+    xyz_m: tuple[float, ...]
+    rpy_rad: tuple[float, ...] | None
+
+
+class PoseLogDocument(Document, frozen=True):
+    """How well the robot's description gives the tool's poses in one log."""
+
+    log: str
+    reproduced: bool
+    rms: float = field(name="rms_m")
+    largest_m: float
+    rms_angle: Number = field(name="rms_angle_rad")
+    as_is: float = field(name="as_is_m")
+    base: FrameDocument
+    tool: FrameDocument
+    determined: bool = field(name="base_and_tool_determined")
+    readings: ReadingsDocument | None
+
+
+class RobotCheckDocument(Document, frozen=True):
+    """Whether a description agrees with recordings; ways to read them by torques where there are some."""
+
+    robot: str
+    poses: tuple[PoseLogDocument, ...]
+    unit: str | UnsetType = UNSET
+    as_recorded: Number | UnsetType = UNSET
+    suggested: str | UnsetType | None = UNSET
+    ranked: tuple[ReadingDocument, ...] | UnsetType = UNSET
+
+
+def check_document(robot: Robot, checks: Sequence[LogCheck]) -> CheckDocument:
+    """What ``dynident check --json`` writes."""
+    logs = (
+        LogDocument.of(
+            check,
+            source=check.recording.source,
+            notes=tuple(check.recording.notes),
+            findings=tuple(map(FindingDocument.of, check.findings)),
+        )
+        for check in checks
+    )
+    return CheckDocument(robot.name, tuple(logs))
+
+
+def following_document(found: FollowingChange) -> FollowingDocument:
+    """What ``dynident verify --json`` writes."""
+    joints = tuple(map(ChangeDocument.of, found.joints))
+    return FollowingDocument.of(
+        found, tells=found.kind != "torque", joints=joints, total=ChangeDocument.of(found.total)
+    )
+
+
+def readings_document(check: KinematicsCheck) -> ReadingsDocument:
+    """The best twenty ways to read the joint columns."""
+    ranked = (
+        ReadingDocument(
+            one.residual,
+            tuple(column + 1 for column in one.reading.order),
+            one.reading.sign,
+            tuple(90 * quarter for quarter in one.reading.quarters),
+            one.reading.torque,
+        )
+        for one in check.ranked[:20]
+    )
+    suggested = check.suggested.reading.told() if check.suggested else None
+    return ReadingsDocument(check.unit, check.as_recorded.residual, suggested, tuple(ranked))
+
+
+def pose_document(source: str, check: PoseCheck, readings: KinematicsCheck | None) -> PoseLogDocument:
+    """The comparison of one log's tool poses with forward kinematics."""
+    return PoseLogDocument.of(
+        check,
+        log=source,
+        largest_m=check.errors.max(),
+        base=_frame(check.base),
+        tool=_frame(check.tool, check.angles is not None),
+        readings=readings_document(readings) if readings else None,
+    )
+
+
+def robot_check_document(
+    robot: Robot, poses: Sequence[PoseLogDocument], check: KinematicsCheck | None
+) -> RobotCheckDocument:
+    """What ``dynident robot check --json`` writes."""
+    ranked = structs.asdict(readings_document(check)) if check else {}
+    return RobotCheckDocument(robot.name, tuple(poses), **ranked)
+
+
+def _frame(pose: Pose, axes: bool = True) -> FrameDocument:
+    return FrameDocument(pose.origin, pose.rpy if axes else None)

@@ -1,0 +1,242 @@
+"""The documents of ``design`` and of motions near a pose."""
+
+from collections.abc import Mapping
+from typing import Literal
+
+from msgspec import UNSET, UnsetType, field
+
+from ... import __version__
+from ...common.schema import Document, Matrix, Vector
+from ...estimation.files.parts import Number
+from ...estimation.files.stored_payload import VisibilityDocument
+from ...model.payload_spread import PayloadSpread
+from ...trajectories import (
+    BlendedPoints,
+    Design,
+    DesignProblem,
+    Fourier,
+    Score,
+    Trapezoid,
+    ViaPoints,
+)
+from ...trajectories.design import Floor
+from ...trajectories.motions import Plan
+from ..near import NearResult
+
+
+class LimitDocument(Document, frozen=True):
+    """How near a motion comes to a limit."""
+
+    name: str
+    worst: str
+    value: Number
+    limit: Number
+    violation: Number
+    relative: Number
+    room: Number
+
+
+class LimitsDocument(Document, frozen=True):
+    """Whether a motion keeps its limits; ``max_violation`` in units of the limit."""
+
+    max_violation: float
+    feasible: bool | UnsetType = field(default=UNSET, name="met")
+    nearest: tuple[LimitDocument, ...] | UnsetType = UNSET
+    torque_checked: bool | UnsetType = UNSET
+
+
+class FloorDocument(Document, frozen=True):
+    """The best that states within the limits allow, continuity ignored."""
+
+    value: Number = field(name="criterion_value")
+    gap: Number
+    states: int
+
+
+class ReplayDocument(Document, frozen=True):
+    """A motion as a controller's own profiles between the via points make it."""
+
+    value: Number = field(name="criterion_value")
+    condition_number: Number
+    condition_number_scaled: Number
+    duration: float = field(name="duration_s")
+    feasible: bool = field(name="limits_met")
+    violations: tuple[str, ...]
+
+
+class MotionDocument(Document, frozen=True):
+    """Via points with times [s], or a Fourier series; rad or m, one column for each joint."""
+
+    kind: Literal["via points", "fourier"]
+    points: Matrix | UnsetType = UNSET
+    durations: Vector | UnsetType = UNSET
+    speeds: Matrix | UnsetType | None = UNSET
+    accelerations: Matrix | UnsetType | None = UNSET
+    segments: str | UnsetType = UNSET
+    ramp: Number | UnsetType = UNSET
+    blends: Vector | UnsetType | None = UNSET
+    offset: Vector | UnsetType = UNSET
+    a: Matrix | UnsetType = UNSET
+    b: Matrix | UnsetType = UNSET
+    period: float | UnsetType = UNSET
+
+
+class DesignDocument(Document, frozen=True):
+    """A designed or judged motion: its criterion, what it would teach, its limits."""
+
+    robot: str
+    robot_fingerprint: str
+    criterion: str
+    criterion_value: Number
+    condition_number: Number
+    condition_number_scaled: Number
+    log_det: Number
+    predicted_sigma: dict[str, Number]
+    predicted_sigma_percent: dict[str, Number]
+    torque_noise: Vector
+    independent_rate_hz: Number
+    data_length_s: Number
+    duration_s: float
+    limits: LimitsDocument
+    floor: FloorDocument | None
+    evaluated: str | None
+    val3_replay: ReplayDocument | None
+    version: str
+    seed: int | UnsetType = UNSET
+    starts: int | UnsetType = UNSET
+    solver: str | UnsetType = UNSET
+    evaluations: int | UnsetType = UNSET
+    cpu_s: float | UnsetType = UNSET
+    interrupted: bool | UnsetType = UNSET
+    motion: MotionDocument | UnsetType = UNSET
+
+
+class NearMotion(Document, frozen=True):
+    """A motion near a pose or two; ranges to either side [rad or m]."""
+
+    poses: Matrix
+    joints: tuple[int, ...]
+    ranges: Vector
+    period: float = field(name="period_s")
+    repeats: int
+    transfer: float = field(name="transfer_s")
+
+
+class SpreadDocument(Document, frozen=True):
+    """Standard deviations to come; null where not visible."""
+
+    mass: Number
+    com: Vector
+    inertia_com: Matrix
+
+
+class NearDocument(Document, frozen=True):
+    """A motion near a pose: what it shows of a payload, how well, its limits."""
+
+    robot: str
+    criterion: str
+    near: NearMotion
+    visibility: VisibilityDocument
+    predicted_sigma: SpreadDocument
+    condition_number: Number
+    condition_number_scaled: Number
+    duration_s: float
+    rehearsal_s: float
+    cpu_s: float
+    limits: LimitsDocument
+    seed: int
+
+
+def design_document(
+    problem: DesignProblem,
+    score: Score,
+    reference: Mapping[str, float],
+    *,
+    design: Design | None = None,
+    floor: Floor | None = None,
+    evaluated: str | None = None,
+    replay: Score | None = None,
+) -> DesignDocument:
+    """What ``dynident design --json`` writes.
+
+    Args:
+        problem: what was asked.
+        score: of the motion.
+        reference: values that standard deviations are relative to.
+        design: the motion, if one was designed.
+        floor: if it was asked for.
+        evaluated: the log whose motion was judged instead.
+        replay: what a controller's own profiles would make of it.
+    """
+    learnt, relative = score.learnt, score.relative_sigma(dict(reference))
+    nearest = tuple(map(LimitDocument.of, score.limits))
+    search = ("seed", "starts", "evaluations", "cpu_s", "interrupted")
+    return DesignDocument(
+        robot=problem.robot.name,
+        robot_fingerprint=problem.robot.fingerprint,
+        criterion=problem.criterion.kind,
+        criterion_value=score.value,
+        condition_number=learnt.condition_number,
+        condition_number_scaled=learnt.condition_number_scaled,
+        log_det=learnt.log_det,
+        predicted_sigma=dict(learnt.sigma),
+        predicted_sigma_percent={
+            name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma
+        },
+        torque_noise=problem.noise,
+        independent_rate_hz=problem.goal.rate,
+        data_length_s=problem.goal.data_length,
+        duration_s=score.duration,
+        limits=LimitsDocument.of(score, nearest=nearest),
+        floor=FloorDocument.of(floor) if floor else None,
+        evaluated=evaluated,
+        val3_replay=_replay(replay) if replay else None,
+        version=__version__,
+        solver="augmented" if design else UNSET,
+        motion=_motion(design.plan) if design else UNSET,
+        **{name: getattr(design, name) for name in search if design},
+    )
+
+
+def _replay(replay: Score) -> ReplayDocument:
+    learnt = replay.learnt
+    return ReplayDocument.of(
+        replay,
+        condition_number=learnt.condition_number,
+        condition_number_scaled=learnt.condition_number_scaled,
+    )
+
+
+def _motion(plan: Plan) -> MotionDocument:
+    if isinstance(plan, ViaPoints):
+        ramp = plan.segment.ramp if isinstance(plan.segment, Trapezoid) else None
+        return MotionDocument.of(plan, kind="via points", segments=plan.segment.name, ramp=ramp, blends=None)
+    if isinstance(plan, BlendedPoints):
+        none = {"speeds": None, "accelerations": None, "ramp": None}
+        return MotionDocument.of(plan, kind="via points", segments="blend", **none)
+    assert isinstance(plan, Fourier)
+    return MotionDocument.of(plan, kind="fourier")
+
+
+def near_document(result: NearResult) -> NearDocument:
+    """What ``dynident near --json`` writes."""
+    design, shape, motion = result.design, result.shape, result.motion
+    return NearDocument(
+        robot=result.robot.name,
+        criterion=design.problem.criterion.kind,
+        near=NearMotion.of(motion, poses=shape.poses, joints=shape.joints, ranges=shape.ranges),
+        visibility=VisibilityDocument.of(result.visibility),
+        predicted_sigma=spread_document(result.spread),
+        condition_number=design.learnt.condition_number,
+        condition_number_scaled=design.learnt.condition_number_scaled,
+        duration_s=motion.duration,
+        rehearsal_s=motion.slowed(0.1).duration,
+        cpu_s=design.cpu_s,
+        limits=LimitsDocument(design.score.max_violation, torque_checked=design.problem.torque_limited),
+        seed=design.seed,
+    )
+
+
+def spread_document(spread: PayloadSpread) -> SpreadDocument:
+    """Standard deviations; null where not visible."""
+    return SpreadDocument.of(spread)

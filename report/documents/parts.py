@@ -1,0 +1,105 @@
+"""Parts that several documents have."""
+
+from collections.abc import Mapping, Sequence
+
+from msgspec import UNSET
+
+from ...estimation import GainErrors, SigmaRatio
+from ...estimation.files.parts import (
+    EliminationDocument,
+    EliminationStep,
+    GainErrorsDocument,
+    ParameterDocument,
+    ProcessingDocument,
+    Recordings,
+    ResidualDocument,
+    RobustDocument,
+)
+from ...estimation.fit import Elimination, Fit, RobustCovariance
+from ...estimation.fit.gain_recordings import GainRecordings
+from ...model import Processing, Robot
+
+
+def processing_document(
+    robot: Robot, processing: Processing, drive_gains: Sequence[float] | None
+) -> ProcessingDocument:
+    """Settings, so that a result can be repeated."""
+    return ProcessingDocument.of(
+        processing,
+        drive_gains=tuple(drive_gains) if drive_gains else None,
+        offsets=robot.drives.offsets,
+        coulomb=robot.coupling.coulomb if robot.coupling else None,
+    )
+
+
+def residual_document(fit: Fit) -> ResidualDocument:
+    """Relative residual, all joints and each."""
+    return ResidualDocument.of(fit)
+
+
+def robust_document(robust: RobustCovariance | None, reason: str) -> RobustDocument:
+    """What the robust standard deviations rest on, or why there are none."""
+    if robust is None:
+        return RobustDocument(None, unavailable=reason or None)
+    return RobustDocument.of(robust, warning=robust.warning or None)
+
+
+def gain_errors_document(gains: GainErrors) -> GainErrorsDocument:
+    """What was said of the gains' errors; where gains were identified, their covariance, recordings and payload."""
+    known = any(gains.recordings)
+    return GainErrorsDocument(
+        tuple(gains.per_joint),
+        gains.common,
+        identified=tuple(map(tuple, gains.identified)) or UNSET,
+        recordings=recordings_document(gains.recordings) if known else UNSET,
+        mass=gains.mass if known else UNSET,
+        notes=gains.notes or UNSET,
+    )
+
+
+def recordings_document(recordings: GainRecordings) -> Recordings:
+    """Fingerprints of the recordings behind drive gains."""
+    return {"unloaded": recordings.unloaded, "loaded": recordings.loaded}
+
+
+def elimination_document(
+    elimination: Elimination, warnings: Sequence[str] = (), labels: Mapping[str, str] | None = None
+) -> EliminationDocument:
+    """How essential parameters were found, and what they are without the others.
+
+    Args:
+        elimination: the path and where it ended.
+        warnings: what speaks against the set.
+        labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
+    """
+    path, rule, estimate = elimination.path, elimination.rule, elimination.estimate
+    named, robust, by_gains = dict(labels or {}), estimate.sigma_robust, estimate.sigma_by_gains
+    return EliminationDocument(
+        rule="ratio" if isinstance(rule, SigmaRatio) else "sigma",
+        description=rule.description,
+        essential=len(elimination.essential),
+        sigma_ratio=elimination.sigma_ratio,
+        largest_relative_sigma_percent=100.0 * elimination.largest_relative_sigma,
+        relative_residual=estimate.fit.relative,
+        parameters=tuple(
+            ParameterDocument(
+                name=named.get(name, name),
+                value=estimate.values[k],
+                sigma=estimate.sigma[k],
+                sigma_robust=robust[k] if robust is not None else None,
+                sigma_by_gains=by_gains[k] if by_gains is not None else None,
+                relative_sigma_percent=estimate.relative_sigma_percent[k],
+            )
+            for k, name in enumerate(estimate.names)
+        ),
+        path=tuple(
+            EliminationStep(
+                named.get(name, name) if name else None,
+                len(path.order) - k,
+                path.sigma_ratio[k],
+                100.0 * path.largest_relative_sigma[k],
+            )
+            for k, name in enumerate(["", *path.order])
+        ),
+        warnings=tuple(warnings),
+    )

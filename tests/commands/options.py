@@ -1,0 +1,260 @@
+"""A line for each command, and for each of its options what is to be added for it to count.
+
+In front of ``|`` stand words that the option needs, which are given without it too; after ``=`` they stand in place
+of the command's line. An option without an entry fails the law of ``test_options.py``: a new one is added here,
+with a value that must change something.
+"""
+
+ROBOT = {
+    "--robot": "--robot tx40",
+    "--base": "--base link_1",
+    "--tip": "--tip link_2",
+    "--mount": "--mount wall",
+    "--gravity": "--gravity=1,0,-9.7",
+}
+LOGS = {
+    "--log-map": "--log-map turned.toml",
+    "--joints": "--joints a,b,c,d,e,f",
+    "--units": "--units q=deg",
+    "--signs": "--signs=1,-1,1,1,1,1",
+    "--topic": "--topic /joint_states",
+}
+PROCESSING = {
+    "--rate": "--rate 90",
+    "--cutoff": "--cutoff 4",
+    "--decimate": "--decimate 7",
+    "--offsets": "--no-offsets | --offsets",
+    "--no-offsets": "--offsets | --no-offsets",
+    "--coulomb": "--coulomb paper",
+}
+KNOWN = {
+    "--mass": "--mass-sigma 0.05 --mass 6.2 | --mass 6.4",
+    "--mass-sigma": "--mass 6.2 --mass-sigma 0.05 | --mass-sigma 0.5",
+    "--mass-min": "--mass-min 6.5",
+    "--mass-max": "--mass-max 6",
+    "--com-within": "--com-within=0.02,0.03,0,0.01,0.1,0.2",
+    "--ellipsoid": "--ellipsoid=0,0,0.1,0.1,0.1,0.1",
+}
+LINKS = {name: ROBOT[name] for name in ("--robot", "--base", "--tip")}
+GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma-common 1%"}
+STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
+TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
+PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+LIMITS = {
+    "--speed-override": "--speed-override 0.5",
+    "--acceleration": "--acceleration 2x",
+    "--torque-limits": "--torque-limits none",
+    "--robot-parameters": "--robot-parameters tx_robot.json",
+    "--scene": "--scene scene.toml",
+}
+MOTIONS = {
+    "--json": "--json a.json",
+    "--csv": "--csv a.csv",
+    "--ros2": "--ros2 a.yaml",
+    "--joint-names": "--ros2 a.yaml | --joint-names a,b,c,d,e,f",
+    "--urscript": "--urscript a.script",
+    "--controller-rate": "--urscript a.script | --controller-rate 125",
+    "--sample-rate": "--csv a.csv | --sample-rate 125",
+}
+_CURRENTS = {"--drive-gains": "--drive-gains 1,2,3,4,5,6"}
+_AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
+_PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
+
+_NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
+_BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {_NOISE}"
+_WHOLE = f"--robot rx90 --via-points 4 --starts 1 {_NOISE}"
+_SCALE = "--mass 6 --mass-sigma 0.1"
+_NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
+_SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
+
+LINES = {
+    "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
+    "verify": "--robot rx90 --before before.csv --after after.csv",
+    "payload": f"--robot rx90 {_PAIR} --method 3 --json b.json",
+    "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
+    "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "check": "--robot rx90 rx_arm_unloaded.csv --json b.json",
+    "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
+    "robot list": "",
+    "robot show": "--robot rx90",
+    "robot new": "--name arm --joint=z,0,0,0 --joint=y,0,0,0.3 --flange 0,0,0.6,z,x",
+    "robot check": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
+    "robot urdf": "--robot tx40 --robot-parameters tx_robot.json --out a.urdf",
+    "codegen": "--robot rx90 --function base_regressor --out code",
+    "design": f"{_BRIEF} --via-points 4",
+    "near": _NEAR,
+    "score": _SCORE,
+    "simulate": "--robot rx90 --trajectory rx_short.csv --rate 50 --out out",
+    "demo": "--trajectories 3 --out out",
+}
+
+OPTIONS: dict[str, dict[str, str]] = {
+    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | {
+        "--json": "--json a.json",
+        "--loaded": "--loaded rx_arm_loaded.csv",
+        "--unloaded": "--unloaded rx_arm_unloaded.csv",
+        "--robot-parameters": "--robot-parameters tx_robot.json",
+        "--moving": "--moving 2,3,5",
+        "--inertia": "--inertia box:200x200x100",
+        "--details": "--details",
+        "--max-mismatch": "--max-mismatch 1e-9",
+    },
+    "verify": LINKS | LOGS | _CURRENTS | {
+        "--robot": "--robot panda",
+        "--log-map": "--log-map degrees.toml",
+        "--signs": "--signs=1,-1",
+        "--before": "--before after.csv",
+        "--after": "--after before.csv",
+        "--json": "--json a.json",
+    },
+    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | {
+        "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
+        "--unloaded": "--unloaded rx_near_unloaded.csv",
+        "--loaded": "--loaded rx_near_loaded.csv",
+        "--robot-parameters": "--robot-parameters tx_robot.json",
+        "--method": "--method 4",
+        "--free-friction": "--method 1 | --free-friction",
+        "--max-mismatch": "--max-mismatch 1e-9",
+        "--validate": "--validate rx_near_unloaded.csv",
+    },
+    "identify": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | {
+        "--data": "--data rx_near_unloaded.csv",
+        "--validate": "--validate rx_near_unloaded.csv",
+        "--constrained": "--constrained none",
+        "--prior-mass": "--constrained prior | --prior-mass 40",
+        "--prior-budget": "--constrained prior | --prior-budget 4",
+        "--total-mass": "--total-mass 20 60",
+    },
+    "gains": ROBOT | LOGS | PROCESSING | {
+        "--unloaded": "--unloaded ur_near_unloaded.csv",
+        "--loaded": "--loaded ur_near_loaded.csv",
+        "--mass": "--mass 6",
+        "--payload": "--payload box.toml",
+        "--mass-sigma": "--mass-sigma 0.1",
+        "--json": "--json a.json",
+    },
+    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+        "logs": "rx_near_unloaded.csv",
+        "--plots": "--plots figures",
+        "--json": "--json a.json",
+    },
+    "export": {
+        "payload": "tx_robot.json",
+        "--to": "--to kuka",
+        "--out": "--out a.txt",
+        "--method": "--method 3",
+        "--flange-frame": "--flange-frame 0 0 0.1 0 0 30",
+        "--tool-frame": "--to abb | --tool-frame 0 0 0.1 0 0 30",
+        "--meters-per-unit": "--to usd | --meters-per-unit 0.01",
+        "--despite-verdict": "--despite-verdict",
+    },
+    "robot list": {},
+    "robot show": ROBOT | {
+        "--tip": "--robot six_axis.urdf | --tip link_3",
+        "--base": "--robot six_axis.urdf | --base link_2",
+        "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
+        "--at": "--drawing a.svg | --at 10,20,30,40,50,60",
+        "--drawing": "--drawing a.svg",
+    },
+    "robot new": {
+        "--name": "--name other",
+        "--title": "--title Other",
+        "--joint": "--joint=x,0,0,0.4",
+        "--flange": "--flange 0,0,0.7,z,x",
+        "--drawn-at": "--drawn-at 0,90",
+        "--limits": "--limits=-90:90,-80:80",
+        "--speeds": "--speeds 100,90",
+        "--torques": "--torques 30,20",
+        "--rated-payload": "--rated-payload 3",
+        "--side": "--side link",
+        "--source": "--source drawing",
+        "--out": "--out other.toml",
+        "--drawing": "--drawing other.svg",
+        "--overwrite": "--out six_axis.toml | --overwrite",
+    },
+    "robot check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+        "--data": "--data rx_near_unloaded.csv",
+        "--json": "--json a.json",
+    },
+    "robot urdf": ROBOT | {
+        "--robot": "--robot rx90",
+        "--robot-parameters": "--robot-parameters other.json",
+        "--gauge": "--gauge prior",
+        "--out": "--out b.urdf",
+    },
+    "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
+    "design": ROBOT | PAGE | LIMITS | MOTIONS | {
+        "--via-points": "--via-points 5",
+        "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
+        "--segments": "--segments trapezoid",
+        "--ramp": "--segments trapezoid | --ramp 0.4",
+        "--segment-durations": "--segment-durations 2",
+        "--rest": "--rest",
+        "--duration": f"={_BRIEF} --fourier 2 | --duration 3",
+        "--max-duration": "--max-duration 2",
+        "--start": "--start=0,-40,90,0,40,0",
+        "--criterion": "--criterion cond",
+        "--columns": "=--robot rx90 --via-points 4 --starts 1 | --columns ZZ1,XX2,MX2",
+        "--parameters": "--parameters M6,MZ6",
+        "--payload-only": f"={_WHOLE} | --payload-only",
+        "--data-from": f"={_WHOLE} --data-length 5 | --data-from earlier.json",
+        "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--independent-rate": "--independent-rate 50",
+        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+        "--seed": "--seed 3",
+        "--starts": "--starts 2",
+        "--bound": "--bound",
+        "--val3": "--segments trapezoid | --val3 val3",
+    },
+    "near": ROBOT | PAGE | LIMITS | MOTIONS | {
+        "--pose": "--pose=0,-45,90,0,60,0",
+        "--second-pose": "--second-pose=0,-45,90,90,45,90",
+        "--joints": "--joints 3,4,5,6",
+        "--range": "--range 20",
+        "--duration": "--duration 5",
+        "--mass": "--mass 3",
+        "--mass-sigma": "--mass-sigma 1",
+        "--expected-mass": f"={_NEAR.replace(_SCALE, '--joints 2,3,5,6')} | --expected-mass 5",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--independent-rate": "--independent-rate 50",
+        "--seed": "--seed 3",
+        "--starts": "--starts 2",
+        "--rehearsal": "--csv a.csv | --rehearsal slow.csv",
+    },
+    "score": ROBOT | PAGE | LIMITS | {
+        "log": f"={_SCORE.replace('rx_arm', 'rx_short')}",
+        "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
+        "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
+        "--max-duration": "--max-duration 2",
+        "--criterion": "--criterion cond",
+        "--columns": "--columns ZZ1,XX2,MX2",
+        "--parameters": "--parameters M6,MZ6",
+        "--payload-only": "--payload-only",
+        "--data-from": "--data-length 5 | --data-from earlier.json",
+        "--data-length": "--data-length 5",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--independent-rate": "--independent-rate 50",
+        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+        "--bound": "--bound",
+        "--seed": "--bound | --seed 3",
+        "--json": "--json a.json",
+    },
+    "simulate": ROBOT | {
+        "--trajectory": "--trajectory rx_arm.csv",
+        "--payload": "--payload box.toml",
+        "--noise": "--noise none",
+        "--gain-error": "--gain-error 0.1",
+        "--rate": "--rate 100",
+        "--seed": "--seed 7",
+        "--out": "--out other",
+    },
+    "demo": PAGE | {
+        "--out": "--out other",
+        "--seed": "--seed 1",
+        "--trajectories": "--trajectories 4",
+        "--noise": "--noise none",
+        "--gain-error": "--gain-error 0.1",
+        "--repeat": "--repeat 2",
+    },
+}  # fmt: skip

@@ -1,0 +1,107 @@
+"""Every option of every command changes something or is refused, and none can be forgotten here."""
+
+import argparse
+import contextlib
+import io
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.cli import _parser, main
+from dynident.commands import COMMANDS
+from dynident.tests.commands.options import LINES, OPTIONS
+from dynident.tests.frozen.freeze import settings
+from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
+
+TEXTS = {
+    "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
+    "degrees.toml": '[position]\nunit = "deg"\n',
+    "scene.toml": '[[surfaces]]\nname = "floor"\noffset = -0.3\n[[bodies]]\nname = "tool"\nlink=6\nradius = .1\n',
+}
+VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
+"""What differs from one run to the next."""
+
+
+def declared(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, list[str]]]:
+    """Each command with the options that its parser knows."""
+    deeper = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    for action in deeper:
+        for word, below in action.choices.items():
+            yield from declared(below, (*name, word))
+    if not deeper:
+        actions = [action for action in parser._actions if not isinstance(action, argparse._HelpAction)]
+        yield " ".join(name), [word for action in actions for word in action.option_strings or [action.dest]]
+
+
+DECLARED = {
+    name: options
+    for command in COMMANDS
+    for name, options in declared(_parser([command]))
+    if name.split()[0] == command
+}
+
+
+@pytest.fixture(scope="module")
+def inputs() -> Iterator[Path]:
+    """All inputs in a folder of their own, which is the working folder."""
+    with folder_of_inputs() as folder:
+        for name, text in TEXTS.items():
+            (folder / name).write_text(text)
+        for name, share in (("before", 0.9), ("after", 0.95)):
+            follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
+        shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
+        main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
+        yield folder
+
+
+def follow(source: Path, target: Path, share: float) -> None:
+    """A recording with the torque that its controller predicted, a share of what was measured."""
+    header = source.read_text().partition("\n")[0]
+    values = np.loadtxt(source, delimiter=",", skiprows=1)
+    predicted = ",".join(f"tauref{j}" for j in range(1, 7))
+    values = np.hstack([values, share * values[:, 7:13]])
+    np.savetxt(target, values, delimiter=",", header=f"{header},{predicted}", comments="", fmt="%.9g")
+
+
+def run(inputs: Path, line: str) -> dict[str, bytes]:
+    """What a line prints and writes, in a folder of its own that holds all inputs."""
+    printed = io.StringIO()
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name), settings():
+        shutil.copytree(inputs, name, dirs_exist_ok=True)
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            try:
+                status = main(line.split())
+            except SystemExit as stop:
+                status = int(stop.code or 0)
+        files = {str(path.relative_to(name)): path.read_bytes() for path in Path(name).rglob("*") if path.is_file()}
+    made = files | {"(status)": str(status).encode(), "(terminal)": printed.getvalue().encode()}
+    return {name: VARYING.sub(b"", content) for name, content in made.items()}
+
+
+def test_no_option_is_without_an_entry() -> None:
+    assert {name: sorted(options) for name, options in DECLARED.items()} == {
+        name: sorted(options) for name, options in OPTIONS.items()
+    }
+
+
+def differing(folder: Path, name: str, entry: str, bases: dict[str, dict[str, bytes]]) -> bool:
+    """Whether a line with an option gives anything else than the line without it."""
+    needs, _, more = entry.rpartition("|")
+    line = needs.strip().removeprefix("=") if needs.startswith("=") else f"{LINES[name]} {needs}"
+    if line not in bases:
+        bases[line] = run(folder, f"{name} {line}")
+    return run(folder, f"{name} {line} {more}") != bases[line]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", OPTIONS)
+def test_every_option_changes_something_or_is_refused(name: str, inputs: Path) -> None:
+    line = f"{name} {LINES[name]}"
+    bases = {LINES[name]: run(inputs, line)}
+    assert run(inputs, line) == bases[LINES[name]], "a line gives the same twice"
+    ignored = [option for option, entry in OPTIONS[name].items() if not differing(inputs, name, entry, bases)]
+    assert not ignored

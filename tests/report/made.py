@@ -1,0 +1,241 @@
+"""Answers made of numbers that all differ, so that a number under another key is seen. No estimation."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
+from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
+from dynident.estimation.fit.gain_recordings import GainRecordings
+from dynident.estimation.payload import PayloadEstimate
+from dynident.estimation.possible import PossibleRobot, PriorRobot
+from dynident.model import InertialParameters, Processing
+
+RNG = np.random.default_rng(17)
+PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, max_mismatch=0.05)
+FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
+CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
+DRIVES = SimpleNamespace(offsets=True)
+ROBOT = SimpleNamespace(
+    name="arm",
+    fingerprint="f00",
+    payload_frame="flange: plain",
+    drives=DRIVES,
+    coupling=SimpleNamespace(coulomb="paper"),
+)
+GAINS = GainErrors((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), GainRecordings(("u",), ("l",)),
+                   6.5, ("said",))  # fmt: skip
+
+
+def numbers(*shape: int) -> Any:
+    """Numbers that occur nowhere else."""
+    return RNG.uniform(1.0, 9.0, shape)
+
+
+def made(kind: type, **values: Any) -> Any:
+    """A value of a kind whose attributes are given, whatever they would be computed from."""
+    return object.__new__(type(kind.__name__, (kind,), values))
+
+
+def covariance(n: int) -> Any:
+    """A covariance without equal entries."""
+    A = numbers(n, n)
+    return 1e-4 * (A @ A.T + np.diag(numbers(n)))
+
+
+def estimate(names: tuple[str, ...], values: Any = None, n: int = 3) -> Estimate:
+    """An estimate with robust covariance and errors of the gains."""
+    c = len(names)
+    robust = RobustCovariance(covariance(c), 8, 6, 1.75)
+    values = numbers(c) if values is None else values
+    gains = 0.1 * numbers(c, n), 1e-4 * np.diag(numbers(n))
+    return Estimate(names, values, covariance(c), 301.5, FIT, numbers(n), robust, *gains)
+
+
+def base() -> Any:
+    """Two base parameters."""
+    return SimpleNamespace(names=("AR", "BR"), columns=("A", "B"), groupings=lambda: ("AR = A + C", "BR = B - D"))
+
+
+def elimination() -> Elimination:
+    """One parameter left out of two."""
+    path = EliminationPath(("A", "B"), np.array([1.0, 1.01, 2.5]), np.array([0.9, 0.05, 0.0]))
+    return Elimination(path, SigmaRatio(), estimate(("B",)))
+
+
+def identification() -> Any:
+    """A robot of two base parameters."""
+    problem = SimpleNamespace(equations=96, rows=(31, 32, 33), condition_numbers=lambda: (41.5, 4.25))
+    return SimpleNamespace(
+        robot=ROBOT,
+        base=base(),
+        problem=problem,
+        estimate=estimate(("A", "B")),
+        essential=("B",),
+        elimination=elimination(),
+        without_robust="",
+        gains=GAINS,
+        validation=CHECK,
+    )
+
+
+def holding() -> Any:
+    """Something that holds an estimate back."""
+    return SimpleNamespace(description="link 2", multiplier=0.125)
+
+
+def possible_base(free: Estimate) -> Any:
+    """The nearest robot that can exist."""
+    return made(
+        PossibleRobot, free=free, values=numbers(2), chi2_rise=3.25, active=(holding(),), status="Solved",
+        min_eigenvalues=(0.01, 0.02), unidentifiable=("M1",), p_value=0.375,
+    )  # fmt: skip
+
+
+def possible_robot(free: Estimate) -> Any:
+    """The robot nearest to a prior."""
+
+    class Origin(SimpleNamespace):
+        def _asdict(self) -> dict[str, Any]:
+            return {"kind": self.kind, "base": self.base, "share": self.share}
+
+        def decided_by(self) -> str:
+            return f"by {self.kind}"
+
+    prior, data = ("prior", (), 0.0), ("identified", ("AR",), 1.0)
+    keys = ("kind", "base", "share")
+    origins = {name: Origin(**dict(zip(keys, told, strict=True))) for name, told in (("M1", prior), ("A", data))}
+    return made(
+        PriorRobot, free=free, unidentifiable=("M1",), values=numbers(2), chi2_rise=5.25,
+        active=(holding(),), status="prior", min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
+        distances=(0.5, 0.75), prior=SimpleNamespace(source="data sheet"), parameters={"M1": 4.5, "A": 5.5},
+        origins=origins,
+    )  # fmt: skip
+
+
+def body(mass: float = 3.0) -> InertialParameters:
+    """A body that can exist."""
+    return InertialParameters.from_com(
+        mass, [0.01, 0.02, 0.1], [[0.03, 0.001, 0.002], [0.001, 0.04, 0.003], [0.002, 0.003, 0.05]]
+    )
+
+
+def free_payload(method: int = 3) -> PayloadEstimate:
+    """A method's own estimate."""
+    return PayloadEstimate(method, estimate(PAYLOAD, body().vector), "flange: plain", "too short")
+
+
+def possible_payload(free: PayloadEstimate) -> Any:
+    """The nearest payload that can exist, held back by one constraint, weighed once."""
+    constraint = SimpleNamespace(description="mass from 1 kg")
+    result = SimpleNamespace(
+        values=numbers(10),
+        min_pseudo_inertia_eigenvalue=0.0021,
+        constraints=(constraint,),
+        active=(SimpleNamespace(constraint=constraint, description="mass from 1 kg", multiplier=0.33),),
+        chi2_rise=2.125,
+        p_value=0.4375,
+        status="Solved",
+    )
+    intervals = SimpleNamespace(
+        parameters=numbers(10, 2), com=numbers(3, 2), inertia_com=numbers(3, 3, 2), principal_moments=numbers(3, 2)
+    )
+    weighed = SimpleNamespace(mass=3.1, sigma=0.05, identified=3.2, identified_sigma=0.06, degrees_of_freedom=7.5,
+                              z=1.28, p_value=0.21)  # fmt: skip
+    tested = SimpleNamespace(constraint=constraint, p_value=0.0625)
+    return SimpleNamespace(
+        method=free.method, free=free, result=result, body=body(3.4), intervals=intervals, gains=GAINS, robust=True,
+        sigma=numbers(10), principal_moments=numbers(3), tested=(tested,), conflict=False, weighings=(weighed,),
+    )  # fmt: skip
+
+
+def by_joints() -> Any:
+    """A joint that sees the mass, one that does not, both together."""
+    return SimpleNamespace(
+        masses=(
+            SimpleNamespace(joints=(1,), mass=3.01, sigma=0.11, interval95=(2.8, 3.3)),
+            SimpleNamespace(joints=(2,), mass=None, sigma=float("nan"), interval95=None),
+            SimpleNamespace(joints=(1, 2), mass=3.02, sigma=0.12, interval95=(2.7, 3.4)),
+        ),
+        shares=(
+            SimpleNamespace(joint=1, share=0.98, sigma=0.015),
+            SimpleNamespace(joint=2, share=None, sigma=float("nan")),
+        ),
+    )
+
+
+def pairs() -> tuple[Any, ...]:
+    """Two pairs of recordings."""
+    return tuple(SimpleNamespace(lag=lag, max_mismatch=far) for lag, far in ((0.011, 0.0071), (0.012, 0.0072)))
+
+
+def payload() -> Any:
+    """The answer of ``payload``."""
+    free = free_payload()
+    problem = SimpleNamespace(
+        robot=ROBOT,
+        base=base(),
+        rate=99.5,
+        pairs=pairs(),
+        unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
+        loaded=SimpleNamespace(equations=130),
+    )
+    return SimpleNamespace(
+        problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
+        recommended=SimpleNamespace(method=3), by_joints=by_joints(), elimination=elimination(),
+        left_out={2: "no pair"}, verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
+    )  # fmt: skip
+
+
+def weighing(possible: bool) -> Any:
+    """The answer of ``weigh``, with all ten visible or the mass and two first moments alone."""
+    free = free_payload(1)
+    places = tuple(range(10)) if possible else (6, 7, 9)
+    found = SimpleNamespace(
+        estimate=free.estimate if possible else estimate(("MX_L", "MY_L", "M_L")),
+        without_robust="too short",
+        places=places,
+        from_scale=not possible,
+        unexplained=lambda torque: 0.01 * torque,
+    )
+    visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
+    wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
+    problem = SimpleNamespace(
+        robot=ROBOT, joints=(1, 2), method=1, pairs=pairs(), rate=98.5, torque_rms=np.array([11.0, 12.0]),
+        problem=SimpleNamespace(
+            equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
+        ),
+        visibility=visibility,
+        held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
+        runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
+    )  # fmt: skip
+    repeats = SimpleNamespace(
+        sources=("a.csv", "b.csv"), masses=(3.03, 3.04), sigmas=(0.13, 0.14), spread=0.05, excess=1.5,
+        drift=(0.001, 0.002), drifts=False,
+    )  # fmt: skip
+    ten = np.full(10, np.nan)
+    ten[[6, 7, 9]] = 0.03, 0.06, 3.05
+    names = ("mass", "centre of mass", "inertia")
+    judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
+    return SimpleNamespace(
+        problem=problem, found=found, constrained=possible_payload(free) if possible else None,
+        by_joints=by_joints(), repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
+        com=numbers(3), com_interval=numbers(3, 2), judged=judged,
+        spread=SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
+        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),),
+        assumed=None if possible else body(3.05),
+        stand_in=None if possible else SimpleNamespace(description="a box"),
+        verdict=SimpleNamespace(level="use", reasons=()),
+    )  # fmt: skip
+
+
+def drive_gains() -> Any:
+    """The answer of ``gains``."""
+    return SimpleNamespace(
+        robot="arm", values=numbers(3), larger_relative_sigma=0.01 * numbers(3), relative_sigma=0.01 * numbers(3),
+        relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
+        identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
+        payload=body(6.0), load=SimpleNamespace(known=("M_L",), values=np.array([6.1]), mass_sigma=0.015),
+        recordings=GainRecordings(("u0", "u1"), ("l0",)),
+        robust=SimpleNamespace(blocks=9, block_length=1.25), without_robust="",
+    )  # fmt: skip

@@ -1,0 +1,12 @@
+"""A document as it is read back by a program that knows nothing of its types."""
+
+from typing import Any
+
+import msgspec
+from dynident.common.schema import Document, json_text
+
+
+def written(document: Document) -> dict[str, Any]:
+    """Plain values, as in the file."""
+    read: dict[str, Any] = msgspec.json.decode(json_text(document))
+    return read
