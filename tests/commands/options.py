@@ -223,7 +223,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--rehearsal": "--csv a.csv | --rehearsal slow.csv",
     },
     "score": ROBOT | PAGE | LIMITS | {
-        "log": f"={_SCORE.replace('rx_arm', 'rx_short')}",
+        "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
         "--max-duration": "--max-duration 2",

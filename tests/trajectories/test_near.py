@@ -142,14 +142,14 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
 
 @pytest.mark.parametrize("mass_sigma", [None, 0.5])
 def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
-    design: NearDesign, mass_sigma: float | None
+    design: Solved, mass_sigma: float | None
 ) -> None:
     """The same motion sampled ten times as often tells no more; a fourth of the independent samples tells half."""
     robot, joints = load_robot("ur10e"), (2, 3, 5, 6)
 
     def mass(sampled: float, rate: float) -> float:
-        motion = design.motion.motion(sampled)
-        return predicted_spread(robot, motion, joints, NOISE, rate, BODY, mass_sigma).mass
+        goal = NearGoal(NOISE, rate, BODY, mass_sigma)
+        return goal.predicted(robot, design.motion, joints, sample_rate=sampled).mass
 
     assert mass(100.0, 10.0) == pytest.approx(mass(10.0, 10.0), rel=0.03)
     if mass_sigma is None:
