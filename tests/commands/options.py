@@ -43,7 +43,7 @@ PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
     "--acceleration": "--acceleration 2x",
-    "--torque-limits": "--torque-limits none",
+    "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "--scene": "--scene scene.toml",
 }
