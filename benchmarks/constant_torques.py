@@ -3,8 +3,8 @@
 Run: DYNIDENT_DATA=.. python benchmarks/constant_torques.py. Windows of unloaded recordings share all other
 parameters of the robot; constant torque and Coulomb friction are each window's own. Printed is the scatter beyond
 the noise of the windows' estimates (Paule and Mandel, with a 90 % interval), as a share of the Coulomb friction and
-of the torque. Recordings with payload, by which weighing is judged, take no part; ``estimation.weigh.offsets`` uses
-the result.
+of the torque. Recordings with payload, by which weighing is judged, take no part;
+``estimation.payload.constant_torques`` uses the result.
 """
 
 import os
@@ -18,8 +18,8 @@ from dynident.common.arrays import Array
 from dynident.estimation import read_recording
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.observation import Observation, Observer
+from dynident.estimation.payload.moving import telling_rows
 from dynident.estimation.signals.filtering import measurement
-from dynident.estimation.weigh.moving import telling_rows
 from dynident.model import Robot, base_parameters, load_robot
 from scipy.stats import chi2
 

@@ -15,13 +15,9 @@ import numpy as np
 from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
-from dynident.estimation.equations import Observer, merged, reduced_measurement
 from dynident.estimation.payload import (
     PairedMeasurement,
-    PayloadBlocks,
-    difference_problem,
-    loaded_problem,
-    payload_blocks,
+    payload_equations,
 )
 from dynident.estimation.signals import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
@@ -56,20 +52,10 @@ class Experiment:
             ]
             for k, motion in enumerate(self.motions)
         ]
-        observer = Observer(robot, base.columns)
         bares, loadeds = ([pair[side] for pair in measured] for side in (0, 1))
-        blocks: PayloadBlocks | None = None
-        if self.robust:
-            pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
-            blocks = payload_blocks(robot, base, loadeds, bares, pairs, processing)
-        return PayloadProblem(
-            robot=robot,
-            base=base,
-            loaded=loaded_problem(robot, base, loadeds, processing),
-            unloaded=merged(reduced_measurement(observer, bare, processing) for bare in bares),
-            difference=difference_problem(robot, [(bare, loaded) for bare, loaded in measured], processing),
-            blocks=blocks,
-        )
+        pairs = [PairedMeasurement(bare, loaded) for bare, loaded in measured]
+        equations = payload_equations(robot, base, loadeds, bares, pairs, processing, self.robust)
+        return PayloadProblem(robot, base, **equations._asdict())
 
     def recording(self, motion: Motion, load: InertialParameters | None, seed: list[int]) -> Recording:
         """A recording with the noise that was asked for."""

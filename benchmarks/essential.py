@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 from dynident.estimation import Identification, SigmaBound, SigmaRatio, identify, read_recording
+from dynident.estimation.answers import impossible_robot
 from dynident.estimation.fit import eliminate
 from dynident.estimation.fit.least_squares import solve_triangle
-from dynident.estimation.payload import impossible_robot
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from rich.console import Console

@@ -23,7 +23,6 @@ from dynident.estimation import (
     identify_payload,
     payload_problem,
 )
-from dynident.estimation.payload import payload_gain_sensitivity
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator, ViaPoints
@@ -67,7 +66,9 @@ def payload_half_widths(problem: PayloadProblem, estimate: Estimate) -> dict[str
     assert estimate.robust is not None
     assert problem.known is not None
     alone = replace(problem, known=replace(problem.known, gain_sensitivity=np.zeros((len(problem.known.names), 6))))
-    J, J_own = (payload_gain_sensitivity(p, method_of(1), estimate) for p in (problem, alone))
+    J, J_own = (method_of(1)(p).solved(estimate.weights).gain_sensitivity for p in (problem, alone))
+    assert J is not None
+    assert J_own is not None
     C = GAINS.covariance(6)
     counted = {
         "once, shared": J @ C @ J.T,

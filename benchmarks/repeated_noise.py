@@ -13,11 +13,11 @@ import numpy as np
 from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
-from dynident.estimation.equations import Observation, Observer, merged, reduced_measurement
+from dynident.estimation.equations import Observation
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.fit import Fit, RobustCovariance
 from dynident.estimation.fit.blocks import block_edges, span
-from dynident.estimation.payload import PairedMeasurement, difference_problem, loaded_problem, payload_blocks
+from dynident.estimation.payload import PairedMeasurement, payload_equations
 from dynident.estimation.payload.equations import loaded_observer
 from dynident.estimation.signals import measurement
 from dynident.estimation.signals.decimation import decimated
@@ -171,14 +171,8 @@ class Experiment:
         bares = [self.measured(motion, None, e) for motion, e in zip(self.motions, noise[0], strict=True)]
         loadeds = [self.measured(motion, BODIES[body], e) for motion, e in zip(self.motions, noise[1], strict=True)]
         pairs = [PairedMeasurement(*pair) for pair in zip(bares, loadeds, strict=True)]
-        observer = Observer(robot, base.columns)
         problem = PayloadProblem(
-            robot=robot,
-            base=base,
-            loaded=loaded_problem(robot, base, loadeds, processing),
-            unloaded=merged(reduced_measurement(observer, bare, processing) for bare in bares),
-            difference=difference_problem(robot, list(zip(bares, loadeds, strict=True)), processing),
-            blocks=payload_blocks(robot, base, loadeds, bares, pairs, processing),
+            robot, base, **payload_equations(robot, base, loadeds, bares, pairs, processing)._asdict()
         )
         return {method: identify_payload(problem, method).estimate for method in (3, 4)}
 

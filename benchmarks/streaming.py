@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 from dynident.benchmarks.peers import pinocchio_model
-from dynident.estimation.equations import Observer, ReducedProblem, merged, reduced_measurement, reduced_pieces
+from dynident.estimation.equations import Equations, Observer, merged, reduced_measurement, reduced_pieces
 from dynident.estimation.fit import weighted
 from dynident.model import Motion, Processing, Robot, base_parameters, load_robot
 from dynident.model.base.rank import random_states
@@ -75,7 +75,7 @@ def pinocchio_seconds(robot: Robot, samples: int) -> float:
     return (time.perf_counter() - start) / len(q) * samples
 
 
-def solved(observer: Observer, source: Source) -> tuple[ReducedProblem, float]:
+def solved(observer: Observer, source: Source) -> tuple[Equations, float]:
     """Reduce and solve; seconds without those of the simulation."""
     start = time.perf_counter()
     problem = reduced_pieces(observer, ((piece, np.abs(piece.motion.qd) >= SLOW) for piece in source))
@@ -122,7 +122,7 @@ def compare(observer: Observer, simulator: Simulator, samples: int) -> None:
         problem = reduced_measurement(observer, data, settings)
         keep = tuple(k == j for k in range(6))
         problems.append(
-            ReducedProblem(
+            Equations(
                 problem.columns,
                 tuple(factor if k else 0.0 * factor for factor, k in zip(problem.factors, keep, strict=True)),
                 tuple(rows * k for rows, k in zip(problem.rows, keep, strict=True)),

@@ -17,8 +17,8 @@ import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import GainErrors, KnownMass, PossibleBody, WeighAnswer, answer_weighing, read_recording
+from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
-from dynident.estimation.weigh import OFFSET_SHARE, difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.model.payload_spread import PayloadSpread
 from dynident.trajectories import (

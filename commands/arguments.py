@@ -83,8 +83,9 @@ def log_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--topic", default="", metavar="NAME", help="ROS 2 bag: which joint states")
 
 
-def processing_arguments(parser: argparse.ArgumentParser, gains: bool = True) -> None:
+def processing_arguments(parser: argparse.ArgumentParser, gains: bool = True, decimation: bool = True) -> None:
     """How logs are read, settings of filtering and of the model's structure, and ``--json``."""
+    parser.set_defaults(decimate=None)
     log_arguments(parser)
     group = parser.add_argument_group("processing", "defaults stand in the robot's file")
     if gains:
@@ -92,7 +93,8 @@ def processing_arguments(parser: argparse.ArgumentParser, gains: bool = True) ->
         group.add_argument("--drive-gains", type=gains_or_file, metavar="K1,K2,..|JSON", help=told)
     group.add_argument("--rate", type=float, metavar="HZ", help="resample to this even rate")
     group.add_argument("--cutoff", type=float, metavar="HZ", help="low-pass on positions and speeds")
-    group.add_argument("--decimate", type=positive, metavar="N", help="parallel decimation of Y and W")
+    if decimation:
+        group.add_argument("--decimate", type=positive, metavar="N", help="parallel decimation of Y and W")
     group.add_argument("--offsets", action=argparse.BooleanOptionalAction, help="a constant torque per joint")
     group.add_argument("--coulomb", choices=("sum", "paper"), help="Coulomb friction of coupled drives")
     group.add_argument("--json", metavar="F", help="write the result as JSON")

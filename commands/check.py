@@ -48,12 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
         (recording,) = read_recordings([path], robot, gains, set(), arguments)
         checks.append(estimation.diagnosis.check_log(robot, recording, processing, currents))
     for number, check in enumerate(checks, 1):
-        tables = report.log_check.check_tables(robot, check)
-        terminal = report.tables.console(*tables)
-        for line in report.log_check.check_lines(check):
-            terminal.print(line, markup=False, highlight=False)
-        for table in tables:
-            terminal.print(table)
+        report.print_blocks(report.check_screen(robot, check))
         if folder:
             _plot(folder, number, check)
     if arguments.json:
@@ -72,9 +67,8 @@ def _gains(path: str, arguments: argparse.Namespace, robot: model.Robot) -> tupl
 
 
 def _plot(folder: Any, number: int, check: estimation.diagnosis.LogCheck) -> None:
-
     stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
     for ending in ("png", "svg"):
-        report.plots.save_signals(
+        report.save_signals(
             folder / f"{number:02d}_{stem}.{ending}", check.recording, "A" if check.currents else "N·m"
         )

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
         report.motions.check_val3(robot, not shape.fourier, Path(files.val3).name)
 
     def words(best: float | None) -> str:
-        text = None if best is None else report.design_results.criterion_text(kind, best)
+        text = None if best is None else report.criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
     design = best_motion(request.problem, arguments.seed, arguments.starts, words)

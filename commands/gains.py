@@ -47,11 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         problem = estimation.gains.gain_problem(robot, unloaded, loaded, processing, status.update, load)
         status.update("estimating")
         gains = estimation.identify_gains(problem, load)
-    table = report.gains.gains_table(gains)
-    terminal = report.tables.console(table)
-    terminal.print(table)
-    for line in report.gains.gains_notes(gains):
-        terminal.print(line, markup=False, highlight=False)
+    report.print_blocks(report.gains_screen(gains))
     if arguments.json:
         report.documents.write_json(arguments.json, report.documents.gains_document(gains, processing))
     return ANSWERED if any(gains.identified) else DO_NOT_USE

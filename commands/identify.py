@@ -21,7 +21,7 @@ from .arguments import (
     settings,
 )
 from .knowledge import gain_arguments, gain_errors_of
-from .report import drawn, provenance, report_arguments, settings_in_words, write_page
+from .report import provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
@@ -77,18 +77,9 @@ def run(arguments: argparse.Namespace) -> int:
         rule = essential_rule(arguments)
         result = estimation.identify(robot, recordings, processing, held_out, status.update, True, rule, gains)
         constrained = _constrained(arguments, result)
-        warnings = estimation.payload.impossible_robot(robot, result.base, result.estimate, result.elimination)
-    tables = [report.tables.robot_table(result, constrained.values.tolist() if constrained else None)]
-    if isinstance(constrained, estimation.possible.PriorRobot):
-        tables.append(report.robot_tables.standard_table(constrained, robot.title or robot.name))
-    terminal = report.tables.console(*tables)
-    terminal.print(*tables)
-    notes = [
-        *report.tables.robot_notes(result),
-        *report.robot_tables.elimination_notes(result.elimination, warnings),
-    ]
-    for line in [*notes, *(report.robot_tables.constrained_notes(constrained) if constrained else [])]:
-        terminal.print(line, markup=False, highlight=False)
+        warnings = result.warnings
+    screen = report.robot_screen(result, constrained, warnings)
+    report.print_blocks(screen)
     if arguments.json:
         document = report.documents.identification_document(
             result, processing, arguments.drive_gains, constrained, warnings
@@ -96,9 +87,9 @@ def run(arguments: argparse.Namespace) -> int:
         report.documents.write_json(arguments.json, document)
     write_page(arguments, lambda: _page(arguments, result, constrained, recordings, held_out, processing, warnings))
     write_results(
-        arguments, tables, lambda: estimation.payload.identification_system(result, recordings, processing)
+        arguments, screen, lambda: estimation.answers.identification_system(result, recordings, processing)
     )
-    return DO_NOT_USE if estimation.diagnosis.robot_verdict(result.estimate.fit).reasons else ANSWERED
+    return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -139,22 +130,15 @@ def _page(
     held_out: Sequence[model.Recording],
     processing: model.Processing,
     warnings: Sequence[str],
-) -> report.html.Page:
+) -> report.Page:
     """The report: what was held out is drawn, else what was fitted."""
     files = {"without payload": arguments.data, "held out": arguments.validate}
-    shown = drawn(held_out or recordings)
-    predictions = [
-        estimation.payload.robot_prediction(
-            result.robot, result.base, result.estimate.values, one, processing, bool(held_out)
-        )
-        for one in shown
-    ]
-    return report.html.identification_page(
+    return report.robot_page(
         result,
         constrained,
-        predictions,
-        estimation.payload.excitation(result.problem, result.estimate),
+        result.predictions,
+        result.excitation,
         provenance(arguments, files, settings_in_words(result.robot, processing, arguments.drive_gains)),
         warnings,
-        others=len(held_out or recordings) - len(shown),
+        others=len(held_out or recordings) - len(result.predictions),
     )

@@ -17,11 +17,12 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import COMMANDS
 from .arguments import ANSWERED, chosen_robot, robot_argument
-from .motion_pages import near_drawings, near_page, print_all, write_plots
+from .motion_pages import FIGURE_RATE, motion_provenance
 from .motion_search import best_motion
 from .options import LimitOptions, MotionFiles, NoiseOptions
 from .options.goals import RATE
 from .options.reading import Options, in_si
+from .report import write_page
 from .values import gains_list, positive, positive_number, whole
 from .weigh import joint_list
 
@@ -131,9 +132,9 @@ class NearFiles(MotionFiles):
 
     rehearsal: str | None
 
-    def write_all(self, result: report.near.NearResult, bounds: trajectories.JointBounds) -> None:
+    def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
         """Write the motion, its rehearsal and the JSON."""
-        robot, head = result.robot, report.near.near_head
+        robot, head = result.robot, report.near_head
         self.write(report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0)))
         path = self.rehearsal
         if path is None and self.csv:
@@ -144,7 +145,9 @@ class NearFiles(MotionFiles):
             written = report.motions.WrittenMotion(robot, slow, bounds, head(result, _REHEARSAL))
             write_text(path, report.motions.csv_text(written, self.rate))
         if self.json:
-            report.documents.write_json(self.json, report.documents.near_document(result))
+            report.documents.write_json(
+                self.json, report.documents.near_document(result.design, result.motion, *result[1:])
+            )
 
 
 def add_parser(commands: Any) -> None:
@@ -180,24 +183,22 @@ def run(arguments: argparse.Namespace) -> int:
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, arguments.seed)
     visibility = shape.visibility(robot)
-    table = report.near.visibility_table(visibility)
-    print_all([table], [])
+    screen: list[report.Block] = [report.visibility_table(visibility)]
+    report.print_blocks(screen)
     trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
     limited, loads = _torques(robot, known, bounds, options.expected)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
     design = best_motion(problem, arguments.seed, arguments.starts)
-    result = report.near.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
-    prediction = report.near.prediction_table(result.spread, options.expected)
-    notes = report.near.near_notes(result)
+    result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
+    notes = report.near_notes(result)
     if hint is not None:
-        notes.append(report.near.second_pose_note(shape.poses[0], hint))
-    print_all([prediction], notes)
+        notes.append(report.second_pose_note(shape.poses[0], hint))
+    screen += [report.prediction_table(result.spread, options.expected), report.Notes(notes)]
+    report.print_blocks(screen[1:])
     files.write_all(result, bounds)
-    if files.plots:
-        write_plots(Path(files.plots), near_drawings(result), robot, design.plan)
-    if files.report:
-        report.html.write_report(files.report, near_page(arguments, result, (table, prediction), notes))
+    samples = design.motion(FIGURE_RATE)
+    write_page(arguments, lambda: report.near_page(result, samples, screen, motion_provenance(arguments)))
     return ANSWERED
 
 

@@ -22,7 +22,7 @@ from .arguments import (
     settings,
 )
 from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
-from .report import drawn, provenance, report_arguments, settings_in_words, write_page
+from .report import provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
 if TYPE_CHECKING:
@@ -104,16 +104,9 @@ def run(arguments: argparse.Namespace) -> int:
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
-        warnings = estimation.payload.elimination_warnings(answer)
-    best, free = report.constrained.recommended_table(answer), report.tables.payload_table(answer.estimates)
-    by_joints = report.by_joints_table.by_joints_table(answer.by_joints)
-    free_notes = [*report.robot_tables.combined_notes(answer, warnings), *report.tables.payload_notes(answer)]
-    terminal = report.tables.console(best, by_joints, free)
-    for table, notes in ((best, report.constrained.recommended_notes(answer)), (by_joints, []), (free, free_notes)):
-        terminal.print(table)
-        for line in notes:
-            terminal.print(line, markup=False, highlight=False)
-        terminal.print()
+        warnings = answer.warnings
+    screen = report.payload_screen(answer, warnings)
+    report.print_blocks(screen)
     if arguments.json:
         report.documents.write_json(
             arguments.json, report.documents.payload_document(answer, processing, gains, warnings)
@@ -121,8 +114,8 @@ def run(arguments: argparse.Namespace) -> int:
     write_page(arguments, lambda: _page(arguments, answer, loaded, held_out, processing, warnings))
     write_results(
         arguments,
-        [best, by_joints, free],
-        lambda: estimation.payload.payload_system(problem, loaded, unloaded, processing),
+        screen,
+        lambda: estimation.answers.payload_system(problem, loaded, unloaded, processing),
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
@@ -134,7 +127,7 @@ def _page(
     held_out: Sequence[model.Recording],
     processing: model.Processing,
     warnings: Sequence[str],
-) -> report.html.Page:
+) -> report.Page:
     """The report."""
     gains, problem = arguments.drive_gains, answer.problem
     files = {
@@ -143,13 +136,12 @@ def _page(
         "held out": arguments.validate,
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
-    shown = drawn(loaded), drawn(held_out)
-    return report.html.payload_page(
+    return report.payload_page(
         answer,
         report.documents.payload_document(answer, processing, gains, warnings),
-        estimation.payload.payload_predictions(answer, *shown, processing),
-        estimation.payload.payload_excitation(problem),
+        answer.predictions,
+        answer.excitation,
         provenance(arguments, files, settings_in_words(problem.robot, processing, gains)),
         warnings,
-        others=len(loaded) + len(held_out) - sum(map(len, shown)),
+        others=len(loaded) + len(held_out) - len(answer.predictions),
     )

@@ -11,18 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from .. import __version__, model, report
 from ..common.errors import InputError
 
 if TYPE_CHECKING:
     from datetime import datetime
-
-
-T = TypeVar("T")
-_MOST_DRAWN = 3
-"""Recordings of one kind that are drawn."""
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
@@ -34,26 +29,20 @@ def report_arguments(parser: argparse.ArgumentParser, default: str = "") -> None
     group.add_argument("--plots", metavar="DIR", help="write its figures as PNG, SVG and PDF; made if missing")
 
 
-def write_page(arguments: argparse.Namespace, page: Callable[[], report.html.Page]) -> None:
+def write_page(arguments: argparse.Namespace, page: Callable[[], report.Page]) -> None:
     """Write what was asked for; ``page`` is called only then."""
     if not (arguments.report or arguments.plots):
         return
-
     made = page()
     if arguments.report:
-        report.html.write_report(arguments.report, made)
+        report.write_report(arguments.report, made)
     if arguments.plots:
-        report.html.write_plots(arguments.plots, made)
-
-
-def drawn(recordings: Sequence[T]) -> Sequence[T]:
-    """Those of one kind that the report draws."""
-    return recordings[:_MOST_DRAWN]
+        report.write_plots(arguments.plots, made)
 
 
 def provenance(
     arguments: argparse.Namespace, files: Mapping[str, Sequence[str]], settings: Mapping[str, str]
-) -> report.html.Provenance:
+) -> report.Provenance:
     """What the report was made from.
 
     Args:
@@ -61,13 +50,13 @@ def provenance(
         files: role -> paths of the files that were read.
         settings: in words.
     """
-    found = [report.html.SourceFile(role, path, checksum(path)) for role, paths in files.items() for path in paths]
+    found = [report.SourceFile(role, path, checksum(path)) for role, paths in files.items() for path in paths]
     for role, path in (("robot", "robot"), ("log map", "log_map"), ("drive gains", "gains_file")):
         given = getattr(arguments, path, None)
         if given and Path(given).is_file():
-            found.append(report.html.SourceFile(role, given, checksum(given)))
+            found.append(report.SourceFile(role, given, checksum(given)))
     command = shlex.join(["dynident", *arguments.argv])
-    return report.html.Provenance(command, now(), tuple(found), versions(), settings)
+    return report.Provenance(command, now(), tuple(found), versions(), settings)
 
 
 def checksum(path: str | Path) -> str:

@@ -11,8 +11,6 @@ from ..common.files import write_text
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from rich.table import Table
-
 
 def result_arguments(parser: argparse.ArgumentParser) -> None:
     """``--csv``, ``--latex`` and ``--npz``."""
@@ -24,19 +22,19 @@ def result_arguments(parser: argparse.ArgumentParser) -> None:
 
 def write_results(
     arguments: argparse.Namespace,
-    tables: Sequence[Table],
-    system: Callable[[], estimation.payload.ObservationSystem],
+    screen: Sequence[report.Block],
+    system: Callable[[], estimation.answers.ObservationSystem],
 ) -> None:
     """Write what was asked for.
 
     Args:
         arguments: of the command.
-        tables: as printed.
+        screen: what the terminal shows; its tables are written.
         system: makes the equations, held whole; called only where they are asked for.
     """
     if arguments.csv:
-        write_text(arguments.csv, report.csv_tables.csv_tables(tables))
+        write_text(arguments.csv, report.csv_tables(report.tables_of(screen)))
     if arguments.latex:
-        write_text(arguments.latex, report.latex.latex_tables(tables))
+        write_text(arguments.latex, report.latex_tables(report.tables_of(screen)))
     if arguments.npz:
         report.npz.write_npz(arguments.npz, system())

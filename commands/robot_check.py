@@ -38,7 +38,7 @@ def add_parser(commands: Any) -> None:
     )
     robot_argument(parser)
     parser.add_argument("--data", action="append", required=True, metavar="LOG", help="recording without payload")
-    processing_arguments(parser)
+    processing_arguments(parser, decimation=False)  # its samples are thin by themselves
     parser.set_defaults(run=run)
 
 

@@ -61,11 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     if out.exists() and not arguments.overwrite:
         raise InputError(f"{out}: is there already: give another --out, or --overwrite")
     write_text(out, model.files.robot_toml(robot, arguments.source))
-    table = report.robots.robot_description(robot)
-    terminal = report.tables.console(table)
-    terminal.print(table)
-    for line in report.robots.robot_lines(robot):
-        terminal.print(line, markup=False, highlight=False)
+    report.print_blocks(report.robot_description(robot))
     draw(robot, arguments.drawing or str(out.with_suffix(".svg")), drawn_at)
     print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
     return ANSWERED

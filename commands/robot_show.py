@@ -29,11 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     at = arguments.at or (0.0,) * robot.n
     if len(at) != robot.n:
         raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
-    table = report.robots.robot_description(robot)
-    terminal = report.tables.console(table)
-    terminal.print(table)
-    for line in report.robots.robot_lines(robot):
-        terminal.print(line, markup=False, highlight=False)
+    report.print_blocks(report.robot_description(robot))
     if arguments.drawing:
         draw(robot, arguments.drawing, at)
     return ANSWERED
@@ -49,5 +45,5 @@ def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
         raise InputError(f"{path}: a drawing ends in .png, .svg or .pdf")
     q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
     shown = ", ".join(f"{x:g}" for x in at)
-    report.drawing.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
+    report.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
     print(f"Drawn at {shown}: {path}")

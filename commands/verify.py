@@ -32,15 +32,11 @@ def run(arguments: argparse.Namespace) -> int:
     robot, how = chosen_robot(arguments), log_map(arguments)
     read_gains(arguments, robot)
     before, after = (
-        estimation.weigh.read_following(path, robot, arguments.drive_gains, how)
+        estimation.payload.read_following(path, robot, arguments.drive_gains, how)
         for path in (arguments.before, arguments.after)
     )
-    found = estimation.weigh.following_change(before, after, robot.processing.still_speed)
-    table = report.following.following_table(found)
-    terminal = report.tables.console(table)
-    terminal.print(table)
-    for line in report.following.following_notes(found):
-        terminal.print(line, markup=False, highlight=False)
+    found = estimation.payload.following_change(before, after, robot.processing.still_speed)
+    report.print_blocks(report.following_screen(found))
     if arguments.json:
         report.documents.write_json(arguments.json, report.documents.following_document(found))
     return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED

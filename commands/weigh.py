@@ -87,7 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
-    _show(arguments, answer, stand_in is not None and answer.stand_in is None)
+    measured = stand_in is not None and answer.stand_in is None
+    report.print_blocks(report.weigh_screen(answer, measured, arguments.details))
     if arguments.json:
         report.documents.write_json(
             arguments.json, report.documents.weigh_document(answer, processing, arguments.drive_gains)
@@ -96,25 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
-def _show(arguments: argparse.Namespace, answer: estimation.WeighAnswer, measured: bool) -> None:
-    """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
-    notes = report.weigh.first_notes(answer)
-    if measured:
-        notes.append("--inertia is not needed: the inertia was measured well enough.")
-    pages = [(report.weigh.first_screen(answer), notes)]
-    if arguments.details:
-        *tables, last = report.weigh.detail_tables(answer)
-        pages += [*((table, []) for table in tables), (last, report.weigh.detail_notes(answer))]
-    terminal = report.tables.console(*(table for table, _ in pages))
-    for table, lines in pages:
-        terminal.print(table)
-        for line in lines:
-            terminal.print(line, markup=False, highlight=False)
-
-
 def _page(
     arguments: argparse.Namespace, answer: estimation.WeighAnswer, processing: model.Processing
-) -> report.html.Page:
+) -> report.Page:
     """The report.
 
     Raises:
@@ -128,8 +113,8 @@ def _page(
     }
     settings_told = settings_in_words(answer.problem.robot, processing, gains)
     document = report.documents.weigh_document(answer, processing, gains)
-    page = report.html.weigh_page(answer, document, provenance(arguments, files, settings_told))
-    if arguments.plots and not page.all_drawings():
+    page = report.weigh_page(answer, document, provenance(arguments, files, settings_told))
+    if arguments.plots and not page.drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
     return page
 
@@ -142,16 +127,16 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
     progress: Callable[[str], None],
-) -> tuple[estimation.weigh.WeighProblem, list[estimation.weigh.WeighProblem]]:
+) -> tuple[estimation.payload.WeighProblem, list[estimation.payload.WeighProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     problems = []
     if unloaded:
         problems.append(
-            estimation.weigh.difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress)
+            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, arguments.moving, progress)
         )
     if stored is not None:
         problems.append(
-            estimation.weigh.known_robot_weighing(
+            estimation.payload.known_robot_weighing(
                 robot, loaded, stored.estimate, processing, arguments.moving, progress
             )
         )

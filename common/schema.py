@@ -26,11 +26,16 @@ Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 Triple = tuple[Real, Real, Real]
 """Three numbers along x, y and z."""
-Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+_Row = np.ndarray[tuple[int], np.dtype[np.float64]]
+_Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+_ROW_SCHEMA = {"type": "array", "items": {"type": ["number", "null"]}}
+_SCHEMA = {"description": "a list of numbers", **_ROW_SCHEMA}
+_ROWS_SCHEMA = {"description": "a list of lists of numbers", "type": "array", "items": _ROW_SCHEMA}
+Vector = Annotated[_Row, Meta(extra_json_schema=_SCHEMA)]
 """Numbers in a row; null stands for one that is not finite."""
-Matrix = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+Matrix = Annotated[_Rows, Meta(extra_json_schema=_ROWS_SCHEMA)]
 """Rows of numbers."""
-_NUMBERS: dict[Any, Any] = {Vector: tuple[float | None, ...], Matrix: tuple[tuple[float | None, ...], ...]}
+_NUMBERS: dict[Any, Any] = {_Row: tuple[float | None, ...], _Rows: tuple[tuple[float | None, ...], ...]}
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -167,7 +172,7 @@ def json_text(document: Any) -> bytes:
 
 def json_schema(kind: type[Table]) -> dict[str, Any]:
     """The JSON Schema of a document."""
-    return msgspec.json.schema(kind, schema_hook=lambda array: msgspec.json.schema(_NUMBERS[array]))
+    return msgspec.json.schema(kind, schema_hook=lambda _: {})
 
 
 def given(value: Any) -> Any:
@@ -218,8 +223,12 @@ def _plain(value: Any) -> Any:
 
 
 def _array(kind: Any, values: Any) -> Any:
-    rows = msgspec.convert(values, _NUMBERS[kind])
-    if kind == Matrix and len({len(row) for row in rows}) > 1:
+    told = "a list of numbers" if kind == _Row else "a list of lists of numbers"
+    try:
+        rows = msgspec.convert(values, _NUMBERS[kind])
+    except msgspec.ValidationError:  # it would not tell where the list is
+        raise ValueError(f"must be {told}, got {repr(values)[:40]}") from None
+    if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
     array.setflags(write=False)
@@ -231,7 +240,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     text, _, path = str(error).partition(" - at `$")
     key, advice = "", ""
     for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
-        kind = _chosen(kind, data)
+        kind = chosen(kind, data)
         if index.isdigit():
             kinds, place = get_args(kind), int(index)
             kind, data, advice = kinds[0] if kinds[-1] is ... else kinds[place], data[place], ""
@@ -245,7 +254,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         key, data = f"{key}.{name}", data[name]
     for word, told in (("required", _missing), ("unknown", _unknown)):
         if found := re.search(rf"{word} field `(.*)`", text):
-            return WrongKeyError(f"{key}.{found[1]}"[1:], told(_chosen(kind, data), found[1]))
+            return WrongKeyError(f"{key}.{found[1]}"[1:], told(chosen(kind, data), found[1]))
     problem = advice or f"must be {words(kind)}"
     problem = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
@@ -274,13 +283,13 @@ def _fits(value: Any, kind: Any) -> bool:
     return True
 
 
-def _chosen(kind: Any, data: Any) -> Any:
+def chosen(kind: Any, data: Any) -> Any:
     """The one kind of several that the data take: a table, a list, or a mapping."""
     if get_origin(kind) is Annotated:
-        return _chosen(get_args(kind)[0], data)
+        return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):
         return kind
-    several = [_chosen(one, data) for one in get_args(kind)]
+    several = [chosen(one, data) for one in get_args(kind)]
     lists = isinstance(data, list)
     return next((one for one in several if (get_origin(one) is tuple) == lists and one is not NoneType), kind)
 
@@ -310,6 +319,6 @@ def _words(node: inspect.Type, many: bool = False) -> str:
             return "texts" if many else "text"
         case inspect.BoolType():
             return "true or false"
-        case inspect.CustomType(cls=cls):
-            return "a list of numbers" if cls == Vector else "a list of lists of numbers"
+        case inspect.Metadata(extra_json_schema=told) if told:
+            return str(told["description"])
     return "tables" if many else "a table"

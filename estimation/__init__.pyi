@@ -9,14 +9,15 @@ from . import possible as possible
 from . import recordings as recordings
 from . import robot as robot
 from . import signals as signals
-from . import weigh as weigh
 from .answers.gains import identify_gains as identify_gains
+from .answers.identification import Identification as Identification
+from .answers.identification import identify as identify
 from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
 from .answers.weigh import WeighAnswer as WeighAnswer
 from .answers.weigh import answer_weighing as answer_weighing
 from .diagnosis.finding import Verdict as Verdict
-from .equations.names import PAYLOAD as PAYLOAD
+from .equations.equations import PAYLOAD as PAYLOAD
 from .fit.drive_gains import GainErrors as GainErrors
 from .fit.essential import SigmaBound as SigmaBound
 from .fit.essential import SigmaRatio as SigmaRatio
@@ -24,6 +25,7 @@ from .fit.estimate import Estimate as Estimate
 from .payload.methods import identify_payload as identify_payload
 from .payload.problem import PayloadProblem as PayloadProblem
 from .payload.problem import payload_problem as payload_problem
+from .payload.stand_in import StandIn as StandIn
 from .possible.cone import SolverError as SolverError
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox
 from .possible.constraints import InEllipsoid as InEllipsoid
@@ -35,6 +37,3 @@ from .possible.payload import solve_constrained as solve_constrained
 from .recordings.map import LogMap as LogMap
 from .recordings.map_file import read_log_map as read_log_map
 from .recordings.read import read_recording as read_recording
-from .robot.identification import Identification as Identification
-from .robot.identification import identify as identify
-from .weigh.stand_in import StandIn as StandIn

@@ -2,7 +2,7 @@
 
 ``columns``, ``W`` (r x c), ``Y``, ``joint`` (from 1), ``recording`` (from 0, in ``sources``), ``t``, ``loaded``,
 ``weights`` (per joint) and ``row_weights``; ``rows``, ``effective_rows`` and ``factor0`` to ``factor<n-1>``: R of
-the QR decomposition of each joint's [W_j Y_j], which ``ReducedProblem.load`` reads, and of coupled drives
+the QR decomposition of each joint's [W_j Y_j], which ``Equations.load`` reads, and of coupled drives
 ``shared<joint>_<motor>`` (from 0), Q_j' times what another joint's motor makes of Y_j; ``known``: values of the
 first columns, where they are known.
 """
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..common.files import write_bytes
-from ..estimation.payload import ObservationSystem
+from ..estimation.answers import ObservationSystem
 
 
 def write_npz(path: str | Path, system: ObservationSystem) -> None:

@@ -2,14 +2,17 @@
 
 import numpy as np
 
+from .blocks import Cell, Spread
+
 _UNKNOWN = 4  # decimals where no uncertainty is known
+_MOST = 9
 
 
 def interval_digits(width: float) -> int:
     """Decimals that show two digits of half an interval of that width."""
     if not np.isfinite(width) or width <= 0.0:
         return _UNKNOWN
-    return min(max(0, 1 - int(np.floor(np.log10(width / 2.0)))), 9)
+    return min(max(0, 1 - int(np.floor(np.log10(width / 2.0)))), _MOST)
 
 
 def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
@@ -18,10 +21,23 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
         return f"{value + 0.0:.4g}", "-"
     digits = interval_digits(high - low)
     # Zero has no sign.
-    told = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
-    return told[0], f"{told[1]} to {told[2]}"
+    texts = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
+    return texts[0], f"{texts[1]} to {texts[2]}"
+
+
+def with_sigma(value: float, sigma: float) -> Cell:
+    """Two digits of sigma, the value to the same place."""
+    if not np.isfinite(sigma) or sigma <= 0.0:
+        return f"{value:.6g}"
+    digits = min(max(0, 1 - int(np.floor(np.log10(sigma)))), _MOST)
+    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")
 
 
 def percent(share: float) -> str:
     """A share in percent, three digits; a dash where there is none."""
     return f"{100.0 * share:.3g} %" if np.isfinite(share) else "-"
+
+
+def or_dash(value: float, form: str) -> str:
+    """A number in that form; a dash where there is none."""
+    return format(value, form) if np.isfinite(value) else "-"

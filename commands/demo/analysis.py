@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -69,8 +68,8 @@ def reduced_experiment(
 
 def robust_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
     """Robot and payload by method 4, all base parameters."""
-    joint = estimation.payload.combined(problem)
-    return replace(joint, robust=estimation.payload.robust_covariance(problem, estimation.payload.combined, joint))
+    every = problem.loaded.columns
+    return estimation.payload.with_robust(problem, lambda part: estimation.payload.selected(part, every))[0]
 
 
 def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
@@ -80,13 +79,7 @@ def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
     also cancels moments of the payload that are known to 3 %, and others take their place.
     """
     names = estimation.payload.essential_combined(problem, estimation.SigmaBound(ESSENTIAL_BOUND)).essential
-    essential = estimation.payload.selected(problem, None, names=names)
-    return replace(
-        essential,
-        robust=estimation.payload.robust_covariance(
-            problem, partial(estimation.payload.selected, names=names), essential
-        ),
-    )
+    return estimation.payload.with_robust(problem, lambda part: estimation.payload.selected(part, names))[0]
 
 
 def true_values(experiment: trajectories.Experiment, problem: estimation.PayloadProblem) -> dict[str, float]:

@@ -1,15 +1,15 @@
 """The simulated experiment's tables beside the paper's."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
-from rich.table import Table
 
 from ...estimation import PAYLOAD, Estimate, Identification, PayloadAnswer
 from ...estimation.fit import Fit
 from ...estimation.payload import PayloadEstimate
 from ...model import INERTIAL, InertialParameters
-from ...report.tables import empty_table, residual_text
+from ...report import Cell, Spread, Table, columns, residual_text
 from ...trajectories import Experiment
 from .paper import PaperTables, Printed
 
@@ -17,18 +17,18 @@ _OWN = ("truth", "identified", "2 sigma", "%", "robust sigma")
 _PAPER = ("paper", "2 sigma", "%")
 
 
-def table1(answer: PayloadAnswer, paper: PaperTables) -> Table | None:
-    """Table 1: the payload by method 3, where it could be used."""
-    found = [estimate for estimate in answer.estimates if estimate.method == 3]
-    if not found:
-        return None
-    table = empty_table(
-        "Table 1: payload by method 3, simulated and as printed (SI units)", ("",), (*_OWN, *_PAPER)
-    )
-    for k, kind in enumerate(INERTIAL):
-        own = _own(found[0].estimate, k, paper.payload.vector[k])
-        table.add_row(kind, *own, *_printed(paper.table1.get(kind)))
-    return table
+def table1(answer: PayloadAnswer, paper: PaperTables) -> list[Table]:
+    """Table 1: the payload by method 3; none where it could not be used."""
+    return [_table1(payload.estimate, paper) for payload in answer.estimates if payload.method == 3]
+
+
+def _table1(estimate: Estimate, paper: PaperTables) -> Table:
+    rows = [
+        (kind, *_own(estimate, k, paper.payload.vector[k]), *_printed(paper.table1.get(kind)))
+        for k, kind in enumerate(INERTIAL)
+    ]
+    title = "Table 1: payload by method 3, simulated and as printed (SI units)"
+    return Table(title, columns(("",), (*_OWN, *_PAPER)), rows)
 
 
 def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], paper: PaperTables) -> Table:
@@ -40,50 +40,49 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
         truth: by name.
         paper: the paper's tables.
     """
-    largest = essential.relative_sigma_percent.max()
-    title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
-    table = empty_table(title, ("",), (*_OWN, "all parameters", *_PAPER))
     printed = paper.table2_robot | {f"{kind}_L": row for kind, row in paper.table2.items()}
     names = [name for name in joint.names if name in essential.names or name in printed]
+    rows = []
     for name in names:
-        k = joint.names.index(name)
-        own: Sequence[str] = (_number(truth[name]), "eliminated", "", "", "")
+        identified: Sequence[str] = (_number(truth[name]), "eliminated", "", "", "")
         if name in essential.names:
-            own = _own(essential, essential.names.index(name), truth[name])
-        last = (
-            name not in PAYLOAD and names[names.index(name) + 1 :][:1] and names[names.index(name) + 1] in PAYLOAD
-        )
-        table.add_row(name, *own, _number(joint.values[k]), *_printed(printed.get(name)), end_section=bool(last))
-    return table
+            identified = _own(essential, essential.names.index(name), truth[name])
+        value = _number(joint.values[joint.names.index(name)])
+        rows.append((name, *identified, value, *_printed(printed.get(name))))
+    last_of_robot = [name for name, after in pairwise(names) if name not in PAYLOAD and after in PAYLOAD]
+    largest = essential.relative_sigma_percent.max()
+    title = f"Table 2: essential parameters (relative sigma up to {largest:.1f} %) by method 4, and as printed (SI)"
+    return Table(title, columns(("",), (*_OWN, "all parameters", *_PAPER)), rows, last_of_robot)
 
 
 def paper_payload_table(
     estimates: Sequence[PayloadEstimate], truth: InertialParameters, paper: PaperTables
 ) -> Table:
     """Simulated payload: truth, the methods with two sigma, and the paper's Tables 1 and 2."""
-    headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
-    table = empty_table("Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)", ("",), headings)
+    rows: list[tuple[Cell, ...]] = []
     for k, kind in enumerate(INERTIAL):
         cells = [short_value(e.estimate.values[k], 2.0 * e.estimate.sigma[k]) for e in estimates]
-        rows = [paper.table1.get(kind), paper.table2.get(kind)]
-        cells += [short_value(row.value, row.two_sigma) if row else "" for row in rows]
-        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
-    return table
+        printed = [paper.table1.get(kind), paper.table2.get(kind)]
+        cells += [short_value(row.value, row.two_sigma) if row else "" for row in printed]
+        rows.append((kind, f"{truth.vector[k]:.3f}", *cells))
+    headings = ["truth", *(f"method {e.method}" for e in estimates), "Table 1", "Table 2"]
+    title = "Payload: simulated truth, identified ± 2 sigma, the paper's tables (SI)"
+    return Table(title, columns(("",), headings), rows)
 
 
 def constrained_table(answer: PayloadAnswer, truth: InertialParameters) -> Table:
     """The payload that can exist, by each method: value ± half its 95 % interval."""
+    rows: list[tuple[Cell, ...]] = []
+    for k, kind in enumerate(INERTIAL):
+        halves = [0.5 * float(np.ptp(payload.intervals.parameters[k])) for payload in answer.constrained]
+        cells = [
+            short_value(payload.body.vector[k], half if np.isfinite(half) else 0.0)
+            for payload, half in zip(answer.constrained, halves, strict=True)
+        ]
+        rows.append((kind, f"{truth.vector[k]:.3f}", *cells))
     headings = ["truth", *(f"method {payload.method}" for payload in answer.constrained)]
     title = "Payload that can exist (constrained): value ± half the 95 % interval (SI units)"
-    table = empty_table(title, ("",), headings)
-    for k, kind in enumerate(INERTIAL):
-        cells = []
-        for payload in answer.constrained:
-            low, high = payload.intervals.parameters[k]
-            half = 0.5 * (high - low)
-            cells.append(short_value(payload.body.vector[k], half if np.isfinite(half) else 0.0))
-        table.add_row(kind, f"{truth.vector[k]:.3f}", *cells)
-    return table
+    return Table(title, columns(("",), headings), rows)
 
 
 def experiment_notes(
@@ -127,13 +126,13 @@ def experiment_notes(
     return lines
 
 
-def short_value(value: float, spread: float) -> str:
+def short_value(value: float, spread: float) -> Cell:
     """Three decimals, as the paper prints; a spread that they do not show is left out."""
     text = f"{round(value, 3) + 0.0:.3f}"
     if spread < 0.0005:
         return text
     parts = (text, f"{spread:.3f}")
-    return "±".join(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts)
+    return Spread(*(part.replace("0.", ".", 1) if part.lstrip("-").startswith("0.") else part for part in parts))
 
 
 def _own(estimate: Estimate, k: int, truth: float) -> tuple[str, ...]:

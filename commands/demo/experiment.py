@@ -9,6 +9,7 @@ from ... import estimation, report
 from ..progress import bar
 from .analysis import Analysis, analyse
 from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
+from .figures import save_torques
 from .page import write_paper_report
 from .paper import paper_tables
 from .setup import levels, paper_robot, simulate_paper
@@ -32,23 +33,19 @@ def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
         )
     with Console(stderr=True).status("reducing") as status:
         analysis = analyse(experiment, status.update)
-    first = table1(analysis.answer, paper)
     tables = [
-        *([first] if first else []),
+        *table1(analysis.answer, paper),
         table2(analysis.joint, analysis.essential, analysis.truth, paper),
         paper_payload_table(analysis.answer.estimates, paper.payload, paper),
         constrained_table(analysis.answer, paper.payload),
     ]
-    terminal = report.tables.console(*tables)
-    terminal.print(*tables)
     notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
-    for line in [*notes, *report.tables.payload_notes(analysis.answer)]:
-        terminal.print(line, markup=False, highlight=False)
+    report.print_blocks([*tables, report.Notes([*notes, *report.payload_notes(analysis.answer)])])
     _save(folder, analysis)
-    page = write_paper_report(arguments, analysis, tables, notes)
+    page = write_paper_report(arguments, analysis, [*tables, report.Notes(notes)])
     files = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), page)
     written = ", ".join(str(path) for path in files)
-    terminal.print(f"Written: {written}", highlight=False)
+    report.print_blocks([report.Notes([f"Written: {written}"])])
     return 0
 
 
@@ -67,7 +64,7 @@ def _save(folder: Path, analysis: Analysis) -> None:
     bare, joint = analysis.robot.estimate.values, analysis.joint.values
     # The payload changes the base parameters as in (25)-(28).
     with_payload = joint[: len(bare)] + estimation.payload.payload_map(problem) @ joint[len(bare) :]
-    report.plots.save_torques(
+    save_torques(
         folder / "torques.png",
         observation,
         [("predicted with payload (method 4)", with_payload), ("predicted without payload", bare)],

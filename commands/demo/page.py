@@ -6,63 +6,48 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.table import Table
-
-from ... import estimation, report
+from ... import report
 from ..report import provenance, settings_in_words, write_page
 from .analysis import Analysis
 
 
-def write_paper_report(
-    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
-) -> Path:
+def write_paper_report(arguments: argparse.Namespace, analysis: Analysis, screen: Sequence[report.Block]) -> Path:
     """Write the report, by default into the folder of the results; returns where.
 
     Args:
         arguments: of ``dynident demo``.
         analysis: what was identified.
-        tables: beside the truth and the paper's.
-        notes: below them.
+        screen: tables beside the truth and the paper's, and the lines below them.
     """
     target = Path(arguments.report or Path(arguments.out) / "report.html")
     asked = argparse.Namespace(report=str(target), plots=arguments.plots)
-    write_page(asked, lambda: _page(arguments, analysis, tables, notes))
+    write_page(asked, lambda: _page(arguments, analysis, screen))
     return target
 
 
-def _page(
-    arguments: argparse.Namespace, analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]
-) -> report.html.Page:
+def _page(arguments: argparse.Namespace, analysis: Analysis, screen: Sequence[report.Block]) -> report.Page:
     answer, experiment = analysis.answer, analysis.experiment
-    robot, base = answer.problem.robot, answer.problem.base
+    robot = answer.problem.robot
     processing = robot.processing
-    bare, loaded = (run.recording for run in experiment.runs[-2:])
-    predictions = [
-        estimation.payload.payload_prediction(answer, loaded, processing, True),
-        estimation.payload.robot_prediction(robot, base, analysis.robot.estimate.values, bare, processing, True),
-    ]
+    predictions = [answer.prediction(experiment.runs[-1].recording, True), *analysis.robot.predictions]
     simulated = {
         "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
         "seed": str(experiment.seed),
         "noise": arguments.noise,
         "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
     }
-    warnings = estimation.payload.elimination_warnings(answer)
-    return report.html.payload_page(
+    warnings = answer.warnings
+    return report.payload_page(
         answer,
         report.documents.payload_document(answer, processing, None, warnings),
         predictions,
-        estimation.payload.payload_excitation(answer.problem),
+        answer.excitation,
         provenance(arguments, {}, settings_in_words(robot, processing, None, simulated)),
         warnings,
         others=len(experiment.runs) - 2,
-        extra=_extra(analysis, tables, notes),
+        extra=(
+            report.Section("paper", "Beside the truth and the paper", screen),
+            report.robot_section(analysis.robot, None),
+        ),
         origin="The paper's experiment on a simulated robot",
-    )
-
-
-def _extra(analysis: Analysis, tables: Sequence[Table], notes: Sequence[str]) -> tuple[report.html.Section, ...]:
-    return (
-        report.html.plain_section("paper", "Beside the truth and the paper", tables, notes),
-        report.html.robot_section(analysis.robot, None),
     )

@@ -10,8 +10,8 @@ from ... import model, report
 from ...common.files import write_text
 from ..progress import bar
 from .analysis import outcome
+from .figures import save_repetitions
 from .paper import paper_tables
-from .repeated_figure import save_repetitions
 from .repeated_text import Scenario, repeated_document, repeated_numbers
 from .repetition import Outcome
 from .setup import TRAJECTORIES, levels, paper_robot, simulate_paper

@@ -2,28 +2,29 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import judge
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule
 from ..fit.estimate import Fit, fit
-from ..fit.least_squares import weighted
-from ..payload.by_joints import ByJoints, payload_by_joints
+from ..fit.excitation import Excitation, excitation
+from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
-from ..payload.global_fit import essential_combined
-from ..payload.methods import METHODS, identify_payload, usable_methods
-from ..payload.over_time import payload_over_time
-from ..payload.problem import FixedWeights, PayloadProblem
+from ..payload.methods import METHODS, combined, essential_combined, identify_payload, usable_methods
+from ..payload.problem import PayloadProblem
 from ..payload.result import PayloadEstimate
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint
 from ..possible.scaling import POSSIBLE
-from ..robot.identification import base_problem
+from ..robot.equations import base_problem
+from .elimination import elimination_warnings
+from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,9 @@ class PayloadAnswer:
         by_joints: the payload as single joints see it.
         verdict: whether the numbers may be used.
         elimination: essential parameters of robot and payload together, where method 4 was used.
+        warnings: what speaks against a robot or payload with the eliminated parameters zero.
+        held_out: recordings without payload of ``validation``.
+        processing: settings of those; the robot's own by default.
     """
 
     problem: PayloadProblem
@@ -52,6 +56,30 @@ class PayloadAnswer:
     by_joints: ByJoints
     verdict: Verdict
     elimination: Elimination | None = None
+    warnings: tuple[str, ...] = ()
+    held_out: tuple[Recording, ...] = ()
+    processing: Processing | None = None
+
+    @cached_property
+    def excitation(self) -> Excitation | None:
+        """How well robot and payload are excited together (30); None without the robot's own equations."""
+        return excitation(self.problem.both, combined(self.problem)) if self.problem.unloaded is not None else None
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few held-out recordings without payload, then of loaded ones, which were used."""
+        problem, source = self.problem, self.problem.source
+        settings, values = self.processing or problem.robot.processing, robot_values(problem)
+        bare = [
+            robot_prediction(problem.robot, problem.base, values, recording, settings, True)
+            for recording in self.held_out[:DRAWN]
+        ]
+        return (*bare, *(self.prediction(one, False) for one in (source.loaded if source else ())[:DRAWN]))
+
+    def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
+        """A recording with payload and what the recommended payload predicts, beside the bare robot."""
+        settings = self.processing or self.problem.robot.processing
+        return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -99,7 +127,7 @@ def answer_payload(
     failures: list[SolverError] = []
     for estimate in free:
         try:
-            constrained.append(constrain_payload(problem, estimate, constraints, gains, free_friction))
+            constrained.append(constrain_payload(estimate, constraints, gains))
         except SolverError as error:
             failures.append(error)
             left_out[estimate.method] = str(error)
@@ -108,6 +136,7 @@ def answer_payload(
     if not constrained:
         against = verdict.reasons if verdict.level == "do_not_use" else ()
         raise failures[0].naming(*failures[0].demands, *against)
+    elimination = essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None
     return PayloadAnswer(
         problem=problem,
         estimates=tuple(payload.free for payload in constrained),
@@ -117,7 +146,10 @@ def answer_payload(
         validation=evidence.validation,
         by_joints=evidence.by_joints,
         verdict=verdict,
-        elimination=essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None,
+        elimination=elimination,
+        warnings=elimination_warnings(problem, elimination) if elimination is not None else (),
+        held_out=tuple(held_out),
+        processing=processing,
     )
 
 
@@ -146,7 +178,7 @@ def _identified(
 
 def _validation(
     problem: PayloadProblem, held_out: Sequence[Recording], processing: Processing | None
-) -> ReducedProblem | None:
+) -> Equations | None:
     if not held_out:
         return None
     settings = processing or problem.robot.processing
@@ -157,13 +189,12 @@ def _evidence(
     problem: PayloadProblem,
     free: Sequence[PayloadEstimate],
     constrained: Sequence[ConstrainedPayload],
-    validation: ReducedProblem | None,
+    validation: Equations | None,
 ) -> Evidence:
     """What the verdict looks at."""
-    bare = weighted(problem.unloaded) if problem.unloaded else None
-    alone = bare or problem.known
+    alone = problem.bare or problem.known
     best = recommended(constrained) if constrained else None
-    weights = FixedWeights(bare.weights if bare else None, (best.free if best else free[-1]).estimate.weights)
+    weights = (best.free if best else free[-1]).estimate.weights
     return Evidence(
         robot=problem.robot,
         source=problem.source,

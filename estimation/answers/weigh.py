@@ -14,24 +14,21 @@ from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.verdict import judge
-from ..equations.problem import merged
+from ..equations.equations import merged
 from ..fit.drive_gains import GainErrors
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
 from ..payload.by_joints import ByJoints
-from ..payload.constrained import ConstrainedPayload
+from ..payload.constrained import ConstrainedPayload, constrain_payload
+from ..payload.repeats import Repeats, repeats_of, widened
 from ..payload.result import PayloadEstimate
+from ..payload.short_motion import WeighProblem
+from ..payload.stand_in import StandIn
+from ..payload.weighing import solve_weighing, weigh_by_joints
 from ..possible.constraints import Constraint, KnownMass
-from ..possible.intervals import NO_INTERVALS, profile_intervals
-from ..possible.payload import solve_constrained, tested
-from ..possible.result import CONFLICT, Weighing
+from ..possible.result import Weighing
 from ..possible.scaling import POSSIBLE
-from ..weigh.problem import WeighProblem
-from ..weigh.repeats import Repeats, repeats_of, widened
-from ..weigh.solve import WeighEstimate, solve_weighing, weigh_by_joints, weigh_gain_covariance
-from ..weigh.stand_in import StandIn
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +52,7 @@ class WeighAnswer:
     """
 
     problem: WeighProblem
-    found: WeighEstimate
+    found: PayloadEstimate
     model: Estimate
     constrained: ConstrainedPayload | None
     scale: KnownMass | None
@@ -154,10 +151,9 @@ def answer_weighing(
     agreement = (*_without_friction(problem), *_others(others, scale))
     if repeats is not None:
         found = widened(found, repeats.excess)
-    extra = weigh_gain_covariance(problem, found, scale, gains) if gains is not None else None
-    model = error_model(found.estimate, extra)
+    model = error_model(found.estimate, gains)
     hard = [c for c in constraints if not (isinstance(c, KnownMass) and found.from_scale)]
-    constrained = _constrained(problem, found, model, hard, gains) if found.complete else None
+    constrained = constrain_payload(found, hard, gains) if found.complete else None
     scaled = _scaled(model, found, scale)
     ten = np.full(10, np.nan)
     ten[list(found.places)] = scaled[:, 0]
@@ -189,7 +185,7 @@ def answer_weighing(
     return _assumed(answer, stand_in) if stand_in is not None else answer
 
 
-def _scaled(model: Estimate, found: WeighEstimate, scale: KnownMass | None) -> Array:
+def _scaled(model: Estimate, found: PayloadEstimate, scale: KnownMass | None) -> Array:
     """Values (first column) and covariance, the scale counted once."""
     if scale is None or found.from_scale:
         return np.column_stack([model.values, model.covariance])
@@ -201,21 +197,6 @@ def _with_scale(values: Array, covariance: Array, places: tuple[int, ...], sigma
     k = places.index(9)
     gain = covariance[:, k] / (covariance[k, k] + sigma**2)
     return np.column_stack([values + gain * (mass - values[k]), covariance - np.outer(gain, covariance[k])])
-
-
-def _constrained(
-    problem: WeighProblem,
-    found: WeighEstimate,
-    model: Estimate,
-    constraints: Sequence[Constraint],
-    gains: GainErrors | None,
-) -> ConstrainedPayload:
-    result = solve_constrained(model, constraints)
-    tests = tested(result)
-    contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
-    intervals = NO_INTERVALS if contradicted else profile_intervals(result)
-    free = PayloadEstimate(problem.method, found.estimate, problem.robot.payload_frame, found.without_robust)
-    return ConstrainedPayload(free, result, intervals, gains, tests)
 
 
 def _without_friction(problem: WeighProblem) -> list[Agreement]:

@@ -8,11 +8,10 @@ from ...model import Robot
 from ..fit.estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
-from ..payload.over_time import Stretch
+from ..payload.problem import Source
+from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
-from ..payload.source import Source
 from ..signals.alignment import AlignedPair
-from ..weigh.repeats import Repeats
 from .quantities import Agreement, Judged
 
 
@@ -68,7 +67,7 @@ class Evidence:
     constrained: tuple[ConstrainedPayload, ...] = ()
     recommended: ConstrainedPayload | None = None
     by_joints: ByJoints = ByJoints((), ())
-    stretches: tuple[Stretch, ...] = ()
+    stretches: tuple[Estimate, ...] = ()
     weighed: Weighed | None = None
 
     @property

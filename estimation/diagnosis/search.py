@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from ...model import Robot
-from ..payload.source import Source
+from ..payload.problem import Source
 from .finding import Finding
 from .misfit import Model
 from .sample import Sample

@@ -7,12 +7,12 @@ import numpy as np
 from ...common.errors import InputError
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
+from ..equations.equations import Equations
 from ..equations.observation import Observer
-from ..equations.problem import ReducedProblem
 from ..equations.reduction import reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted
-from ..gains.scales import RelativeScales, relative_scales
+from ..gains.current_side import RelativeScales, relative_scales
 from ..recordings.plausibility import position_range
 from .finding import Finding, error, warning
 
@@ -67,7 +67,7 @@ def gravity_findings(robot: Robot, data: Measurement, processing: Processing, fi
     ]
 
 
-def scale_findings(robot: Robot, problem: ReducedProblem) -> list[Finding]:
+def scale_findings(robot: Robot, problem: Equations) -> list[Finding]:
     """Whether the joints' torques are to one scale, as links that several joints carry show."""
     try:
         scales = _scales(robot, problem)
@@ -101,11 +101,11 @@ def to_scale(robot: Robot, data: Measurement, processing: Processing) -> Measure
     return data if scales is None else Measurement(data.motion, data.torque * scales.ratio)
 
 
-def _scales(robot: Robot, problem: ReducedProblem) -> RelativeScales | None:
+def _scales(robot: Robot, problem: Equations) -> RelativeScales | None:
     """None for a robot with torques that no drive of its own gives."""
     return relative_scales(problem) if robot.coupling is None and robot.spring is None else None
 
 
-def reduced(robot: Robot, data: Measurement, processing: Processing) -> ReducedProblem:
+def reduced(robot: Robot, data: Measurement, processing: Processing) -> Equations:
     """The equations of one recording in a robot's base parameters."""
     return reduced_measurement(Observer(robot, base_parameters(robot).columns), data, processing)

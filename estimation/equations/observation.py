@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.linear import without
 from ...common.paged import collected, parts
 from ...model import Motion, Processing, Robot, regressor
 from ...model.kernel import Kernel
@@ -15,6 +16,8 @@ from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
 
+Pieces = Callable[[], Iterable["Observation"]]
+"""Opens the equations of one recording, in consecutive pieces of time."""
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
 
@@ -49,9 +52,21 @@ class Observation:
         shared = tuple(one._replace(torque=one.torque[ends[one.joint]]) for one in self.shared)
         return replace(self, W=W, Y=Y, t=t, shared=shared)
 
+    def eliminate(self, columns: Sequence[str]) -> "Observation":
+        """The equations less all that some columns can explain, joint by joint; rows keep their times."""
+        gone = [self.columns.index(name) for name in columns]
+        rest = [k for k in range(len(self.columns)) if k not in gone]
+        W, Y = [], []
+        for A, y in zip(self.W, self.Y, strict=True):
+            rows = np.column_stack([A[:, rest], y])
+            left = without(rows, A[:, gone]) if len(y) else rows
+            W.append(left[:, :-1])
+            Y.append(left[:, -1])
+        return Observation(tuple(self.columns[k] for k in rest), tuple(W), tuple(Y), self.t, self.bandwidth)
+
     def errors(self, values: Array) -> tuple[Array, ...]:
-        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,)."""
-        return tuple(Y - W @ values for W, Y in zip(self.W, self.Y, strict=True))
+        """Y_j - W_j chi for each joint [N·m or N], shapes (r_j,); chi may be of the first columns alone."""
+        return tuple(Y - W[:, : len(values)] @ values for W, Y in zip(self.W, self.Y, strict=True))
 
 
 @dataclass(frozen=True)
@@ -158,9 +173,7 @@ class Observer:
         if waiting:
             yield self._held(waiting, processing.decimate)
 
-    def opener(
-        self, data: Measurement, processing: Processing, partner: Motion | None = None
-    ) -> Callable[[], Iterable[Observation]]:
+    def opener(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
         """Opens the equations piece by piece as often as wanted; they are made once, and many live in a file."""
         blocks = self.blocks(data, processing, partner)
         columns = ((block.equations.T, block.keep.T, block.t) for block in blocks)

@@ -1,6 +1,6 @@
 """Compresses equations by QR, block by block and joint by joint; W is never held whole."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.linalg import lapack
@@ -10,8 +10,8 @@ from ...model import Motion, Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
-from .observation import Block, Observation, Observer
-from .problem import ReducedProblem
+from .equations import Equations, merged
+from .observation import Block, Observation, Observer, Pieces
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -20,14 +20,30 @@ _PANEL = 8  # columns that the QR takes at once
 
 def reduced_measurement(
     observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
-) -> ReducedProblem:
+) -> Equations:
     """Reduce one measurement; arguments as in ``Observer.blocks``."""
     return _reduced(observer, observer.blocks(data, processing, partner), processing.decimate)
 
 
-def reduced_pieces(
-    observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1
-) -> ReducedProblem:
+def recorded(
+    observer: Observer, recordings: Sequence[tuple[Measurement, Motion | None]], processing: Processing
+) -> tuple[Equations, list[Pieces]]:
+    """All recordings of one load reduced, and each opened piece by piece.
+
+    Args:
+        observer: whose columns.
+        recordings: measurements, and partners as of ``Observer.blocks``.
+        processing: settings.
+    """
+    equations, opened = [], []
+    for data, partner in recordings:
+        pieces = observer.opener(data, processing, partner)
+        opened.append(pieces)
+        equations.append(merged(map(reduced, pieces())))
+    return merged(equations), opened
+
+
+def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:
     """Reduce one recording that arrives in pieces, however long it is.
 
     Args:
@@ -38,23 +54,27 @@ def reduced_pieces(
     return _reduced(observer, observer.stream(pieces, decimate), decimate)
 
 
-def reduced(observation: Observation) -> ReducedProblem:
-    """Reduce equations that are held whole."""
+def reduced(observation: Observation) -> Equations:
+    """Reduce equations that are held whole; each joint's factor has rows for the columns that it touches alone."""
     factors, shared = [], list[SharedTorque]()
     for j, (W, Y) in enumerate(zip(observation.W, observation.Y, strict=True)):
-        others, width = beside(observation.shared, j, len(Y)), W.shape[1] + 1
+        touched = np.flatnonzero(W.any(axis=0))
+        others, width = beside(observation.shared, j, len(Y)), len(touched) + 1
         factor = _empty_factor(width + others.shape[1])
         for start in range(0, len(Y), _ROWS):
             part = slice(start, start + _ROWS)
-            factor = _folded(factor, np.asfortranarray(np.column_stack([W[part], Y[part], others[part]])))
-        factors.append(np.triu(factor[:width, :width]))
+            stacked = np.column_stack([W[part][:, touched], Y[part], others[part]])
+            factor = _folded(factor, np.asfortranarray(stacked))
+        wide = np.zeros((width, W.shape[1] + 1))
+        wide[:, [*touched, -1]] = np.triu(factor[:width, :width])
+        factors.append(wide)
         shared += refilled(observation.shared, j, factor[:width, width:])
     rows = tuple(len(Y) for Y in observation.Y)
     effective = tuple(observation.bandwidth * count for count in rows)
-    return ReducedProblem(observation.columns, tuple(factors), rows, effective, tuple(shared))
+    return Equations(observation.columns, tuple(factors), rows, effective, tuple(shared))
 
 
-def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> ReducedProblem:
+def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Equations:
     """Each joint's rows touch only its own columns: a QR of those alone, spread out at the end.
 
     The blocks' equations are used up: the QR works where they stand.
@@ -70,7 +90,7 @@ def _reduced(observer: Observer, blocks: Iterable[Block], decimate: int) -> Redu
             factors[j] = _folded(factors[j], equations.T)
     bandwidth = noise_bandwidth(decimate)
     spread = [_spread(observer, j, np.triu(factor)) for j, factor in enumerate(factors)]
-    return ReducedProblem(
+    return Equations(
         observer.columns,
         tuple(factor for factor, _ in spread),
         tuple(int(count) for count in rows),

@@ -9,8 +9,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem, triangular
+from ..equations.equations import PAYLOAD, Equations, triangular
 from .stored import read_stored_robot
 
 
@@ -58,7 +57,7 @@ def recorded_noise(path: str | Path) -> Array | None:
     """
     if not _is_npz(path):
         return np.asarray(1.0 / read_stored_robot(path).estimate.weights)
-    ReducedProblem.load(path)
+    Equations.load(path)
     with np.load(path, allow_pickle=False) as data:
         return np.asarray(1.0 / data["weights"]) if "weights" in data else None
 
@@ -74,7 +73,7 @@ def read_information(path: str | Path, noise: Array | None) -> Information:
         InputError: if the file does not fit, or a JSON is asked for rows without weights.
     """
     if _is_npz(path):
-        problem = ReducedProblem.load(path)
+        problem = Equations.load(path)
         if noise is not None and len(noise) != len(problem.factors):
             raise InputError(f"{path}: is of a robot with {len(problem.factors)} joints, not {len(noise)}")
         rows = problem.stacked(None if noise is None else 1.0 / noise)[:, :-1]

@@ -1,17 +1,17 @@
-"""Cuts observations into blocks of time that are long against the memory of the residuals."""
+"""Blocks of time that are long against the memory of the residuals."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.errors import InputError
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
-from ..equations.observation import Observation
-from ..equations.problem import ReducedProblem, merged
+from ..equations.equations import Equations, merged
+from ..equations.observation import Observation, Pieces
 from ..equations.reduction import reduced
 from .least_squares import joint_weights
 
@@ -21,10 +21,6 @@ _MERGED = 8  # problems kept apart until they are merged
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
-Pieces = Callable[[], Iterable[Observation]]
-"""Opens the equations of one recording, in consecutive pieces of time."""
-
-
 class Residuals(NamedTuple):
     """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
 
@@ -32,19 +28,14 @@ class Residuals(NamedTuple):
     errors: tuple[Array, ...]
 
 
-def block_length(groups: Sequence[Sequence[Observation]]) -> float:
+def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
     """Length of a block [s]: 5 autocorrelation times of the joint that remembers longest, at least 1 s.
 
     Longer where all recordings together would give more than 100 blocks.
 
     Args:
-        groups: recordings of one load each, which one set of parameters explains.
+        groups: what the weighted fit to the recordings of one load leaves of each.
     """
-    return length_by_residuals([_residuals(group) for group in groups])
-
-
-def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
-    """The same from the residuals of the groups' weighted fits."""
     memory = max(_memory(group) for group in groups)
     duration = max(sum(np.ptp(span(recording)) for recording in group) for group in groups)
     return max(_TIMES * memory, _SHORTEST, duration / _MOST)
@@ -65,63 +56,45 @@ def block_edges(recording: Observation | Residuals, length: float) -> Array:
     return edges
 
 
-def cut(recording: Observation, edges: Array) -> list[ReducedProblem]:
-    """The equations between neighbouring edges, reduced."""
-    return [reduced(recording.between(*pair)) for pair in pairwise(edges)]
-
-
 def residuals_of(pieces: Iterable[Observation], values: Array) -> Residuals:
-    """What parameters leave of one recording that comes in consecutive pieces of time."""
+    """What the first columns' values leave of one recording that comes in consecutive pieces of time."""
     parts = [(piece.t, piece.errors(values)) for piece in pieces]
     t, errors = (tuple(map(np.concatenate, zip(*arrays, strict=True))) for arrays in zip(*parts, strict=True))
     return Residuals(t, errors)
 
 
-def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[ReducedProblem]:
-    """As ``cut``, a piece at a time: most blocks lie in one of them."""
-    found: list[list[ReducedProblem]] = [[] for _ in edges[1:]]
-    nothing: list[ReducedProblem] = []  # of a block in which the robot pauses
+def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[Equations]:
+    """The equations between neighbouring edges, reduced piece by piece: most blocks lie in one of them."""
+    parts: list[list[Equations]] = [[] for _ in edges[1:]]
+    nothing: list[Equations] = []  # of a block in which the robot pauses
     for piece in pieces:
         nothing = nothing or [reduced(piece.between(np.inf, np.inf))]
         first, last = np.searchsorted(edges, span(piece), side="right") - 1
         for k in range(int(first), int(last) + 1):
-            found[k].append(reduced(piece.between(edges[k], edges[k + 1])))
-            if len(found[k]) > _MERGED:
-                found[k] = [merged(found[k])]
-    return [merged(parts or nothing) for parts in found]
+            parts[k].append(reduced(piece.between(edges[k], edges[k + 1])))
+            if len(parts[k]) > _MERGED:
+                parts[k] = [merged(parts[k])]
+    return [merged(part or nothing) for part in parts]
 
 
-def leave_one_out(blocks: Sequence[ReducedProblem]) -> Iterator[ReducedProblem]:
-    """For each block all others merged: those before it and those after it are merged once for all.
-
-    Takes 3 B merges instead of B^2.
-
-    Raises:
-        InputError: if there is only one block.
-    """
-    if len(blocks) < 2:
-        raise InputError("robust standard deviations need two blocks of time at least: record longer")
-    after: list[list[ReducedProblem]] = [[]]
-    for block in reversed(blocks[1:]):
-        after.append([merged([block, *after[-1]])])
-    before: list[ReducedProblem] = []
-    for block in blocks:
-        yield merged([*before, *after.pop()])
-        before = [merged([*before, block])]
+def left_over(recordings: Sequence[Pieces], equations: Equations) -> list[Residuals]:
+    """What the weighted fit to all recordings of one load leaves of each; the first columns are the equations'."""
+    values = weighted_solution(equations)
+    return [residuals_of(pieces(), values) for pieces in recordings]
 
 
-def _residuals(group: Sequence[Observation]) -> list[Residuals]:
-    """Of the weighted fit to all recordings of one load."""
-    values = weighted_solution(merged(reduced(recording) for recording in group))
-    return [Residuals(recording.t, recording.errors(values)) for recording in group]
+def in_blocks(
+    equations: Equations, recordings: Sequence[Pieces], edges: Sequence[Array], length: float
+) -> Equations:
+    """Equations with the blocks that their recordings give between the edges, none across recordings."""
+    parts = (cut_pieces(pieces(), ends) for pieces, ends in zip(recordings, edges, strict=True))
+    return replace(equations, blocks=tuple(chain.from_iterable(parts)), block_length=length)
 
 
-def weighted_solution(problem: ReducedProblem) -> Array:
-    """Values of the weighted fit; of dependent columns the shortest ones, which leave the same residuals."""
-    factor = problem.stacked()
-    weights = joint_weights(problem, least_squares(factor[:, :-1], factor[:, -1]))
-    factor = problem.stacked(weights)
-    return least_squares(factor[:, :-1], factor[:, -1])
+def weighted_solution(equations: Equations) -> Array:
+    """Values of the weighted fit; of dependent columns the shortest ones."""
+    weights = joint_weights(equations, _shortest(equations.stacked()))
+    return _shortest(equations.stacked(weights))
 
 
 def _memory(group: Sequence[Residuals]) -> float:
@@ -130,3 +103,8 @@ def _memory(group: Sequence[Residuals]) -> float:
     step = min((float(np.diff(t).min()) for t in times), default=_SHORTEST)
     joints = range(len(group[0].t))
     return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
+
+
+def _shortest(factor: Array) -> Array:
+    """Residuals are the same whichever dependent columns explain them."""
+    return least_squares(factor[:, :-1], factor[:, -1])

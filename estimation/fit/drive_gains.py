@@ -5,13 +5,13 @@ on joint j; where drives are coupled, motor k acts on joints j and k (9).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.problem import ReducedProblem, triangular
+from ..equations.equations import Equations
 from .gain_recordings import GainRecordings
 
 NOT_TOLD = (
@@ -68,7 +68,7 @@ class GainErrors:
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
 
 
-def motor_torques(problem: ReducedProblem, motor: int) -> tuple[Array, ...]:
+def motor_torques(problem: Equations, motor: int) -> tuple[Array, ...]:
     """What a motor (counted from 0) makes of each joint's right-hand side, rows as those of the joint's factor.
 
     All motors' add up to the right-hand side, but for the torque of a known spring, which no gain scales.
@@ -81,31 +81,3 @@ def motor_torques(problem: ReducedProblem, motor: int) -> tuple[Array, ...]:
         elif one.motor == motor:
             found[one.joint] += one.torque
     return tuple(found)
-
-
-def scaled_torque(problem: ReducedProblem, motor: int, factor: float) -> ReducedProblem:
-    """The equations had the torque of one motor (counted from 0) been ``factor`` times as large."""
-    changes = motor_torques(problem, motor)
-    factors = tuple(
-        np.column_stack([own[:, :-1], own[:, -1] + (factor - 1.0) * change])
-        for own, change in zip(problem.factors, changes, strict=True)
-    )
-    shared = tuple(
-        one._replace(torque=factor * one.torque) if one.motor == motor else one for one in problem.shared
-    )
-    return replace(problem, factors=factors, shared=shared)
-
-
-def gain_sensitivity(problem: ReducedProblem, weights: Array) -> Array:
-    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
-
-    Without a known spring they add up to the solution: an error common to all joints scales it.
-    """
-    c, n = len(problem.columns), len(problem.factors)
-    torques = [np.column_stack(parts) for parts in zip(*(motor_torques(problem, j) for j in range(n)), strict=True)]
-    rows = [
-        weight * np.column_stack([factor[:, :-1], own])
-        for factor, own, weight in zip(problem.factors, torques, weights, strict=True)
-    ]
-    R = triangular(np.vstack(rows))
-    return np.asarray(np.linalg.solve(R[:c, :c], R[:c, c:]))

@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 from .estimate import Estimate, fit
 
 STOP_RATIO = 1.02
@@ -145,7 +145,7 @@ class Elimination:
         return float(self.path.largest_relative_sigma[len(self.eliminated)])
 
 
-def eliminate(problem: ReducedProblem, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
+def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = None) -> Elimination:
     """Essential parameters of a problem.
 
     Args:
@@ -205,7 +205,7 @@ class _Factor:
     kept: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
     @staticmethod
-    def of(problem: ReducedProblem, weights: Array) -> "_Factor":
+    def of(problem: Equations, weights: Array) -> "_Factor":
         R, c = problem.stacked(weights), len(problem.columns)
         T = solve_triangular(R[:c, :c], np.eye(c))
         squares = float(np.sum(R[c:, c] ** 2))

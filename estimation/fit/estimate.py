@@ -1,12 +1,15 @@
 """What every estimator returns: names, values, covariance, and how well the torques are explained."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ..equations.problem import ReducedProblem
+from ...common.errors import InputError
+from ..equations.equations import Equations
+from .drive_gains import NOT_TOLD, GainErrors
 from .robust import RobustCovariance, student95
 
 
@@ -38,12 +41,12 @@ class Fit:
 
     @property
     def relative_per_joint(self) -> Array:
-        """The same for each joint, shape (n,); nan for a joint without equations."""
+        """Norm of the error over norm of the torque by joint, shape (n,); nan for a joint without equations."""
         torque = np.where(self.torque_norms > 0.0, self.torque_norms, np.nan)
         return np.asarray(self.error_norms / torque)
 
 
-def fit(problem: ReducedProblem, values: Array) -> Fit:
+def fit(problem: Equations, values: Array) -> Fit:
     """How well parameters explain a problem's torques; for cross validation, another recording's."""
     return Fit(problem.error_norms(values), problem.torque_norms, problem.rows)
 
@@ -169,3 +172,53 @@ class Estimate:
         """Values (k,) and covariance k x k of some of the parameters."""
         places = [self.names.index(name) for name in names]
         return self.values[places], self.covariance[np.ix_(places, places)]
+
+    def part(self, names: Sequence[str]) -> "Estimate":
+        """The estimate of some of the parameters, in the order given."""
+        return self.mapped(np.eye(len(self.names))[[self.names.index(name) for name in names]], names)
+
+    def mapped(self, T: Array, names: Sequence[str] | None = None, shift: Array | None = None) -> "Estimate":
+        """Other parameters T x + shift, with all their covariances.
+
+        Args:
+            T: k x c.
+            names: of the k; by default they keep their own.
+            shift: shape (k,); none by default.
+        """
+        robust, S = self.robust, self.gain_sensitivity
+        return replace(
+            self,
+            names=self.names if names is None else tuple(names),
+            values=T @ self.values + (0.0 if shift is None else shift),
+            covariance=T @ self.covariance @ T.T,
+            robust=None if robust is None else replace(robust, covariance=T @ robust.covariance @ T.T),
+            gain_sensitivity=None if S is None else T @ S,
+        )
+
+
+def error_model(estimate: Estimate, gains: GainErrors | None = None) -> Estimate:
+    """An estimate with the covariance that its errors really have.
+
+    C = S C_formula S + C_gains with S = diag(sigma_robust / sigma): from a few dozen blocks the jackknife knows
+    standard deviations well, ten directions not; the correlations are the formula's. Without robust standard
+    deviations S = 1.
+
+    Args:
+        estimate: of one method, or of the robot, whose own estimate brings its errors of the drive gains itself.
+        gains: uncertainty of the drive gains, which no residual shows.
+
+    Raises:
+        InputError: if the gains are another number of joints', or what the estimate owes to them is not known.
+    """
+    C, dof, robust = estimate.covariance, estimate.degrees_of_freedom, estimate.robust
+    if robust is not None:
+        ratio = robust.sigma / np.where(estimate.sigma > 0.0, estimate.sigma, 1.0)
+        C, dof = C * np.outer(ratio, ratio), float(robust.degrees_of_freedom)
+    if gains is not None:
+        S = estimate.gain_sensitivity
+        if S is None:
+            raise InputError(NOT_TOLD)
+        C = C + S @ gains.covariance(S.shape[1]) @ S.T
+    by_gains = estimate.covariance_by_gains
+    C = C if by_gains is None else C + by_gains
+    return replace(estimate, covariance=C, degrees_of_freedom=dof, robust=None, gain_covariance=None)

@@ -1,4 +1,4 @@
-"""Ordinary and weighted least squares on a reduced problem, (16)-(21)."""
+"""Ordinary and weighted least squares on equations, (16)-(21)."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ..equations.problem import ReducedProblem, check_rank, triangular
+from ..equations.equations import Equations, check_rank, triangular
 from .estimate import Estimate, fit
 
 _NOISE_FLOOR = 1e-12  # of the torque: data without noise still need finite weights
@@ -39,6 +39,15 @@ def solve(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: fl
     Raises:
         InputError: if the data do not determine every parameter.
     """
+    return solve_triangle(checked(factor, columns, rows, effective_rows), effective_rows)
+
+
+def checked(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: float) -> Array:
+    """The triangular factor of equations that determine every parameter.
+
+    Raises:
+        InputError: if they do not.
+    """
     c = len(columns)
     R = triangular(factor)
     check_rank(R[:, :c], columns, rows)
@@ -46,11 +55,11 @@ def solve(factor: Array, columns: tuple[str, ...], rows: int, effective_rows: fl
         raise InputError(
             f"{effective_rows:.0f} independent equations for {c} parameters: too few samples; record longer"
         )
-    return solve_triangle(R, effective_rows)
+    return R
 
 
 def solve_triangle(R: Array, effective_rows: float) -> Solution:
-    """The same from a triangular factor that is known to determine every parameter."""
+    """Least squares from a triangular factor that is known to determine every parameter."""
     c = R.shape[1] - 1
     inverse = solve_triangular(R[:c, :c], np.eye(c))
     dof = effective_rows - c
@@ -58,7 +67,7 @@ def solve_triangle(R: Array, effective_rows: float) -> Solution:
     return Solution(inverse @ R[:c, c], variance * inverse @ inverse.T, dof)
 
 
-def joint_weights(problem: ReducedProblem, values: Array) -> Array:
+def joint_weights(problem: Equations, values: Array) -> Array:
     """Weight of each joint's equations: one over the standard deviation of its error, shape (n,)."""
     rows = np.maximum(np.array(problem.rows, dtype=float), 1.0)
     share = max(1.0 - len(problem.columns) / max(sum(problem.effective_rows), 1.0), 1e-3)
@@ -69,12 +78,12 @@ def joint_weights(problem: ReducedProblem, values: Array) -> Array:
     return np.asarray(1.0 / np.maximum(sigma, floor))
 
 
-def ordinary(problem: ReducedProblem) -> Estimate:
+def ordinary(problem: Equations) -> Estimate:
     """Ordinary least squares (16)."""
     return _estimate(problem, np.ones(len(problem.rows)))
 
 
-def weighted(problem: ReducedProblem, weights: Array | None = None) -> Estimate:
+def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
     """Weighted least squares.
 
     Args:
@@ -84,7 +93,7 @@ def weighted(problem: ReducedProblem, weights: Array | None = None) -> Estimate:
     return _estimate(problem, joint_weights(problem, ordinary(problem).values) if weights is None else weights)
 
 
-def _estimate(problem: ReducedProblem, weights: Array) -> Estimate:
+def _estimate(problem: Equations, weights: Array) -> Estimate:
     factor = problem.stacked(weights)
     solution = solve(factor, problem.columns, problem.equations, sum(problem.effective_rows))
     return Estimate(

@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed, least_squares
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations
 
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative
@@ -21,11 +21,15 @@ _ENOUGH = 1e-9  # relative change of a gain
 _FLOOR = 1e-9  # of the current: data without noise still need finite weights
 
 
+_TOLD = 0.2
+"""Standard deviation of a scale's logarithm above which the recording does not tell it."""
+
+
 class CurrentFit(NamedTuple):
-    """Gains and parameters.
+    """Gains and parameters, free or of bodies that can exist.
 
     ``k`` (n,) [A/(N·m)]; ``x`` (c,) all parameters; ``covariance`` of ln K, n x n, for white noise, zero where a
-    gain was held; ``degrees_of_freedom``.
+    gain was held, and ``degrees_of_freedom``, both of the free fit.
     """
 
     k: Array
@@ -34,7 +38,19 @@ class CurrentFit(NamedTuple):
     degrees_of_freedom: float
 
 
-def current_weights(equations: ReducedProblem) -> Array:
+class RelativeScales(NamedTuple):
+    """What joint j's signal must be multiplied by to agree with joint ``held``'s (from 0).
+
+    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise; 1 and 0 at ``held``. A last joint that carries
+    next to nothing has a scale that nothing tells: its ratio is 1 and its sigma infinite.
+    """
+
+    ratio: Array
+    sigma: Array
+    held: int
+
+
+def current_weights(equations: Equations) -> Array:
     """One over the standard deviation of each joint's error [1/A], shape (n,).
 
     From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
@@ -50,7 +66,7 @@ def current_weights(equations: ReducedProblem) -> Array:
 
 
 def gauss_newton(
-    equations: ReducedProblem, weights: Array, free: Sequence[int], known: Array, held: int | None = None
+    equations: Equations, weights: Array, free: Sequence[int], known: Array, held: int | None = None
 ) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
@@ -91,6 +107,24 @@ def gauss_newton(
         variance * decomposed(J).covariance[len(free) :, len(free) :] / np.outer(k[moving], k[moving])
     )
     return CurrentFit(k, x, covariance, dof)
+
+
+def relative_scales(problem: Equations) -> RelativeScales:
+    """Scales by the links whose parameters several joints' torques show, fitted on the signals' side.
+
+    Args:
+        problem: W and any signals proportional to torques, joint by joint.
+
+    Raises:
+        InputError: if the recording does not determine them.
+    """
+    weights = current_weights(problem)
+    held = int(np.argmax(problem.torque_norms * weights))
+    c = len(problem.columns)
+    found = gauss_newton(problem, weights, range(c), np.zeros(c), held)
+    sigma = np.sqrt(np.diag(found.covariance))
+    told = (found.k > 0.0) & (sigma < _TOLD)
+    return RelativeScales(1.0 / np.where(told, found.k, 1.0), np.where(told, sigma, np.inf), held)
 
 
 def torque_side(

@@ -10,7 +10,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...common.schema import Real, WrongKeyError, naming, read_toml
 from ...model.files import BodyTable
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,9 @@ def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:
     return KnownLoad(("M_L",), np.array([mass]), sigma)
 
 
-class _LoadTable(BodyTable, frozen=True, kw_only=True):
+class LoadTable(BodyTable, frozen=True, kw_only=True):
+    """A known load: its mass [kg], how sure that is, and what else is known."""
+
     mass: Real
     mass_sigma: Real = 0.0
 
@@ -77,7 +79,7 @@ def read_known_load(path: str | Path) -> KnownLoad:
     Raises:
         InputError: names the file and the key.
     """
-    table = read_toml(path, _LoadTable)
+    table = read_toml(path, LoadTable)
     with naming(path):
         load, body = known_mass(table.mass, table.mass_sigma), table.body()
         if table.com is None and table.inertia_com is not None:

@@ -11,11 +11,10 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import INERTIAL, InertialParameters
+from ...model import INERTIAL
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem, triangular
+from ..equations.equations import PAYLOAD, Equations, triangular
 from ..possible.cone import ConeProgram, SolverError, solve_cone
 from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
@@ -25,18 +24,6 @@ from .problem import GainProblem
 _MOST = 50  # linearisations
 _ENOUGH = 1e-5  # relative change of a gain
 _LENGTH = 0.1  # m: size of a payload, for scaling only
-
-
-class PossibleGains(NamedTuple):
-    """``k`` (n,) [A/(N·m)]; ``x`` (c,): base parameters and the payload's ten, of bodies that can exist."""
-
-    k: Array
-    x: Array
-
-    @property
-    def payload(self) -> InertialParameters:
-        """The payload as a body."""
-        return InertialParameters(self.x[-len(PAYLOAD) :])
 
 
 class _Variables(NamedTuple):
@@ -53,15 +40,15 @@ class _Variables(NamedTuple):
 
 
 def possible_gains(
-    problem: GainProblem, equations: ReducedProblem, load: KnownLoad, start: CurrentFit | PossibleGains, held: int
-) -> PossibleGains:
+    problem: GainProblem, equations: Equations, load: KnownLoad, start: CurrentFit, held: int
+) -> CurrentFit:
     """Gains, base parameters and payload of bodies that can exist, drives that do not push.
 
     Args:
         problem: robot and weights.
         equations: all of the problem's or those without a block.
         load: the known payload.
-        start: gains to begin with.
+        start: gains to begin with, whose covariance is kept.
         held: place of the gain that is held while solving.
 
     Raises:
@@ -91,7 +78,7 @@ def possible_gains(
         ratio *= share
         k = k * ratio
         if np.abs(ratio - 1.0).max() < _ENOUGH:
-            return PossibleGains(k, x)
+            return start._replace(k=k, x=x)
     raise InputError(
         "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
     )
@@ -135,7 +122,7 @@ def _robot_scale(problem: GainProblem, names: Sequence[str], x: Array) -> Array:
     return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
 
 
-def _rows(equations: ReducedProblem, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
+def _rows(equations: Equations, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
     """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
     rows = []
     for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):

@@ -12,8 +12,7 @@ from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.names import PAYLOAD
-from ..equations.problem import ReducedProblem, merged
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.gain_recordings import GainRecordings
 from ..payload.problem import PayloadProblem, payload_problem
 from .current_side import CurrentFit, current_weights, gauss_newton
@@ -42,9 +41,9 @@ class GainProblem:
 
     robot: Robot
     base: BaseParameters
-    equations: ReducedProblem
+    equations: Equations
     weights: Array
-    deletions: tuple[tuple[ReducedProblem, ...], ...] = ()
+    deletions: tuple[tuple[Equations, ...], ...] = ()
     block_length: float = 0.0
     without_blocks: str = ""
     recordings: GainRecordings = GainRecordings()
@@ -76,21 +75,18 @@ def gain_problem(
         raise InputError("drive gains need recordings without and with the payload: give both")
     scaled = _scaled(robot, loaded, unloaded, np.full(robot.n, _USUAL))
     first = payload_problem(robot, *scaled, None, processing, progress)
-    assert first.unloaded is not None
-    both = _in_currents(_together(first.loaded, first.unloaded), np.full(robot.n, _USUAL))
+    both = _in_currents(first.both, np.full(robot.n, _USUAL))
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
     K = 1.0 / free_gains(both, weights, load or known_mass(1.0)).k
     K *= _USUAL / K.mean()
     problem = payload_problem(robot, *_scaled(robot, loaded, unloaded, K), None, processing, progress, robust=True)
-    deletions, length, reason = _deletions(problem)
-    deletions = tuple(tuple(_in_currents(part, K) for part in group) for group in deletions)
     recordings = GainRecordings.of(unloaded, loaded)
-    return GainProblem(robot, first.base, both, weights, deletions, length, reason, recordings)
+    return GainProblem(robot, first.base, both, weights, *_without_blocks(problem, K), recordings)
 
 
-def free_gains(equations: ReducedProblem, weights: Array, load: KnownLoad) -> CurrentFit:
+def free_gains(equations: Equations, weights: Array, load: KnownLoad) -> CurrentFit:
     """Gains, base parameters and what is unknown of the payload, without constraints.
 
     Raises:
@@ -129,7 +125,7 @@ def _torques(robot: Robot, currents: Array, K: Array) -> Array:
     return torque
 
 
-def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:
+def _in_currents(problem: Equations, K: Array) -> Equations:
     """Right-hand sides over K_j."""
     factors = []
     for factor, gain in zip(problem.factors, K, strict=True):
@@ -137,21 +133,10 @@ def _in_currents(problem: ReducedProblem, K: Array) -> ReducedProblem:
     return replace(problem, factors=tuple(factors))
 
 
-def _together(loaded: ReducedProblem, unloaded: ReducedProblem) -> ReducedProblem:
-    return merged([loaded, unloaded.renamed(loaded.columns)])
-
-
-def _deletions(problem: PayloadProblem) -> tuple[tuple[tuple[ReducedProblem, ...], ...], float, str]:
-    """The equations without each block; blocks of one motion are left out together."""
-    blocks, bare = problem.blocks, problem.unloaded
-    if blocks is None or bare is None:
-        return (), 0.0, problem.without_blocks
+def _without_blocks(problem: PayloadProblem, K: Array) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
+    """The currents without each block, groups of them; the blocks' length; else why there are none."""
     try:
-        if blocks.difference:
-            pairs = zip(blocks.loaded_without, blocks.unloaded_without, strict=True)
-            return (tuple(_together(*pair) for pair in pairs),), blocks.length, ""
-        loaded = tuple(_together(part, bare) for part in blocks.loaded_without)
-        unloaded = tuple(_together(problem.loaded, part) for part in blocks.unloaded_without)
+        groups = tuple(tuple(_in_currents(part.both, K) for part in group) for group in problem.without_blocks)
     except InputError as error:
         return (), 0.0, str(error)
-    return (loaded, unloaded), blocks.length, ""
+    return groups, problem.loaded.block_length, ""

@@ -6,8 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ...model import InertialParameters
-from ..fit.estimate import Fit
+from ...model import InertialParameters, Robot, standard_columns, standard_regressor
+from ...model.base import random_states
+from ...model.kernel import Kernel
+from ...model.names import parameter_kind
+from ..fit.estimate import Estimate, Fit
 from ..fit.gain_recordings import GainRecordings
 from ..fit.robust import RobustCovariance
 from .known_load import KnownLoad
@@ -22,58 +25,60 @@ class DriveGains:
 
     Attributes:
         robot: name of the robot.
-        values: gains K [N·m/A or N/A], shape (n,), for bodies that can exist.
-        free_values: the same without constraints.
-        relative_covariance: of ln K by the formula for white noise, n x n, the mass's sigma included.
-        robust: covariance of ln K that holds for autocorrelated noise, the mass's sigma included.
+        logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
+            covariances, by the formula and the robust one, hold the sigma of the mass.
+        free_values: gains without constraints, shape (n,).
         gravity: per motor, whether gravity acts on it in some pose.
         rests_on: per motor, in words, which torques its gain rests on.
         load: the known payload.
         payload: the payload's ten as identified, known ones as given.
-        fit: how well the currents [A] are explained.
-        degrees_of_freedom: independent equations minus unknowns.
         without_robust: why there is no robust covariance.
         recordings: from which they were identified.
     """
 
     robot: str
-    values: Array
+    logarithms: Estimate
     free_values: Array
-    relative_covariance: Array
-    robust: RobustCovariance | None
     gravity: tuple[bool, ...]
     rests_on: tuple[str, ...]
     load: KnownLoad
     payload: InertialParameters
-    fit: Fit
-    degrees_of_freedom: float
     without_robust: str = ""
     recordings: GainRecordings = GainRecordings()
 
     def __post_init__(self) -> None:
-        """Lock the arrays and check their shapes."""
-        n = len(self.gravity)
-        for name in ("values", "free_values"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (n,), name))
-        object.__setattr__(
-            self, "relative_covariance", frozen_array(self.relative_covariance, (n, n), "covariance")
-        )
+        """Lock the array."""
+        object.__setattr__(self, "free_values", frozen_array(self.free_values, (len(self.gravity),), "free gains"))
 
     @cached_property
+    def values(self) -> Array:
+        """Gains K [N·m/A or N/A], shape (n,)."""
+        return np.exp(self.logarithms.values)
+
+    @property
+    def fit(self) -> Fit:
+        """How well the currents [A] are explained."""
+        return self.logarithms.fit
+
+    @property
+    def robust(self) -> RobustCovariance | None:
+        """Covariance of ln K that holds for autocorrelated noise."""
+        return self.logarithms.robust
+
+    @property
     def relative_sigma(self) -> Array:
         """Relative standard deviations by the formula, shape (n,)."""
-        return np.sqrt(np.diag(self.relative_covariance))
+        return self.logarithms.sigma
 
-    @cached_property
+    @property
     def relative_sigma_robust(self) -> Array | None:
-        """The same that holds for autocorrelated noise, where there is enough data for it."""
-        return self.robust.sigma if self.robust else None
+        """Relative standard deviations that hold for autocorrelated noise, where there is enough data for them."""
+        return self.logarithms.sigma_robust
 
-    @cached_property
+    @property
     def larger_relative_sigma(self) -> Array:
         """The larger of both, shape (n,)."""
-        robust = self.relative_sigma_robust
-        return self.relative_sigma if robust is None else np.maximum(self.relative_sigma, robust)
+        return self.logarithms.larger_sigma
 
     @cached_property
     def larger_relative_covariance(self) -> Array:
@@ -82,7 +87,7 @@ class DriveGains:
         The correlations are the robust ones where the robust deviations are the larger.
         """
         if self.robust is None:
-            return self.relative_covariance
+            return self.logarithms.covariance
         own = self.robust.covariance
         stretch = self.larger_relative_sigma / self.robust.sigma
         return np.asarray(own * np.outer(stretch, stretch))
@@ -99,3 +104,32 @@ class DriveGains:
             words + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
             for words, good, sigma in zip(self.rests_on, self.identified, self.larger_relative_sigma, strict=True)
         )
+
+
+def gravity_acts(robot: Robot) -> tuple[bool, ...]:
+    """Per motor, whether some mass of the robot or payload weighs on it in some pose."""
+    q, qd, _ = random_states(robot, 20, seed=0)
+    kernel = Kernel(standard_regressor(robot))
+    entries = kernel(q, 0.0 * qd, 0.0 * qd)
+    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
+    weights = np.zeros((len(heavy), 20, robot.n))
+    for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
+        weights[column, :, row] = values
+    flat = weights[heavy].reshape(-1, robot.n)
+    motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
+    return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
+
+
+def rests_on(robot: Robot) -> tuple[str, ...]:
+    """Per motor, in words, which torques its gain rests on."""
+    words = [
+        "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
+        for gravity in gravity_acts(robot)
+    ]
+    if robot.spring is not None:
+        words[robot.spring.joint - 1] += ", and the known spring"
+    if robot.coupling is not None:
+        j, k = robot.coupling.joints
+        words[j - 1] += f" (the torque of joint {j} less that of joint {k})"
+        words[k - 1] += f" (motor {k} turns with joints {j} and {k})"
+    return tuple(words)

@@ -3,7 +3,7 @@
 By torque differences (29) where there are pairs, otherwise by the loaded torques less the robot's (23).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -13,10 +13,12 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import Decomposition, decomposed
-from ..fit.least_squares import weighted
-from ..fit.robust import student95
-from .problem import FixedWeights, PayloadProblem
-from .robust import deletions
+from ..equations.equations import PAYLOAD
+from ..fit.estimate import Estimate
+from ..fit.linear_problem import LinearProblem
+from ..fit.robust import jackknife, student95
+from .methods import from_difference, from_robot
+from .problem import PayloadProblem
 
 WITHOUT_BLOCKS = 4.0
 """Factor on the formula's standard deviations where no jackknife is possible: on real data they are up to 4.1 times
@@ -99,91 +101,134 @@ def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
     return (*alone, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
 
 
-def payload_by_joints(problem: PayloadProblem, weights: FixedWeights) -> ByJoints:
+def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """Mass and share by joints, with standard deviations that hold for autocorrelated noise if there are blocks.
 
     Args:
         problem: the reduced recordings.
-        weights: per joint; they matter within a group only.
+        weights: per joint, shape (n,); they matter within a group only.
     """
     n = problem.robot.n
 
-    def parts() -> list[Iterator[JointEquations]]:
-        if problem.blocks is None:
-            raise InputError("no blocks of time")
-        return [(_equations(part, weights) for part in group) for group in deletions(problem)]
+    def posed(part: PayloadProblem) -> LinearProblem:
+        return from_difference(part) if part.difference is not None else from_robot(part)
 
-    return joints_view(_equations(problem, weights), parts, joint_groups(n), range(1, n + 1))
+    def parts() -> list[list[LinearProblem]]:
+        return [[posed(part) for part in group] for group in problem.without_blocks]
+
+    return joints_view(posed(problem), parts, weights, joint_groups(n), range(1, n + 1))
+
+
+def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:
+    """Method 1 on the stretches of the loaded recordings, in the order of time, the robot taken as exact.
+
+    Stretches that leave parameters undetermined are left out; none without blocks of time.
+    """
+    if problem.known is None and problem.unloaded is None:
+        return ()
+    robot = problem.robot_known
+    exact = robot._replace(covariance=0.0 * robot.covariance, gain_sensitivity=lambda: None)
+    stretches = []
+    for stretch in problem.stretches:
+        try:
+            stretches.append(LinearProblem(stretch, PAYLOAD, (exact,)).solved(weights))
+        except InputError:
+            continue
+    return tuple(stretches)
 
 
 def joints_view(
-    whole: "JointEquations",
-    parts: "Callable[[], Sequence[Iterable[JointEquations]]]",
+    whole: LinearProblem,
+    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
+    weights: Array,
     groups: Sequence[tuple[int, ...]],
     joints: Sequence[int],
 ) -> ByJoints:
     """Masses by groups of joints, shares of single ones.
 
     Args:
-        whole: the equations.
+        whole: the payload's equations.
         parts: gives the same without each block of time, group by group of blocks that are left out together;
             raises InputError where there are too few.
+        weights: of the joints.
         groups: of joints, for the masses.
         joints: for the shares, each against all others with equations.
     """
-    numbers: list[Callable[[JointEquations], _Number | None]] = [_mass_of(group) for group in groups]
-    numbers += [_share_of(joint) for joint in joints]
-    found = [number(whole) for number in numbers]
-    variances, dof = _variances(parts, numbers, found)
-    sigmas = [float(np.sqrt(v)) for v in variances]
-    masses = [
-        JointsMass(group, one.value, sigma, dof) if one else JointsMass(group, None)
-        for group, one, sigma in zip(groups, found, sigmas, strict=False)
+    sought: list[Callable[[JointEquations], _Number | None]] = [_mass_of(group) for group in groups]
+    sought += [_share_of(joint) for joint in joints]
+    equations = JointEquations.of(whole, weights)
+    numbers = [number(equations) for number in sought]
+    there = [k for k, number in enumerate(numbers) if number is not None]
+    variance = np.array([number.variance if number else np.nan for number in numbers])
+    values = np.array([number.value if number else 0.0 for number in numbers])
+
+    def again(part: LinearProblem) -> Array:
+        """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
+        left, found = JointEquations.of(part, weights), values.copy()
+        for k in there:
+            number = sought[k](left)
+            found[k] = number.value if number else values[k]
+        return found
+
+    dof = float("inf")
+    try:
+        robust = jackknife(again, parts(), values, 0.0)
+    except InputError:  # too few blocks
+        variance = WITHOUT_BLOCKS**2 * variance
+    else:
+        lasting = np.array([number.lasting if number else np.nan for number in numbers])
+        variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
+        dof = max(float(robust.degrees_of_freedom), 1.0)
+    found = [
+        (number.value if number else None, float(sigma))
+        for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
     ]
     k = len(groups)
-    shares = [
-        JointShare(joint, one.value if one else None, sigma)
-        for joint, one, sigma in zip(joints, found[k:], sigmas[k:], strict=True)
+    masses = [
+        JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
+        for group, (mass, sigma) in zip(groups, found[:k], strict=True)
     ]
+    shares = [JointShare(joint, *own) for joint, own in zip(joints, found[k:], strict=True)]
     return ByJoints(tuple(masses), tuple(shares))
 
 
 class _Number(NamedTuple):
-    """``variance`` by the formula; ``known``: the part of it from a robot known earlier, which no block shows."""
+    """``variance`` by the formula; ``lasting``: the part of it that no block of time shows."""
 
     value: float
     variance: float
-    known: float = 0.0
+    lasting: float = 0.0
 
 
 class JointEquations(NamedTuple):
-    """Per joint weighted factors [W_L Y] of the payload, and W of a robot that was subtracted, C its covariance.
+    """Per joint weighted factors [W_L Y] of the payload, and W of what was taken off.
 
-    ``known``: whether the robot was known earlier.
+    ``covariance`` of the parameters taken off; ``lasting``: of them, what no block of time shows.
     """
 
     payload: tuple[Array, ...]
-    robot: tuple[Array, ...]
-    C: Array
+    taken: tuple[Array, ...]
+    covariance: Array
+    lasting: Array
     rows: tuple[float, ...]
-    known: bool = False
 
-
-def _equations(problem: PayloadProblem, weights: FixedWeights) -> JointEquations:
-    if problem.difference is not None:
-        own, factors = problem.difference, problem.difference.factors
-        payload = tuple(w * factor for w, factor in zip(weights.own, factors, strict=True))
-        return JointEquations(payload, tuple(f[:, :0] for f in payload), np.zeros((0, 0)), own.effective_rows)
-    known = problem.known
-    if known is None:
-        assert problem.unloaded is not None
-        known = weighted(problem.unloaded, weights.robot)
-    k = len(known.values)
-    loaded = tuple(w * factor for w, factor in zip(weights.own, problem.loaded.factors, strict=True))
-    rest = tuple(np.column_stack([f[:, k:-1], f[:, -1] - f[:, :k] @ known.values]) for f in loaded)
-    C = known.robust.covariance if known.robust is not None else known.covariance
-    robot, rows = tuple(f[:, :k] for f in loaded), problem.loaded.effective_rows
-    return JointEquations(rest, robot, C, rows, problem.known is not None)
+    @staticmethod
+    def of(problem: LinearProblem, weights: Array) -> "JointEquations":
+        """The payload's ten alone, for weights of the joints."""
+        known = problem.known[0] if problem.known else None
+        names = known.names if known else ()
+        unknown = problem.unknown.select(PAYLOAD)
+        taken = problem.equations.select(names).factors
+        lasting = known.lasting if known else np.zeros((0, 0))
+        # What an earlier identification's jackknife says counts instead of its formula.
+        covariance = lasting if lasting.any() or known is None else known.covariance
+        return JointEquations(
+            tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
+            tuple(w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)),
+            covariance,
+            lasting,
+            unknown.effective_rows,
+        )
 
 
 def _mass_of(joints: Sequence[int]) -> Callable[[JointEquations], _Number | None]:
@@ -224,42 +269,11 @@ def _share_of(joint: int) -> Callable[[JointEquations], _Number | None]:
 def _number(
     equations: JointEquations, places: Sequence[int], factor: Array, parts: Decomposition, k: int
 ) -> _Number:
-    """Parameter k of [A Y], A decomposed, with the variance of the residual and of the robot's parameters."""
+    """Parameter k of [A Y], A decomposed, with the variance of the residual and of the parameters taken off."""
     Y, row = factor[:, -1], parts.inverse[k]
     error = Y - factor[:, :-1] @ parts.solution(Y)
     spare = max(sum(equations.rows[j] for j in places) - parts.rank, 1.0)
-    gain = row @ np.vstack([equations.robot[j] for j in places])
-    robots = float(gain @ equations.C @ gain)
+    gain = row @ np.vstack([equations.taken[j] for j in places])
     own = float(error @ error) / spare * float(row @ row)
-    return _Number(float(row @ Y), own + robots, robots if equations.known else 0.0)
-
-
-_Parts = Callable[[], Sequence[Iterable[JointEquations]]]
-_Numbers = Sequence[Callable[[JointEquations], _Number | None]]
-
-
-def _variances(parts: _Parts, numbers: _Numbers, found: Sequence[_Number | None]) -> tuple[Array, float]:
-    """The larger of the formula's variance and the jackknife's of each number, and the degrees of freedom."""
-    formula = np.array([one.variance if one else np.nan for one in found])
-    try:
-        variances, dof = _jackknife(parts(), numbers, found)
-    except InputError:  # too few blocks
-        return WITHOUT_BLOCKS**2 * formula, float("inf")
-    known = np.array([one.known if one else np.nan for one in found])
-    return np.maximum(formula, variances + known), dof
-
-
-def _jackknife(
-    groups: Sequence[Iterable[JointEquations]], numbers: _Numbers, found: Sequence[_Number | None]
-) -> tuple[Array, float]:
-    """Variance of each number by leaving out blocks, and the degrees of freedom."""
-    variances, fewest = np.zeros(len(numbers)), np.inf
-    for group in groups:
-        rows = []
-        for equations in group:
-            values = [number(equations) if one else None for number, one in zip(numbers, found, strict=True)]
-            rows.append([value.value if value else np.nan for value in values])
-        changes = np.array(rows) - [one.value if one else np.nan for one in found]
-        variances += (1.0 - 1.0 / len(rows)) * np.nansum(changes**2, axis=0)
-        fewest = min(fewest, len(rows))
-    return variances, max(fewest - 1.0, 1.0)
+    lasting = float(gain @ equations.lasting @ gain)
+    return _Number(float(row @ Y), own + float(gain @ equations.covariance @ gain), lasting)

@@ -9,15 +9,12 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import InertialParameters
 from ..fit.drive_gains import GainErrors
-from ..fit.error_covariance import error_model
+from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
 from ..possible.payload import Tested, solve_constrained, tested
 from ..possible.result import CONFLICT, Possible, Weighing
 from ..possible.scaling import POSSIBLE
-from .gains import gain_covariance
-from .methods import method_of
-from .problem import PayloadProblem
 from .result import PayloadEstimate
 
 
@@ -98,30 +95,22 @@ class ConstrainedPayload:
 
 
 def constrain_payload(
-    problem: PayloadProblem,
-    free: PayloadEstimate,
-    constraints: Sequence[Constraint] = POSSIBLE,
-    gains: GainErrors | None = None,
-    free_friction: bool = False,
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: GainErrors | None = None
 ) -> ConstrainedPayload:
     """The nearest payload that holds the constraints, with intervals.
 
     Args:
-        problem: the reduced recordings.
-        free: a method's result on them.
+        free: a method's result, all ten determined.
         constraints: what is known beforehand; that the body can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
-        free_friction: as for ``identify_payload``, with which ``free`` was made.
 
     Raises:
-        InputError: if the covariance does not determine every parameter.
+        InputError: if the covariance does not determine every parameter, or what the result owes to the drive gains
+            is not known.
         SolverError: for anything but a clean solve, as when no body holds all constraints.
     """
-    extra = None
-    if gains is not None:
-        extra = gain_covariance(problem, method_of(free.method, free_friction), free.estimate, gains)
-    result = solve_constrained(error_model(free.estimate, extra), constraints)
+    result = solve_constrained(error_model(free.estimate, gains), constraints)
     tests = tested(result)
-    contradicted = result.p_value < CONFLICT or any(one.conflict for one in tests)
+    contradicted = result.p_value < CONFLICT or any(test.conflict for test in tests)
     intervals = NO_INTERVALS if contradicted else profile_intervals(result)
     return ConstrainedPayload(free, result, intervals, gains, tests)

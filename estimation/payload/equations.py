@@ -1,16 +1,43 @@
-"""The equations of recordings with payload: [W W_L] of (22), and W_L of (29)."""
+"""The equations of recordings with payload, [W W_L] of (22) and W_L of (29), whole and in blocks of time."""
 
 from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
 
+import numpy as np
+
+from ...common.arrays import Array
 from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.names import PAYLOAD
-from ..equations.observation import Observer
-from ..equations.problem import ReducedProblem, merged
-from ..equations.reduction import reduced_measurement
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observation import Observer, Pieces
+from ..equations.reduction import recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
+from ..fit.blocks import block_edges, cut_pieces, in_blocks, left_over, length_by_residuals, span
+
+_STRETCHES = 4  # of all loaded recordings together
+
+
+class PairedMeasurement(NamedTuple):
+    """One trajectory without and with payload, on the loaded recording's time.
+
+    ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's own.
+    """
+
+    unloaded: Measurement
+    loaded: Measurement
+    lag: float = 0.0
+
+
+class PayloadEquations(NamedTuple):
+    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded."""
+
+    loaded: Equations
+    unloaded: Equations | None
+    difference: Equations | None
+    stretches: tuple[Equations, ...] = ()
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -26,7 +53,7 @@ def difference_observer(robot: Robot) -> Observer:
 
 def loaded_problem(
     robot: Robot, base: BaseParameters, measurements: Sequence[Measurement], processing: Processing
-) -> ReducedProblem:
+) -> Equations:
     """Equations [W W_L] of (22)."""
     observer = loaded_observer(robot, base)
     return merged(reduced_measurement(observer, data, processing) for data in measurements)
@@ -34,7 +61,7 @@ def loaded_problem(
 
 def difference_problem(
     robot: Robot, pairs: Sequence[tuple[Measurement, Measurement]], processing: Processing
-) -> ReducedProblem:
+) -> Equations:
     """Equations W_L of (29) from (unloaded, loaded) measurements on one trajectory and time.
 
     W_L is taken on the loaded motion.
@@ -59,3 +86,63 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     if spring is None:
         return Measurement(loaded.motion, torque)
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
+
+
+def payload_equations(
+    robot: Robot,
+    base: BaseParameters,
+    loaded: Sequence[Measurement],
+    unloaded: Sequence[Measurement],
+    pairs: Sequence[PairedMeasurement],
+    processing: Processing,
+    blocks: bool = True,
+) -> PayloadEquations:
+    """Reduce measurements; of long ones the equations are never held whole.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        loaded: with payload, each on its own time.
+        unloaded: without; where there are pairs, the k-th is that of the k-th pair.
+        pairs: for method 3; may be empty.
+        processing: settings.
+        blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
+    """
+    if not blocks:
+        observer = Observer(robot, base.columns)
+        return PayloadEquations(
+            loaded_problem(robot, base, loaded, processing),
+            merged(reduced_measurement(observer, data, processing) for data in unloaded) if unloaded else None,
+            difference_problem(robot, [pair[:2] for pair in pairs], processing) if pairs else None,
+        )
+    own = [(data, None) for data in loaded]
+    changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
+    with_payload, with_pieces = recorded(loaded_observer(robot, base), own, processing)
+    groups = [left_over(with_pieces, with_payload.select(base.columns))]
+    without: Equations | None = None
+    difference: Equations | None = None
+    if unloaded:
+        bare = [(data, None) for data in unloaded]
+        without, bare_pieces = recorded(Observer(robot, base.columns), bare, processing)
+        groups.append(left_over(bare_pieces, without))
+    if changes:
+        difference, change_pieces = recorded(difference_observer(robot), changes, processing)
+        groups.append(left_over(change_pieces, difference))
+    length = length_by_residuals(groups)
+    edges = [block_edges(recording, length) for recording in groups[0]]
+    if without is not None:
+        shifted = [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
+        others = shifted or [block_edges(recording, length) for recording in groups[1]]
+        without = in_blocks(without, bare_pieces, others, length)
+    if difference is not None:
+        difference = in_blocks(difference, change_pieces, edges, length)
+    long = [block_edges(one, np.ptp(span(one)) / max(1, _STRETCHES // len(loaded))) for one in groups[0]]
+    return PayloadEquations(
+        in_blocks(with_payload, with_pieces, edges, length), without, difference, _cut(with_pieces, long)
+    )
+
+
+def _cut(recordings: Sequence[Pieces], edges: Sequence[Array]) -> tuple[Equations, ...]:
+    return tuple(
+        chain.from_iterable(cut_pieces(opened(), ends) for opened, ends in zip(recordings, edges, strict=True))
+    )

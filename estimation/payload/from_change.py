@@ -1,5 +1,9 @@
 """Method 2: the change of the base parameters under load, (24)-(28) for any robot."""
 
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 
 from ...common.arrays import Array
@@ -7,40 +11,104 @@ from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD, Equations
+from ..fit.drive_gains import motor_torques
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
-from .problem import FixedWeights, PayloadProblem
+from ..fit.linear_problem import gain_sensitivity
+from .problem import PayloadProblem
 
 _DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")
 
 
-def from_change(problem: PayloadProblem, weights: FixedWeights | None = None) -> Estimate:
-    """Payload from two identifications of the robot, without and with it.
+class _Step(NamedTuple):
+    """Generalised least squares of G x = change: ``x``, its ``covariance``, ``inverse``: x = inverse @ change."""
+
+    x: Array
+    covariance: Array
+    inverse: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeOfParameters:
+    """Two identifications of the robot, without and with payload.
 
     Base parameters change by Delta chi = G_L chi_L, where G_L (N_b x 10) holds the last link's columns of the
     grouping matrix; on the RX90 its rows are (25)-(28). Solved by least squares weighted by the covariance of
     Delta chi. Drive parameters take no part: friction may change under load.
     """
-    if problem.unloaded is None:
+
+    problem: PayloadProblem
+    before: Estimate
+
+    def solved(self, weights: Array | None = None) -> Estimate:
+        """The payload's ten parameters."""
+        after = weighted(self._loaded, weights)
+        step = self._step(after)
+        return Estimate(
+            names=PAYLOAD,
+            values=step.x,
+            covariance=step.covariance,
+            degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
+            fit=fit(self.problem.loaded, np.concatenate([self.before.values, step.x])),
+            weights=after.weights,
+            gain_sensitivity=self._gain_sensitivity(after, step),
+        )
+
+    def values(self, weights: Array) -> Array:
+        """The ten for given weights of the loaded joints."""
+        return self._step(weighted(self._loaded, weights)).x
+
+    def lasting(self, weights: Array) -> Array:
+        """Blocks of time hold all recordings that it uses."""
+        return np.zeros((len(PAYLOAD), len(PAYLOAD)))
+
+    @cached_property
+    def _loaded(self) -> Equations:
+        return self.problem.loaded.select(self.problem.base.columns)
+
+    @cached_property
+    def _inertial(self) -> tuple[str, ...]:
+        return tuple(name for name in self.problem.base.columns if parameter_kind(name) not in _DRIVE)
+
+    @cached_property
+    def _map(self) -> Array:
+        """G_L: how the inertial base parameters change with the payload's ten."""
+        columns = self.problem.base.columns
+        return payload_map(self.problem)[[columns.index(name) for name in self._inertial]]
+
+    def _step(self, after: Estimate) -> _Step:
+        chi_a, C_a = self.before.select(self._inertial)
+        chi_b, C_b = after.select(self._inertial)
+        return _generalised(self._map, chi_b - chi_a, C_a + C_b)
+
+    def _gain_sensitivity(self, after: Estimate, step: _Step) -> Array:
+        """Derivatives of the ten by the motors' errors, joints' weights fixed.
+
+        Beside the parameters, the variances of both identifications change, and with them what each counts for:
+        with x = (G'C^-1G)^-1 G'C^-1 d, dx = inverse (dd - dC C^-1 (d - G x)).
+        """
+        assert self.problem.unloaded is not None
+        places = [self.problem.base.columns.index(name) for name in self._inertial]
+        chi_a, C_a = self.before.select(self._inertial)
+        chi_b, C_b = after.select(self._inertial)
+        rest = chi_b - chi_a - self._map @ step.x
+        change = np.zeros((len(rest), self.problem.robot.n))
+        pull = np.linalg.solve(C_a + C_b, rest)
+        for equations, estimate, C, sign in (
+            (self.problem.unloaded, self.before, C_a, -1.0),
+            (self._loaded, after, C_b, 1.0),
+        ):
+            change += sign * gain_sensitivity(equations, estimate.weights)[places]
+            change -= np.outer(C @ pull, _growth(equations, estimate))
+        return np.asarray(step.inverse @ change)
+
+
+def from_change(problem: PayloadProblem) -> ChangeOfParameters:
+    """Method 2 on a problem with ``unloaded``."""
+    if problem.bare is None:
         raise InputError("method 2 needs a recording without payload")
-    columns = problem.base.columns
-    before = weighted(problem.unloaded, weights.robot if weights else None)
-    after = weighted(problem.loaded.select(columns), weights.own if weights else None)
-    inertial = tuple(name for name in columns if parameter_kind(name) not in _DRIVE)
-    chi_a, C_a = before.select(inertial)
-    chi_b, C_b = after.select(inertial)
-    G = payload_map(problem)[[columns.index(name) for name in inertial]]
-    values, covariance = _generalised(G, chi_b - chi_a, C_a + C_b)
-    explained = np.concatenate([before.values, values])
-    return Estimate(
-        names=PAYLOAD,
-        values=values,
-        covariance=covariance,
-        degrees_of_freedom=min(before.degrees_of_freedom, after.degrees_of_freedom),
-        fit=fit(problem.loaded, explained),
-        weights=after.weights,
-    )
+    return ChangeOfParameters(problem, problem.bare)
 
 
 def payload_map(problem: PayloadProblem) -> Array:
@@ -48,13 +116,27 @@ def payload_map(problem: PayloadProblem) -> Array:
     return problem.base.effect_of(payload_columns(problem.robot))
 
 
-def _generalised(G: Array, change: Array, C: Array) -> tuple[Array, Array]:
-    """Generalised least squares of G x = change with covariance C: x and its covariance."""
+def _growth(equations: Equations, estimate: Estimate) -> Array:
+    """Relative derivatives of the residual's variance by the motors' errors, shape (n,)."""
+    x = np.append(-estimate.values, 1.0)
+    errors = [w * factor @ x for w, factor in zip(estimate.weights, equations.factors, strict=True)]
+    size = max(sum(float(error @ error) for error in errors), np.finfo(float).tiny)
+    grown = [
+        sum(
+            float(error @ (w * torque))
+            for error, w, torque in zip(errors, estimate.weights, motor_torques(equations, j), strict=True)
+        )
+        for j in range(len(equations.factors))
+    ]
+    return 2.0 * np.array(grown) / size
+
+
+def _generalised(G: Array, change: Array, C: Array) -> _Step:
+    """Generalised least squares of G x = change with covariance C."""
     scale = np.sqrt(np.diag(C))
     L = np.linalg.cholesky(C / np.outer(scale, scale))
-    A = np.asarray(np.linalg.solve(L, G / scale[:, None]))
-    b = np.asarray(np.linalg.solve(L, change / scale))
-    parts = decomposed(A)
+    parts = decomposed(np.asarray(np.linalg.solve(L, G / scale[:, None])))
     if parts.null.size:
         raise InputError("the base parameters of this robot do not show all ten parameters of a payload")
-    return parts.solution(b), parts.covariance
+    inverse = np.linalg.solve(L.T, parts.inverse.T).T / scale
+    return _Step(parts.solution(np.asarray(np.linalg.solve(L, change / scale))), parts.covariance, inverse)

@@ -1,42 +1,76 @@
-"""The paper's four methods by number."""
+"""The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
-from .frame import in_payload_frame
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model.names import parameter_kind
+from ..equations.equations import PAYLOAD
+from ..fit.essential import Elimination, StopRule, eliminate
+from ..fit.estimate import Estimate
+from ..fit.linear_problem import Known, LinearProblem
+from ..fit.robust import RobustCovariance, jackknife
 from .from_change import from_change
-from .from_difference import from_difference
-from .from_robot import from_robot
-from .global_fit import global_fit
-from .problem import PayloadProblem
-from .result import PayloadEstimate
-from .robust import Method, with_robust
+from .problem import FORMULA_ONLY, PayloadProblem
+from .result import PayloadEstimate, in_payload_frame
 
-METHODS: dict[int, Method] = {
-    1: from_robot,
-    2: from_change,
-    3: from_difference,
-    4: global_fit,
-}
-"""The paper's methods by number."""
+_FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
-def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
-    """Estimate the payload by one method; with robust standard deviations if the problem has ``blocks``.
+class Posed(Protocol):
+    """What a method makes of the recordings: a problem that is solved for given weights of the joints."""
+
+    def solved(self, weights: Array | None = None) -> Estimate:
+        """The parameters asked for; weights are estimated unless they are given."""
+
+    def values(self, weights: Array) -> Array:
+        """Their values alone."""
+
+    def lasting(self, weights: Array) -> Array:
+        """Covariance that no block of time shows."""
+
+
+Method = Callable[[PayloadProblem], Posed]
+
+
+def from_robot(problem: PayloadProblem, free_friction: bool = False) -> LinearProblem:
+    """Method 1, (22) and (23): the loaded recording minus what the robot alone would need.
+
+    The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
+    P = W_L^+ W.
 
     Args:
-        problem: the reduced recordings.
-        method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
-            4 robot and payload together (30).
-        free_friction: method 1 only: estimate friction anew under load.
-
-    Raises:
-        InputError: if the problem lacks what the method needs.
-        KeyError: for another method.
+        problem: with ``unloaded`` or ``known``.
+        free_friction: estimate friction anew from the loaded recording, for friction that depends on load.
     """
-    solve = method_of(method, free_friction)
-    estimate, reason = with_robust(problem, solve, solve(problem, None))
-    estimate = in_payload_frame(problem.robot, estimate)
-    return PayloadEstimate(method, estimate, problem.robot.payload_frame, reason)
+    robot = problem.robot_known
+    if free_friction:
+        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
+    return LinearProblem(problem.loaded, PAYLOAD, (robot,))
+
+
+def from_difference(problem: PayloadProblem) -> LinearProblem:
+    """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory."""
+    if problem.difference is None:
+        raise InputError(f"method 3 cannot be used: {problem.without_difference}")
+    return LinearProblem(problem.difference, PAYLOAD)
+
+
+def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
+    """Method 4, (30): all recordings at once; the robot's parameters are common to both."""
+    return LinearProblem(problem.both, tuple(names), shown=problem.loaded)
+
+
+def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
+    """Method 4 with some parameters of robot and payload only, the others zero."""
+    return LinearProblem(problem.both.select(names), tuple(names))
+
+
+METHODS: dict[int, Method] = {1: from_robot, 2: from_change, 3: from_difference, 4: global_fit}
+"""The paper's methods by number."""
 
 
 def method_of(number: int, free_friction: bool = False) -> Method:
@@ -49,3 +83,91 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     bare = problem.unloaded is not None
     usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
     return tuple(method for method, there in usable.items() if there)
+
+
+def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
+    """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
+
+    Args:
+        problem: the reduced recordings.
+        method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
+            4 robot and payload together (30).
+        free_friction: method 1 only: estimate friction anew under load.
+
+    Raises:
+        InputError: if the problem lacks what the method needs.
+        KeyError: for another method.
+    """
+    estimate, reason = with_robust(problem, method_of(method, free_friction))
+    return PayloadEstimate(method, in_payload_frame(problem.robot, estimate), problem.robot.payload_frame, reason)
+
+
+def combined(problem: PayloadProblem) -> Estimate:
+    """Robot and payload parameters of (30), columns base, then ``PAYLOAD``."""
+    return selected(problem, problem.loaded.columns).solved()
+
+
+def essential_combined(problem: PayloadProblem, rule: StopRule | None = None) -> Elimination:
+    """Essential parameters of robot and payload (in frame n) together, as in Table 2."""
+    return eliminate(problem.both, combined(problem), rule)
+
+
+def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | None = None) -> tuple[Estimate, str]:
+    """What a method gives, with its robust covariance; without, and why, where there is none.
+
+    Args:
+        problem: the reduced recordings.
+        method: the method.
+        estimate: its result, where it is there already; its weights are kept.
+    """
+    posed = method(problem)
+    estimate = posed.solved() if estimate is None else estimate
+    if not problem.loaded.blocks:
+        return estimate, problem.no_blocks
+    try:
+        return replace(estimate, robust=_robust(problem, method, posed, estimate)), ""
+    except InputError as error:
+        return estimate, str(error)
+
+
+def _robust(problem: PayloadProblem, method: Method, posed: Posed, estimate: Estimate) -> RobustCovariance:
+    """By the delete-a-block jackknife, weights fixed at those of the result.
+
+    A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
+    a time as well.
+    """
+    robust = jackknife(
+        lambda part: method(part).values(estimate.weights),
+        problem.without_blocks,
+        estimate.values,
+        problem.loaded.block_length,
+    )
+    share = posed.lasting(estimate.weights)
+    if problem.known is None or not share.any():
+        return robust  # the method does without a robot known earlier
+    own = problem.known.robust
+    if own is None:
+        raise InputError(FORMULA_ONLY)
+    return RobustCovariance(
+        robust.covariance + share,
+        robust.blocks + own.blocks,
+        min(robust.degrees_of_freedom, own.degrees_of_freedom),
+        max(robust.block_length, own.block_length),
+    )
+
+
+def _part(known: Known, places: Sequence[int]) -> Known:
+    """Some of the parameters that are known."""
+    own = list(places)
+
+    def derivatives() -> Array | None:
+        every = known.gain_sensitivity()
+        return every[own] if every is not None else None
+
+    return known._replace(
+        names=tuple(known.names[k] for k in places),
+        values=known.values[own],
+        covariance=known.covariance[own][:, own],
+        lasting=known.lasting[own][:, own],
+        gain_sensitivity=derivatives,
+    )

@@ -1,26 +1,27 @@
 """The payload problem: what the four methods need, reduced once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.problem import ReducedProblem
+from ..equations.equations import Equations, merged
 from ..fit.estimate import Estimate
+from ..fit.least_squares import weighted
+from ..fit.linear_problem import Known, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
-from ..robot.identification import base_problem, check_lengths, check_moving
+from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import measurement
-from .blocks import PairedMeasurement, PayloadBlocks, payload_blocks
-from .equations import difference_problem, loaded_problem
-from .source import Source
+from .equations import PairedMeasurement, payload_equations
 
 FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "
@@ -28,19 +29,19 @@ FORMULA_ONLY = (
 )
 
 
-class FixedWeights(NamedTuple):
-    """Weights of the joints that a method takes as given instead of estimating them, shape (n,) each.
+class Source(NamedTuple):
+    """Recordings with and without payload, and how they were processed."""
 
-    ``robot``: of the robot's equations without payload (methods 1 and 2); ``own``: the result's ``weights``.
-    """
-
-    robot: Array | None
-    own: Array
+    loaded: tuple[Recording, ...]
+    unloaded: tuple[Recording, ...]
+    processing: Processing
 
 
 @dataclass(frozen=True)
 class PayloadProblem:
     """Reduced equations for the payload methods.
+
+    With blocks of time, those of a pair of recordings are the same stretches of one motion.
 
     Attributes:
         robot: the robot.
@@ -52,32 +53,126 @@ class PayloadProblem:
         pairs: how the recordings of method 3 were aligned.
         without_difference: why method 3 cannot be used, if it cannot.
         rate: at which the (first) loaded recording was processed [Hz].
-        blocks: the same equations cut in blocks of time, for robust standard deviations.
-        without_blocks: why there are none although they were asked for.
+        stretches: the loaded recordings once more, in a few long pieces.
+        no_blocks: why there are no blocks of time although they were asked for.
         source: the recordings themselves, in which the verdict looks for causes.
+        robot_weights: weights of the joints without payload, taken as given; estimated by default.
     """
 
     robot: Robot
     base: BaseParameters
-    loaded: ReducedProblem
-    unloaded: ReducedProblem | None = None
+    loaded: Equations
+    unloaded: Equations | None = None
     known: Estimate | None = None
-    difference: ReducedProblem | None = None
+    difference: Equations | None = None
     pairs: tuple[AlignedPair, ...] = ()
     without_difference: str = ""
     rate: float | None = None
-    blocks: PayloadBlocks | None = None
-    without_blocks: str = ""
+    stretches: tuple[Equations, ...] = ()
+    no_blocks: str = ""
     source: Source | None = None
+    robot_weights: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a robot whose parameters are not those of this model."""
-        if self.known is not None and self.known.names != self.base.columns:
-            other = sorted(set(self.known.names) ^ set(self.base.columns)) or ["their order"]
+        """Refuse another model's robot, and blocks of one motion that are not as many."""
+        if self.known is not None:
+            check_known(self.robot, self.base, self.known)
+        parts = (self.loaded, self.unloaded, self.difference)
+        if self.paired and self.loaded.blocks and len({len(part.blocks) for part in parts if part is not None}) > 1:
+            raise ValueError("paired blocks must be as many without and with payload")
+
+    @property
+    def paired(self) -> bool:
+        """Whether the blocks with and without payload are of one motion."""
+        return self.difference is not None and bool(self.difference.blocks)
+
+    @cached_property
+    def bare(self) -> Estimate | None:
+        """The robot's own parameters by the recordings without payload."""
+        if self.unloaded is None:
+            return None
+        weights = np.array(self.robot_weights) if self.robot_weights is not None else None
+        return weighted(self.unloaded, weights)
+
+    @cached_property
+    def both(self) -> Equations:
+        """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        if self.unloaded is None:
+            raise InputError("method 4 needs a recording without payload")
+        parts = [replace(part, blocks=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)]
+        return merged(parts)
+
+    @cached_property
+    def robot_known(self) -> Known:
+        """The robot's parameters for method 1: from an earlier identification, else without payload."""
+        if self.known is not None:
+            return known_robot(self.known)
+        bare, unloaded = self.bare, self.unloaded
+        if bare is None or unloaded is None:
             raise InputError(
-                f"the stored robot parameters are of another model of {self.robot.name}: they differ in "
-                f"{', '.join(other[:8])}: identify the robot again with the same options"
+                "method 1 needs the robot's parameters: give a recording without payload or --robot-parameters"
             )
+        nothing = 0.0 * bare.covariance  # blocks of time hold the recording they come from
+        return Known(
+            bare.names,
+            bare.values,
+            bare.covariance,
+            nothing,
+            bare.degrees_of_freedom,
+            lambda: gain_sensitivity(unloaded, bare.weights),
+        )
+
+    @cached_property
+    def without_blocks(self) -> "tuple[tuple[PayloadProblem, ...], ...]":
+        """The problem without each block of time, weights without payload fixed, once for all methods.
+
+        Blocks that share no motion are left out one recording at a time: two groups then.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        if not self.loaded.blocks:
+            raise InputError(self.no_blocks or "robust standard deviations need recordings in blocks of time")
+        bare = self.bare
+        whole = replace(self, robot_weights=tuple(bare.weights) if bare is not None else None, stretches=())
+        loaded, unloaded, difference = self.loaded.without_blocks(), self.unloaded, self.difference
+        if unloaded is None or not unloaded.blocks:
+            return (tuple(replace(whole, loaded=part) for part in loaded),)
+        if difference is None or not difference.blocks:
+            without = unloaded.without_blocks()
+            return (
+                tuple(replace(whole, loaded=part) for part in loaded),
+                tuple(replace(whole, unloaded=part) for part in without),
+            )
+        both = zip(loaded, unloaded.without_blocks(), difference.without_blocks(), strict=True)
+        return (tuple(replace(whole, loaded=a, unloaded=b, difference=c) for a, b, c in both),)
+
+
+def known_robot(robot: Estimate) -> Known:
+    """Parameters of an earlier identification; what their jackknife says of them no block of this time shows."""
+    lasting = robot.robust.covariance if robot.robust is not None else robot.covariance
+    return Known(
+        robot.names,
+        robot.values,
+        robot.covariance,
+        lasting,
+        robot.degrees_of_freedom,
+        lambda: robot.gain_sensitivity,
+    )
+
+
+def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
+    """Refuse a robot whose parameters are not those of this model.
+
+    Raises:
+        InputError: names the parameters in which they differ.
+    """
+    if known.names != base.columns:
+        other = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        raise InputError(
+            f"the stored robot parameters are of another model of {robot.name}: they differ in "
+            f"{', '.join(other[:8])}: identify the robot again with the same options"
+        )
 
 
 def payload_problem(
@@ -112,13 +207,13 @@ def payload_problem(
     check_apart(loaded, unloaded)
     check_lengths(loaded, processing)
     check_moving(robot, base, loaded)
-    bare = base_problem(robot, base, unloaded, processing, progress=progress) if unloaded else None
-    measured = []
-    for recording in loaded:
-        progress(f"filtering {recording.source}")
-        measured.append(measurement(recording, processing))
-    both = loaded_problem(robot, base, measured, processing)
-    difference: ReducedProblem | None = None
+    alone: list[Measurement] = []
+    if unloaded:
+        check_recordings(robot, unloaded)
+        check_moving(robot, base, unloaded)
+        check_lengths(unloaded, processing)
+        alone = filtered(unloaded, processing, progress)
+    measured = filtered(loaded, processing, progress)
     pairs: tuple[AlignedPair, ...] = ()
     together: list[PairedMeasurement] = []
     reason = "no recordings without payload"
@@ -126,26 +221,28 @@ def payload_problem(
         progress("aligning recordings with and without payload")
         try:
             pairs = _paired(loaded, unloaded, processing)
-            together = [_measured(pair, processing) for pair in pairs]
-            difference = difference_problem(robot, [(p.unloaded, p.loaded) for p in together], processing)
+            together = [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)]
             reason = ""
         except InputError as error:
-            reason = str(error)
-    blocks: PayloadBlocks | None = None
-    unavailable = ""
-    if robust and known is not None and known.robust is None:
-        unavailable = FORMULA_ONLY
-    elif robust:
-        progress("cutting into blocks")
-        try:
-            alone = [measurement(recording, processing) for recording in unloaded]
-            blocks = payload_blocks(robot, base, measured, alone, together, processing)
-        except InputError as error:
-            unavailable = str(error)
-    rate = measured[0].motion.rate
-    source = Source(tuple(loaded), tuple(unloaded), processing)
+            pairs, reason = (), str(error)
+    no_blocks = FORMULA_ONLY if robust and known is not None and known.robust is None else ""
+    progress("cutting into blocks" if robust else "reducing")
+    equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
+    if equations.unloaded is not None and equations.unloaded.equations == 0:
+        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     return PayloadProblem(
-        robot, base, both, bare, known, difference, pairs, reason, rate, blocks, unavailable, source
+        robot,
+        base,
+        equations.loaded,
+        equations.unloaded,
+        known,
+        equations.difference,
+        pairs,
+        reason,
+        measured[0].motion.rate,
+        equations.stretches,
+        no_blocks,
+        Source(tuple(loaded), tuple(unloaded), processing),
     )
 
 
@@ -178,5 +275,8 @@ def _paired(
     )
 
 
-def _measured(pair: AlignedPair, processing: Processing) -> PairedMeasurement:
-    return PairedMeasurement(measurement(pair.unloaded, processing), measurement(pair.loaded, processing), pair.lag)
+def _measured(pair: AlignedPair, loaded: Measurement, processing: Processing) -> PairedMeasurement:
+    """A pair filtered; the loaded recording was filtered already unless it was cut to what both have in common."""
+    whole = len(pair.loaded.t) == len(loaded.motion.t)
+    heavy = loaded if whole else measurement(pair.loaded, processing)
+    return PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag)

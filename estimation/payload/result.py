@@ -1,4 +1,4 @@
-"""What every payload method returns."""
+"""What every payload method returns, and the frame in which it is given."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,30 +6,56 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import INERTIAL, InertialParameters
+from ...model import INERTIAL, InertialParameters, Pose, Robot
 from ...model.payload_spread import PayloadSpread, payload_spread
+from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 
 
 @dataclass(frozen=True)
 class PayloadEstimate:
-    """A payload as one method sees it.
+    """A payload as one method sees it: all ten parameters, or those that a short motion determines.
 
     Attributes:
         method: 1 to 4.
-        estimate: the ten parameters ``PAYLOAD`` about the origin of ``frame``, with covariance.
+        estimate: the parameters of ``PAYLOAD`` about the origin of ``frame``, with covariance.
         frame: the frame, in words.
         without_robust: why there are no robust standard deviations although they were asked for.
+        from_scale: whether the mass is a scale's, not the torques'.
     """
 
     method: int
     estimate: Estimate
     frame: str
     without_robust: str = ""
+    from_scale: bool = False
+
+    @cached_property
+    def places(self) -> tuple[int, ...]:
+        """Where the determined parameters stand among the ten."""
+        return tuple(PAYLOAD.index(name) for name in self.estimate.names)
+
+    def unexplained(self, torque_rms: Array) -> Array:
+        """Each joint's error over another torque (rms), shape (n,); nan where there is no equation or no torque."""
+        rows = np.array(self.estimate.fit.rows, dtype=float)
+        torque = np.where((rows > 0) & (torque_rms > 0.0), torque_rms, np.nan)
+        return np.asarray(self.estimate.fit.error_norms / np.sqrt(np.maximum(rows, 1.0)) / torque)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all ten are determined."""
+        return len(self.places) == len(PAYLOAD)
+
+    @property
+    def ten(self) -> Array:
+        """The ten, nan where not determined, shape (10,)."""
+        values = np.full(len(PAYLOAD), np.nan)
+        values[list(self.places)] = self.estimate.values
+        return values
 
     @cached_property
     def body(self) -> InertialParameters:
-        """The payload as a body."""
+        """The payload as a body; all ten must be determined."""
         return InertialParameters(self.estimate.values)
 
     @property
@@ -49,13 +75,13 @@ class PayloadEstimate:
 
     @cached_property
     def sigma_com_robust(self) -> Array | None:
-        """The same that holds for autocorrelated noise [m], where it was asked for."""
+        """Standard deviations that hold for autocorrelated noise [m], where it was asked for."""
         robust = self.estimate.robust
         return self._spread(robust.covariance).com if robust else None
 
     @cached_property
     def sigma_inertia_com_robust(self) -> Array | None:
-        """The same that holds for autocorrelated noise [kg m^2], 3 x 3, where it was asked for."""
+        """Standard deviations that hold for autocorrelated noise [kg m^2], 3 x 3, where it was asked for."""
         robust = self.estimate.robust
         return self._spread(robust.covariance).inertia_com if robust else None
 
@@ -66,12 +92,12 @@ class PayloadEstimate:
 
     @cached_property
     def larger_sigma_com(self) -> Array:
-        """The same for the centre of mass [m], shape (3,)."""
+        """The larger standard deviations of the centre of mass [m], shape (3,)."""
         return _larger(self.sigma_com, self.sigma_com_robust)
 
     @cached_property
     def larger_sigma_inertia_com(self) -> Array:
-        """The same for the inertia at the centre of mass [kg m^2], 3 x 3."""
+        """The larger standard deviations of the inertia at the centre of mass [kg m^2], 3 x 3."""
         return _larger(self.sigma_inertia_com, self.sigma_inertia_com_robust)
 
     def named(self, values: Array) -> dict[str, float]:
@@ -84,3 +110,22 @@ class PayloadEstimate:
 
 def _larger(formula: Array, robust: Array | None) -> Array:
     return formula if robust is None else np.maximum(formula, robust)
+
+
+def in_payload_frame(robot: Robot, estimate: Estimate) -> Estimate:
+    """A payload in ``robot.payload_frame``, with all its covariances.
+
+    Args:
+        robot: its payload frame stands at ``robot.flange`` in frame n.
+        estimate: of the payload's ten parameters in frame n, in which the equations stand.
+    """
+    return estimate if robot.flange.is_identity else estimate.mapped(frame_change(robot.flange.inverse()))
+
+
+def frame_change(pose: Pose) -> Array:
+    """How the ten parameters of a body change with its frame, 10 x 10.
+
+    Args:
+        pose: of the frame they are given in, in the frame they are wanted in.
+    """
+    return np.column_stack([InertialParameters(unit).moved(pose.R, pose.p).vector for unit in np.eye(10)])

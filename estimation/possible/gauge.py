@@ -12,8 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
 from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias

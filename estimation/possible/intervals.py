@@ -12,7 +12,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model.inertia import inertia_gradient
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 from ..fit.robust import student95
 from .profile import ProfileSet
 from .result import Possible

@@ -14,7 +14,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import rank
 from ...model import InertialParameters
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import SolverError, solve_cone
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody

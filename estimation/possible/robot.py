@@ -14,8 +14,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, InertialParameters, Robot
-from ..fit.error_covariance import error_model
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
 from .origin import hidden_directions

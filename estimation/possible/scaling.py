@@ -9,7 +9,7 @@ from scipy.linalg import solve_triangular
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters
-from ..equations.names import PAYLOAD
+from ..equations.equations import PAYLOAD
 from ..fit.estimate import Estimate
 from .cone import ConeProgram, ConeSolution, SolverError
 from .constraints import PSEUDO_INERTIA, Constraint, KnownMass, PossibleBody

@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...model import Robot
 from .map import LogMap
 from .quantity import REFERENCES, standard_pose
-from .table import RawLog
+from .table import RawLog, repeated
 
 _STANDARD = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
 _BY_NAME = {
@@ -110,9 +110,8 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     Raises:
         InputError: names what is missing, doubtful or there twice.
     """
-    twice = sorted({name for name in raw.names if raw.names.count(name) > 1})
-    if twice:
-        raise InputError(f"{raw.path}: column {twice[0]!r} stands in the header twice: rename one")
+    if repeated(raw.names):
+        raise InputError(f"{raw.path}: column {repeated(raw.names)!r} stands in the header twice: rename one")
     naming = Naming(raw, log_map, robot)
     kind, notes = _load(naming, gains)
     speeds = naming.holds("velocity") or log_map.names("velocity")

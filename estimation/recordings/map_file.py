@@ -107,7 +107,9 @@ class _Reference(Table, frozen=True):
         return kind, columns, units
 
 
-class _Map(Table, frozen=True):
+class MapTable(Table, frozen=True):
+    """How a log is laid out, and what its columns hold."""
+
     title: str = ""
     joints: _Texts = ()
     file: _Layout = _Layout()
@@ -129,12 +131,12 @@ def read_log_map(path: str | Path) -> LogMap:
     Raises:
         InputError: names the file and the key.
     """
-    table = read_toml(path, _Map)
+    table = read_toml(path, MapTable)
     with naming(path):
         return _log_map(str(path), table)
 
 
-def _log_map(source: str, table: _Map) -> LogMap:
+def _log_map(source: str, table: MapTable) -> LogMap:
     time = table.time
     if time.rate_hz is not None and (time.column, time.unit) != (None, None):
         raise WrongKeyError("time", "give rate_hz, or column and unit")
@@ -163,7 +165,7 @@ def _log_map(source: str, table: _Map) -> LogMap:
     )
 
 
-def _of_kinds(table: _Map, kinds: Iterable[str]) -> Iterator[Any]:
+def _of_kinds(table: MapTable, kinds: Iterable[str]) -> Iterator[Any]:
     """Quantities or references of the tables that are there."""
     for kind in kinds:
         if entry := getattr(table, kind):

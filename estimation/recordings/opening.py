@@ -31,20 +31,22 @@ def open_log(path: str | Path, log_map: LogMap) -> RawLog:
         InputError: if there is no such file, or it cannot be read.
     """
     path = Path(path)
-    reader = _READERS.get(path.suffix.lower(), csv_log)
-    if path.is_dir() and (path / "metadata.yaml").is_file() and not log_map.files:
-        reader = ros_bag
+    folder = not log_map.files and (path / "metadata.yaml").is_file()
+    reader = ros_bag if folder else _READERS.get(path.suffix.lower(), csv_log)
     if log_map.layout.topic and reader is not ros_bag and path.exists():
         raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave --topic, or topic in the log map, out")
     if log_map.files:
         return _joined(path, log_map)
-    if reader is ros_bag and path.is_dir():
-        return ros_bag(path, log_map.layout)
-    if path.exists() and not path.is_file():
-        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
+    if not folder:
+        _check_file(path)
+    return reader(path, log_map.layout)
+
+
+def _check_file(path: Path) -> None:
     if not path.exists():
         raise InputError(f"{path}: no such file")
-    return reader(path, log_map.layout)
+    if not path.is_file():
+        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
 
 
 def _joined(folder: Path, log_map: LogMap) -> RawLog:

@@ -91,9 +91,13 @@ class Layout:
             raise ValueError("skip_lines and numbers_per_row must not be negative")
         if self.per_row and self.per_row != len(self.names):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
-        twice = sorted({name for name in self.names if self.names.count(name) > 1})
-        if twice:
-            raise ValueError(f"name {twice[0]!r} is given twice")
+        if repeated(self.names):
+            raise ValueError(f"name {repeated(self.names)!r} is given twice")
+
+
+def repeated(names: Sequence[str]) -> str:
+    """A name that stands there twice; empty if there is none."""
+    return min((name for name in names if names.count(name) > 1), default="")
 
 
 def spread(names: Sequence[str]) -> tuple[str, ...]:

@@ -1,1 +1,1 @@
-from .identification import base_problem as base_problem
+from .equations import base_problem as base_problem

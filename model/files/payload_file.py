@@ -1,7 +1,7 @@
 """Reads a payload from TOML."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 from msgspec import Meta, defstruct, structs
@@ -15,7 +15,10 @@ _Bounded = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Three = tuple[_Bounded, _Bounded, _Bounded]
 Six = tuple[_Bounded, _Bounded, _Bounded, _Bounded, _Bounded, _Bounded]
 
-TenTable = defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True)
+TenTable = cast(
+    type[Table],
+    defstruct("TenTable", [(kind, _Bounded, 0.0) for kind in INERTIAL], bases=(Table,), frozen=True),
+)
 """Khalil's ten about the frame's origin."""
 
 

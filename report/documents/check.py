@@ -10,7 +10,7 @@ from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck
 from ...estimation.diagnosis.facts import JointFacts, TimeFacts
 from ...estimation.diagnosis.log_check import Excited
 from ...estimation.files.parts import Number
-from ...estimation.weigh import FollowingChange
+from ...estimation.payload import FollowingChange
 from ...model import Pose, Robot
 
 

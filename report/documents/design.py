@@ -10,18 +10,20 @@ from ...common.schema import Document, Matrix, Vector
 from ...estimation.files.parts import Number
 from ...estimation.files.stored_payload import VisibilityDocument
 from ...model.payload_spread import PayloadSpread
+from ...model.visibility import PayloadVisibility
 from ...trajectories import (
     BlendedPoints,
     Design,
     DesignProblem,
     Fourier,
+    NearShape,
     Score,
     Trapezoid,
     ViaPoints,
 )
+from ...trajectories import NearMotion as NearPlan
 from ...trajectories.design import Floor
 from ...trajectories.motions import Plan
-from ..near import NearResult
 
 
 class LimitDocument(Document, frozen=True):
@@ -218,21 +220,23 @@ def _motion(plan: Plan) -> MotionDocument:
     return MotionDocument.of(plan, kind="fourier")
 
 
-def near_document(result: NearResult) -> NearDocument:
-    """What ``dynident near --json`` writes."""
-    design, shape, motion = result.design, result.shape, result.motion
+def near_document(
+    design: Design, motion: NearPlan, shape: NearShape, visibility: PayloadVisibility, spread: PayloadSpread
+) -> NearDocument:
+    """What ``dynident near --json`` writes; ``motion`` is the design's."""
+    score = design.score
     return NearDocument(
-        robot=result.robot.name,
+        robot=design.problem.robot.name,
         criterion=design.problem.criterion.kind,
         near=NearMotion.of(motion, poses=shape.poses, joints=shape.joints, ranges=shape.ranges),
-        visibility=VisibilityDocument.of(result.visibility),
-        predicted_sigma=spread_document(result.spread),
-        condition_number=design.learnt.condition_number,
-        condition_number_scaled=design.learnt.condition_number_scaled,
+        visibility=VisibilityDocument.of(visibility),
+        predicted_sigma=spread_document(spread),
+        condition_number=score.learnt.condition_number,
+        condition_number_scaled=score.learnt.condition_number_scaled,
         duration_s=motion.duration,
         rehearsal_s=motion.slowed(0.1).duration,
         cpu_s=design.cpu_s,
-        limits=LimitsDocument(design.score.max_violation, torque_checked=design.problem.torque_limited),
+        limits=LimitsDocument(score.max_violation, torque_checked=design.problem.torque_limited),
         seed=design.seed,
     )
 

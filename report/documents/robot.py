@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...estimation import Identification
-from ...estimation.diagnosis import robot_verdict
 from ...estimation.files import StoredRobot
 from ...estimation.files.parts import (
     ActiveDocument,
@@ -70,7 +69,7 @@ def identification_document(
         gain_sigma=gain_errors_document(result.gains) if result.gains else None,
         relative_residual=residual_document(estimate.fit),
         validation=residual_document(result.validation) if result.validation else None,
-        reasons_against_use=robot_verdict(estimate.fit).reasons,
+        reasons_against_use=result.verdict.reasons,
     )
 
 

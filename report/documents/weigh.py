@@ -23,8 +23,7 @@ from ...estimation.files.stored_payload import (
     VerdictDocument,
     VisibilityDocument,
 )
-from ...estimation.payload import PayloadEstimate
-from ...estimation.weigh import RIPPLE_CHANCE
+from ...estimation.payload import RIPPLE_CHANCE
 from ...model import INERTIAL, Processing
 from .parts import processing_document
 from .payload import free_estimate, mass_by_joints, possible_estimate
@@ -103,9 +102,7 @@ def _estimates(answer: WeighAnswer) -> tuple[FreeEstimate | PossibleEstimate, ..
     """The estimates of ``payload``; parameters that are not determined are null."""
     problem, estimate = answer.problem, answer.found.estimate
     if answer.constrained is not None:
-        frame, reason = problem.robot.payload_frame, answer.found.without_robust
-        free = PayloadEstimate(problem.method, estimate, frame, reason)
-        return free_estimate(free), possible_estimate(answer.constrained)
+        return free_estimate(answer.found), possible_estimate(answer.constrained)
     places, robust = answer.found.places, estimate.sigma_robust
     return (
         FreeEstimate(

@@ -1,13 +1,12 @@
-"""An empty figure, a figure with its words, and files of figures."""
+"""An empty figure, and a figure as a file or as text: the only place that imports matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..plots import save_figure
+import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,40 +14,28 @@ if TYPE_CHECKING:
 
 GREY, BLUE, ORANGE = "0.62", "#0072b2", "#d55e00"
 """Colours that differ in lightness too; every curve has its own line or marker as well."""
-ENDINGS = ("png", "svg", "pdf")
-"""Kinds of files a figure is written as."""
+_METADATA: dict[str, dict[str, Any]] = {
+    ".png": {"Software": None},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
+"""What would differ from one day to the next."""
 
 
-@dataclass(frozen=True, eq=False)
-class Drawing:
-    """A figure and what is said about it.
+def matplotlib() -> Any:
+    """The package with what figures are made of, imported when the first one is drawn."""
+    import matplotlib.backends.backend_agg
+    import matplotlib.figure
+    import matplotlib.patches
 
-    Attributes:
-        name: of its file and of its place in the page.
-        figure: the figure.
-        caption: below it.
-        text: what it shows, in words, for those who do not see it.
-    """
-
-    name: str
-    figure: Figure
-    caption: str
-    text: str
-
-    def __post_init__(self) -> None:
-        """Arrange it once: every file of it then looks the same, and is written faster."""
-        if self.figure.get_layout_engine() is not None:
-            self.figure.draw_without_rendering()
-            self.figure.set_layout_engine("none")
+    return matplotlib
 
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of that size [inches]."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
+    package = matplotlib()
+    figure: Figure = package.figure.Figure(figsize=(width, height), layout="constrained")
+    package.backends.backend_agg.FigureCanvasAgg(figure)
     return figure
 
 
@@ -59,10 +46,21 @@ def plain(axis: Axes) -> None:
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def save_drawings(folder: str | Path, drawings: Iterable[Drawing]) -> None:
-    """Write each as PNG, SVG and PDF; the folder is made if missing."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    for drawing in drawings:
-        for ending in ENDINGS:
-            save_figure(drawing.figure, folder / f"{drawing.name}.{ending}")
+def mark_interval(axis: Axes, low: float, high: float) -> None:
+    """A band of an interval, where there is one."""
+    if np.isfinite([low, high]).all():
+        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
+
+
+def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
+    """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
+    with matplotlib().rc_context({"svg.hashsalt": "dynident"}):
+        figure.savefig(path, dpi=dpi, metadata=_METADATA.get(Path(path).suffix.lower()))
+
+
+def svg_text(figure: Figure, name: str) -> str:
+    """A figure as an SVG document whose text stays text; ``name`` makes its identifiers its own."""
+    stream = io.StringIO()
+    with matplotlib().rc_context({"svg.hashsalt": name, "svg.fonttype": "none", "axes.unicode_minus": True}):
+        figure.savefig(stream, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    return stream.getvalue()

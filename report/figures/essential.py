@@ -1,17 +1,41 @@
-"""The essential-parameter path with its words."""
+"""The path of backward elimination."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ...estimation import SigmaBound, SigmaRatio
 from ...estimation.fit import Elimination
-from ..essential_plot import essential_figure
-from .canvas import Drawing
+from ..blocks import Drawing
+from .canvas import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST_RATIO = 1.15
+"""Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
+
+_MOST_SHOWN = 1e12
+"""Larger numbers are left out."""
 
 
-def essential_drawing(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Drawing:
-    """Error and largest relative sigma during elimination; arguments as ``essential_figure``."""
-    kept, all_ = len(elimination.essential), len(elimination.path.order)
+def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Drawing:
+    """Error ratio and largest relative sigma against the parameters eliminated, in their order.
+
+    Legible without colour: filled markers are steps that were taken, open ones those that were not.
+
+    Args:
+        elimination: the path and where it ended.
+        title: above the figure.
+        labels: name of a parameter -> how the figure calls it ("MX2" -> "MX2R").
+    """
+    kept, count = len(elimination.essential), len(elimination.path.order)
     text = (
-        f"{kept} of {all_} parameters are essential: {elimination.rule.description}. With them the error's "
+        f"{kept} of {count} parameters are essential: {elimination.rule.description}. With them the error's "
         f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
         f"deviation is {100.0 * elimination.largest_relative_sigma:.3g} %."
     )
@@ -19,4 +43,57 @@ def essential_drawing(elimination: Elimination, title: str, labels: Mapping[str,
         "Parameters are eliminated from left to right, each time the one with the largest relative standard "
         "deviation. Filled marks are steps that were taken."
     )
-    return Drawing("essential_path", essential_figure(elimination, title, labels), caption, text)
+    return Drawing("essential_path", caption, text, lambda: _drawn(elimination, title, labels or {}))
+
+
+def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> Figure:
+    path, gone = elimination.path, len(elimination.eliminated)
+    shown = min(max(int(np.sum(path.sigma_ratio <= _MOST_RATIO)), gone + 2), len(path.order))
+    figure = new_figure(max(6.0, 0.19 * shown + 1.5), 5.2)
+    above, below = figure.subplots(2, 1, sharex=True)
+    _curve(above, path.sigma_ratio[:shown], gone)
+    above.set_ylabel("error sigma, ratio\nto all parameters")
+    below.set_yscale("log")
+    _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
+    below.set_ylabel("largest relative\nsigma [%]")
+    rule = elimination.rule
+    if isinstance(rule, SigmaRatio):
+        _limit(above, rule.limit, f"limit {rule.limit:g}")
+    elif isinstance(rule, SigmaBound):
+        _limit(below, 100.0 * rule.limit, f"limit {100.0 * rule.limit:g} %")
+    above.legend(loc="upper left")
+    names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
+    below.set_xticks(range(shown), names, rotation=90, fontsize=7)
+    below.set_xlabel("eliminated, in this order")
+    figure.suptitle(f"{title}: {len(elimination.essential)} of {len(path.order)} parameters essential")
+    return figure
+
+
+def _limit(axis: Axes, value: float, label: str) -> None:
+    axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
+    axis.annotate(
+        label,
+        (0.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(4, 3),
+        textcoords="offset points",
+        ha="left",
+    )
+
+
+def _curve(axis: Axes, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], gone: int) -> None:
+    """Line with filled markers up to ``gone`` and open ones after it."""
+    steps = np.arange(len(values))
+    # Data without noise reach any number: what no axis can show is left out.
+    finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
+    seen = finite[np.isfinite(finite)]
+    if len(seen) and np.ptp(seen) == 0.0:
+        axis.set_ylim(0.5 * seen[0], 2.0 * seen[0])
+    axis.plot(steps, finite, color="0.5", linewidth=1.0)
+    taken = steps <= gone
+    axis.plot(steps[taken], finite[taken], "o", color="black", markersize=4, label="taken")
+    axis.plot(
+        steps[~taken], finite[~taken], "o", color="black", markerfacecolor="white", markersize=4, label="not taken"
+    )
+    axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
+    axis.grid(visible=True, alpha=0.3)

@@ -8,40 +8,46 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...common.arrays import Array
-from ...estimation.payload import Excitation
-from .canvas import BLUE, Drawing, new_figure, plain
+from ...estimation.fit import Excitation
+from ..blocks import Drawing
+from .canvas import BLUE, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _GOOD = 10.0  # ten times the noise: 10 % relative sigma
 _LEAST, _MOST = 1e-2, 1e9
 _PER_ROW = 40
 
 
-def excitation_figure(found: Excitation, labels: Mapping[str, str] | None = None) -> Drawing:
+def excitation_figure(excitation: Excitation, labels: Mapping[str, str] | None = None) -> Drawing:
     """Each parameter's torque over the noise, whole and without what the others can imitate.
 
     Args:
-        found: of every parameter.
+        excitation: of every parameter.
         labels: name of a parameter -> how the figure calls it.
     """
-    names = [(labels or {}).get(name, name) for name in found.names]
+    names = [(labels or {}).get(name, name) for name in excitation.names]
+    weak = [name for name, value in zip(names, excitation.independent, strict=True) if value < _GOOD]
+    caption = (
+        "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without what "
+        "other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), (21)."
+    )
+    known = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
+    return Drawing("excitation", caption, f"{caption} {known}", lambda: _drawn(excitation, names))
+
+
+def _drawn(excitation: Excitation, names: Sequence[str]) -> Figure:
     rows = -(-len(names) // _PER_ROW)
     size = -(-len(names) // rows)
     figure = new_figure(9.5, 2.3 * rows + 0.5)
     panels = figure.subplots(rows, 1, squeeze=False, sharey=True)[:, 0]
     for row, axis in enumerate(panels):
         part = slice(size * row, size * (row + 1))
-        _row(axis, names[part], found.signal[part], found.independent[part], size)
+        _row(axis, names[part], excitation.signal[part], excitation.independent[part], size)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
-    weak = [name for name, value in zip(names, found.independent, strict=True) if value < _GOOD]
-    caption = (
-        "Norm of each parameter's torque over all equations, in units of the noise: whole (dash) and without what "
-        "other parameters can imitate (dot). One over the dot is the relative standard deviation by (20), (21)."
-    )
-    told = f"Relative sigma above 10 %: {', '.join(weak)}." if weak else "All relative sigmas are below 10 %."
-    return Drawing("excitation", figure, caption, f"{caption} {told}")
+    return figure
 
 
 def _row(axis: Axes, names: Sequence[str], signal: Array, independent: Array, size: int) -> None:

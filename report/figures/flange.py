@@ -8,10 +8,12 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...estimation.payload import ConstrainedPayload
-from .canvas import BLUE, ORANGE, Drawing, new_figure, plain
+from ..blocks import Drawing
+from .canvas import BLUE, ORANGE, matplotlib, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
 _ZOOM = 1.7  # inches: height of the larger view
@@ -27,6 +29,11 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
     """
     com, bounds = 1e3 * payload.body.com, 1e3 * payload.intervals.com
     body = _second_moments(payload) if inertia else None
+    words = _words(com, inertia, flange, bool(np.isfinite(bounds).all()))
+    return Drawing("flange", *words, lambda: _drawn(com, bounds, body, flange))
+
+
+def _drawn(com: Array, bounds: Array, body: Array | None, flange: bool) -> Figure:
     known = bool(np.isfinite(bounds).all())
     low, high = _extent(com, bounds, body)
     width, height, depth = high - low
@@ -46,10 +53,10 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
         row[0].set_ylabel("z [mm]")
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False,
                   fontsize=9)  # fmt: skip
-    return Drawing("flange", figure, *_told(com, inertia, flange, known))
+    return figure
 
 
-def _told(com: Array, inertia: bool, flange: bool, known: bool) -> tuple[str, str]:
+def _words(com: Array, inertia: bool, flange: bool, known: bool) -> tuple[str, str]:
     where = ", ".join(f"{'xyz'[k]} {com[k]:.1f} mm" for k in range(3))
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
     caption = f"Centre of mass seen along y (left) and along x (right), from {origin}, to scale."
@@ -63,11 +70,11 @@ def _told(com: Array, inertia: bool, flange: bool, known: bool) -> tuple[str, st
 def _overview(
     axis: Axes, com: Array, bounds: Array, body: Array | None, axes: tuple[int, int], flange: bool
 ) -> None:
-    from matplotlib.patches import Rectangle
-
     i, k = axes
     if flange:
-        plate = Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, facecolor="0.85", edgecolor="black", hatch="///")
+        plate = matplotlib().patches.Rectangle(
+            (-_PLATE, -8.0), 2 * _PLATE, 8.0, facecolor="0.85", edgecolor="black", hatch="///"
+        )
         axis.add_patch(plate)
     for direction, name in (((1.0, 0.0), "xyz"[i]), ((0.0, 1.0), "xyz"[k])):
         tip = (0.9 * _PLATE * direction[0], 0.9 * _PLATE * direction[1])
@@ -94,12 +101,10 @@ def _larger(axis: Axes, com: Array, bounds: Array, axes: tuple[int, int]) -> Non
 
 def _uncertain(axis: Axes, com: Array, bounds: Array, axes: tuple[int, int]) -> None:
     """Centre of mass, its intervals as bars and an ellipse."""
-    from matplotlib.patches import Ellipse
-
     i, k = axes
     if np.isfinite(bounds).all():
         centre, width = bounds.mean(axis=1), np.ptp(bounds, axis=1)
-        ellipse = Ellipse(
+        ellipse = matplotlib().patches.Ellipse(
             (centre[i], centre[k]), width[i], width[k], facecolor="none", edgecolor=BLUE, linewidth=1.2
         )
         ellipse.set_hatch("xxx")

@@ -10,10 +10,12 @@ import numpy as np
 from ...common.arrays import Array
 from ...estimation import PayloadAnswer
 from ...estimation.payload import ConstrainedPayload
-from .canvas import BLUE, Drawing, new_figure, plain
+from ..blocks import Drawing
+from .canvas import BLUE, mark_interval, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _FREE = 0.22  # the free estimate stands this much below the constrained one
 
@@ -21,30 +23,33 @@ _FREE = 0.22  # the free estimate stands this much below the constrained one
 def methods_figure(answer: PayloadAnswer) -> Drawing:
     """Mass and centre of mass by every method, with 95 % intervals, and the free estimates."""
     payloads = answer.constrained
-    figure = new_figure(9.0, 0.42 * len(payloads) + 1.35)
-    panels = figure.subplots(1, 4, sharey=True)
-    scales = (1.0, 1e3, 1e3, 1e3)
-    titles = ("mass [kg]", "centre of mass x [mm]", "centre of mass y [mm]", "centre of mass z [mm]")
-    for k, (axis, title, scale) in enumerate(zip(panels, titles, scales, strict=True)):
-        _panel(axis, payloads, answer.recommended, k, scale)
-        axis.set_title(title, fontsize=10)
-    panels[0].set_yticks(range(len(payloads)), [f"method {payload.method}" for payload in payloads])
-    panels[0].set_ylim(len(payloads) - 0.4, -0.6)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     masses = ", ".join(f"method {payload.method} {payload.mass:.4g} kg" for payload in payloads)
     caption = (
         "Filled: payload that can exist, with its 95 % interval. Open: least squares alone, which may be a body "
         f"that cannot exist. The band is the recommended interval (method {answer.recommended.method})."
     )
-    return Drawing("methods", figure, caption, f"{caption} Masses: {masses}.")
+    text = f"{caption} Masses: {masses}."
+    return Drawing("methods", caption, text, lambda: _drawn(payloads, answer.recommended))
+
+
+def _drawn(payloads: Sequence[ConstrainedPayload], best: ConstrainedPayload) -> Figure:
+    figure = new_figure(9.0, 0.42 * len(payloads) + 1.35)
+    panels = figure.subplots(1, 4, sharey=True)
+    scales = (1.0, 1e3, 1e3, 1e3)
+    titles = ("mass [kg]", "centre of mass x [mm]", "centre of mass y [mm]", "centre of mass z [mm]")
+    for k, (axis, title, scale) in enumerate(zip(panels, titles, scales, strict=True)):
+        _panel(axis, payloads, best, k, scale)
+        axis.set_title(title, fontsize=10)
+    panels[0].set_yticks(range(len(payloads)), [f"method {payload.method}" for payload in payloads])
+    panels[0].set_ylim(len(payloads) - 0.4, -0.6)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return figure
 
 
 def _panel(
     axis: Axes, payloads: Sequence[ConstrainedPayload], best: ConstrainedPayload, k: int, scale: float
 ) -> None:
-    low, high = scale * _intervals(best)[k]
-    if np.isfinite([low, high]).all():
-        axis.axvspan(low, high, facecolor="0.9", edgecolor="0.7", hatch="//", linewidth=0.0)
+    mark_interval(axis, *(scale * _intervals(best)[k]))
     for row, payload in enumerate(payloads):
         value, (low, high) = scale * _values(payload)[k], scale * _intervals(payload)[k]
         filled, open_ = ("with constraints, 95 %", "least squares alone") if row == 0 else (None, None)

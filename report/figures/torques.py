@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...common.arrays import Array
-from ...estimation.payload import TorquePrediction
-from .canvas import BLUE, GREY, ORANGE, Drawing, new_figure, plain
+from ...estimation.answers import TorquePrediction
+from ..blocks import Drawing
+from .canvas import BLUE, GREY, ORANGE, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
@@ -20,6 +22,15 @@ _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
 def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
     """The joint that the model explains worst: torques above, residual below on the same scale."""
     j = prediction.worst
+    share = prediction.relative_per_joint[j]
+    caption = (
+        f"Joint {j + 1}, the one that the model explains worst: residual {100.0 * share:.1f} % of its torque, on "
+        f"{words_of(prediction)}. Pauses and slow rows are left out."
+    )
+    return Drawing("worst_joint", caption, caption, lambda: _one_joint(prediction, j))
+
+
+def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
     figure = new_figure(5.8, 3.2)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     _torques(above, prediction, j)
@@ -28,16 +39,21 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
     _residual(below, prediction, j)
     below.set_ylabel("residual")
     below.set_xlabel("time [s]")
-    share = prediction.relative_per_joint[j]
-    caption = (
-        f"Joint {j + 1}, the one that the model explains worst: residual {100.0 * share:.1f} % of its torque, on "
-        f"{words_of(prediction)}. Pauses and slow rows are left out."
-    )
-    return Drawing("worst_joint", figure, caption, caption)
+    return figure
 
 
 def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
     """Torques, residual and its autocorrelation of every joint, a row each; ``name``: of the drawing."""
+    joints = ", ".join(f"{100.0 * share:.1f}" for share in prediction.relative_per_joint)
+    caption = (
+        f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
+        "lines hold 95 % of it if the noise were white."
+    )
+    text = f"{caption} Relative residuals of the joints in percent: {joints}."
+    return Drawing(name, caption, text, lambda: _every_joint(prediction))
+
+
+def _every_joint(prediction: TorquePrediction) -> Figure:
     n = len(prediction.t)
     figure = new_figure(10.0, 1.75 * n + 0.6)
     panels = figure.subplots(n, 3, squeeze=False, sharex="col", width_ratios=(5, 3, 2))
@@ -59,12 +75,7 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
     for axis, label in zip(panels[-1], ("time [s]", "time [s]", "lag [s]"), strict=True):
         axis.set_xlabel(label)
     figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    joints = ", ".join(f"{100.0 * share:.1f}" for share in prediction.relative_per_joint)
-    caption = (
-        f"Every joint on {words_of(prediction)}: torque, residual, and the residual's autocorrelation; the dashed "
-        "lines hold 95 % of it if the noise were white."
-    )
-    return Drawing(name, figure, caption, f"{caption} Relative residuals of the joints in percent: {joints}.")
+    return figure
 
 
 def words_of(prediction: TorquePrediction) -> str:

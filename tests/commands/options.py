@@ -27,6 +27,7 @@ PROCESSING = {
     "--no-offsets": "--offsets | --no-offsets",
     "--coulomb": "--coulomb paper",
 }
+_FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--decimate"}
 KNOWN = {
     "--mass": "--mass-sigma 0.05 --mass 6.2 | --mass 6.4",
     "--mass-sigma": "--mass 6.2 --mass-sigma 0.05 | --mass-sigma 0.5",
@@ -73,7 +74,7 @@ LINES = {
     "payload": f"--robot rx90 {_PAIR} --method 3 --json b.json",
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
-    "check": "--robot rx90 rx_arm_unloaded.csv --json b.json",
+    "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
     "robot list": "",
     "robot show": "--robot rx90",
@@ -135,7 +136,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
         "logs": "rx_near_unloaded.csv",
-        "--plots": "--plots figures",
+        "--plots": "--plots .",
         "--json": "--json a.json",
     },
     "export": {
@@ -172,7 +173,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--drawing": "--drawing other.svg",
         "--overwrite": "--out six_axis.toml | --overwrite",
     },
-    "robot check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+    "robot check": ROBOT | LOGS | _CURRENTS | _FILTER | {
         "--data": "--data rx_near_unloaded.csv",
         "--json": "--json a.json",
     },

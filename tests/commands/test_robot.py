@@ -24,7 +24,7 @@ from dynident.model import (
     with_tool,
 )
 from dynident.model.names import parameter_kind
-from dynident.report.drawing import outline
+from dynident.report.figures.stick import outline
 from dynident.tests.commands.runs import Run
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points
@@ -167,7 +167,7 @@ def test_check_suggests_and_does_not_apply(run: Run, tmp_path: Path) -> None:
     robot = load_robot("rx90")
     log = Simulator(robot).record(random_via_points(robot, 8, seed=5).motion(100.0), None, [0.5] * 6, 1)
     path = write_csv(tmp_path / "turned.csv", log, np.array([1, 1, -1, 1, 1, 1]))
-    options = ("--robot", "rx90", "--decimate", "1")
+    options = ("--robot", "rx90")
     out = tmp_path / "c.json"
     status, text, _ = run("robot", "check", *options, "--data", str(path), "--json", str(out))
     assert status == 1

@@ -7,9 +7,9 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, answer_payload, identify_payload, payload_problem
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.equations import Equations
 from dynident.estimation.fit import weighted
-from dynident.estimation.payload import ByJoints, FixedWeights, payload_by_joints, payload_over_time
+from dynident.estimation.payload import ByJoints, payload_by_joints, payload_over_time
 from dynident.estimation.payload.by_joints import joint_groups
 from dynident.tests.estimation import mistakes
 
@@ -22,8 +22,11 @@ def problem_of(name: str, factor: float = 1.0, joint: int = 1, blocks: bool = Tr
 
 
 def seen(problem: PayloadProblem) -> ByJoints:
-    robot = weighted(problem.unloaded).weights if problem.unloaded else None
-    return payload_by_joints(problem, FixedWeights(robot, identify_payload(problem, 1).estimate.weights))
+    return payload_by_joints(problem, identify_payload(problem, 1).estimate.weights)
+
+
+def without_blocks(problem: PayloadProblem) -> PayloadProblem:
+    return replace(problem, loaded=replace(problem.loaded, blocks=()), difference=None, stretches=())
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +64,7 @@ def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, Payload
     own = identify_payload(problem, 3).estimate
     weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
     arm = weighted(problem.difference, weights)
-    found = payload_by_joints(problem, FixedWeights(None, own.weights)).masses[6]
+    found = payload_by_joints(problem, own.weights).masses[6]
     assert found.joints == (1, 2, 3)
     assert found.mass == pytest.approx(arm["M_L"], rel=1e-9)
 
@@ -78,8 +81,8 @@ def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: 
 def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, PayloadProblem]) -> None:
     problem = problems["rx90"]
     assert problem.unloaded is not None
-    known = replace(problem, unloaded=None, difference=None, blocks=None, known=weighted(problem.unloaded))
-    apart = replace(problem, difference=None, blocks=None)
+    known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded))
+    apart = without_blocks(problem)
     truth = mistakes.good("rx90")[3].mass
     for one, other in zip(seen(known).masses, seen(apart).masses, strict=True):
         assert (one.mass is None) == (other.mass is None)
@@ -95,12 +98,12 @@ def test_groups_of_short_robots_are_single_joints() -> None:
 
 def test_stretches_agree_where_nothing_changes(problems: dict[str, PayloadProblem]) -> None:
     problem = problems["rx90"]
-    weights = FixedWeights(None, identify_payload(problem, 1).estimate.weights)
+    weights = identify_payload(problem, 1).estimate.weights
     stretches = payload_over_time(problem, weights)
     assert len(stretches) == 4
     masses = np.array([one.values[9] for one in stretches])
     assert np.ptp(masses) < 0.05 * masses.mean()
-    assert payload_over_time(replace(problem, blocks=None), weights) == ()
+    assert payload_over_time(without_blocks(problem), weights) == ()
 
 
 def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -> None:
@@ -108,7 +111,7 @@ def test_rows_that_hide_a_parameter_give_an_error_and_no_minimum_norm_answer() -
     problem = problem_of("rx90", blocks=False)
     keep = (3, 4, 5)
 
-    def wrist(part: ReducedProblem | None) -> ReducedProblem:
+    def wrist(part: Equations | None) -> Equations:
         assert part is not None
         factors = tuple(f if j in keep else 0.0 * f[:0] for j, f in enumerate(part.factors))
         rows = tuple(r if j in keep else 0 for j, r in enumerate(part.rows))

@@ -24,7 +24,7 @@ from dynident.estimation.fit import error_model
 from dynident.estimation.possible import Constraint
 from dynident.estimation.possible.payload import tested
 from dynident.model import InertialParameters, Motion, load_robot
-from dynident.report.constrained import recommended_notes
+from dynident.report.sections.recommended import recommended_notes
 from dynident.trajectories import Simulator
 
 

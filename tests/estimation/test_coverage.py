@@ -4,10 +4,12 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
+import pytest
 from dynident.benchmarks.monte_carlo import Tally, difference
 from dynident.benchmarks.repeated_noise import Experiment
 
 
+@pytest.mark.long
 def test_intervals_of_every_method_hold_the_truth_in_93_to_97_percent() -> None:
     path = Path(__file__).parents[2] / "benchmarks" / "coverage.py"
     spec = importlib.util.spec_from_file_location("coverage_benchmark", path)

@@ -19,16 +19,16 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.answers import impossible_payload, impossible_robot
+from dynident.estimation.equations import Equations
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule, eliminate, weighted
-from dynident.estimation.payload import elimination_warnings, impossible_payload, impossible_robot
 from dynident.model import INERTIAL, InertialParameters, Robot, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 
 
-def refitted(problem: ReducedProblem, weights: Array) -> tuple[list[str], list[float], list[float]]:
+def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
     """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
     kept = list(problem.columns)
     order: list[str] = []
@@ -215,7 +215,7 @@ def test_robot_and_payload_together(both: PayloadAnswer) -> None:
     assert {"XX_L", "YY_L", "MZ_L", "M_L"} <= set(found.essential)
     assert set(found.path.order) == {*both.problem.base.columns, *PAYLOAD}
     assert found.largest_relative_sigma <= 0.1
-    assert all(isinstance(line, str) for line in elimination_warnings(both))
+    assert all(isinstance(line, str) for line in both.warnings)
     bare = answer_payload(both.problem, (1,))
     assert bare.elimination is None
-    assert elimination_warnings(bare) == ()
+    assert bare.warnings == ()

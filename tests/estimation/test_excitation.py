@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from dynident.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
-from dynident.estimation import PAYLOAD, payload_problem
-from dynident.estimation.equations import Observer, ReducedProblem
-from dynident.estimation.fit import weighted
-from dynident.estimation.payload import excitation, payload_excitation
+from dynident.estimation import PAYLOAD, answer_payload, payload_problem
+from dynident.estimation.equations import Equations, Observer
+from dynident.estimation.fit import excitation, weighted
 from dynident.estimation.signals import measurement
 from dynident.model import Processing, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
@@ -25,7 +24,7 @@ def test_signal_and_own_part_of_each_column() -> None:
         for pair in zip(observation.W, observation.Y, strict=True)
     )
     rows = tuple(len(Y) for Y in observation.Y)
-    problem = ReducedProblem(base.columns, factors, rows, tuple(map(float, rows)))
+    problem = Equations(base.columns, factors, rows, tuple(map(float, rows)))
     estimate = weighted(problem)
     found = excitation(problem, estimate)
     assert found.names == base.columns
@@ -49,10 +48,10 @@ def test_robot_and_payload_together() -> None:
     bare = simulator.record(motion, None, RX90_NOISE, [4, 0])
     loaded = simulator.record(motion, paper_tables().payload, RX90_NOISE, [4, 1])
     problem = payload_problem(robot, [loaded], [bare])
-    found = payload_excitation(problem)
+    found = answer_payload(problem, (4,)).excitation
     assert found is not None
     assert found.names == (*problem.base.columns, *PAYLOAD)
     assert found.independent[-1] > 30.0, "the mass is well seen"
     assert problem.unloaded is not None
     alone = payload_problem(robot, [loaded], known=weighted(problem.unloaded))
-    assert payload_excitation(alone) is None
+    assert answer_payload(alone, (1,)).excitation is None

@@ -7,9 +7,11 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map
+from dynident.estimation.fit.robust import student95
+from dynident.estimation.payload import FollowingChange, following_change, read_following
+from dynident.estimation.payload.following import Following
 from dynident.estimation.recordings import with_flags
-from dynident.estimation.weigh import FollowingChange, following_change, read_following
-from dynident.model import Robot
+from dynident.model import Recording, Robot
 
 RATE, SECONDS = 100.0, 12.0
 
@@ -146,3 +148,16 @@ def test_too_short(tmp_path: Path, rx90: Robot) -> None:
     short = read_following(path, rx90)
     with pytest.raises(InputError, match="less than 4 s"):
         following_change(short, read_following(path, rx90))
+
+
+def test_the_interval_is_as_wide_as_chance() -> None:
+    """Of white noise in both: the logarithm of the ratio of two root mean squares scatters by 1/sqrt(samples)."""
+    t, q, _ = signals(0)
+    widths = []
+    for seed in range(20):
+        noise = np.random.default_rng(seed).standard_normal((2, *q.shape))
+        before, after = (Following("torque", Recording(t, q, missed)) for missed in noise)
+        low, high = following_change(before, after).total.interval
+        widths.append(np.log(1.0 - low) - np.log(1.0 - high))
+    moving = 5 * len(t)
+    assert np.mean(widths) == pytest.approx(2.0 * student95(11) / np.sqrt(moving), rel=0.15)

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from dynident.estimation import Estimate, GainErrors, identify, identify_payload, payload_problem
 from dynident.estimation.files.stored import read_stored_robot
-from dynident.estimation.fit.error_covariance import error_model
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload import constrain_payload
-from dynident.estimation.payload.gains import gain_covariance
-from dynident.estimation.payload.methods import method_of
 from dynident.estimation.possible import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
 from dynident.report.documents import identification_document, write_json
-from dynident.report.tables import robot_notes, robot_table
+from dynident.report.sections.robot import robot_notes, robot_table
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray
 
@@ -73,9 +71,8 @@ def test_intervals_hold_what_wrong_gains_do(
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
         problem = payload_problem(robot, [loaded], [], estimate, SETTINGS)
         free = identify_payload(problem, 1)
-        shared = gain_covariance(problem, method_of(1), free.estimate, GAINS)
-        for name, extra in (("payload", shared), ("payload exact", None)):
-            model = error_model(free.estimate, extra)
+        for name, gains in (("payload", GAINS), ("payload exact", None)):
+            model = error_model(free.estimate, gains)
             hits[name].append(np.abs(model.values - payload.vector)[6:] <= 2.0 * model.sigma[6:])
     share = {name: np.mean(inside, axis=0) for name, inside in hits.items()}
     assert 0.92 < share["robot"].mean() < 0.99, share["robot"]
@@ -93,7 +90,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
     def mass_sigma(known: Estimate, gains: GainErrors | None) -> float:
         problem = payload_problem(robot, [loaded], [], known, SETTINGS)
-        return float(constrain_payload(problem, identify_payload(problem, 1), gains=gains).sigma[9])
+        return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
     bare_known = replace(known, gain_covariance=None)
@@ -122,7 +119,7 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     assert half == pytest.approx(estimate.robust.quantile95 * total)
     part = found.elimination.estimate
     assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [[column.header for column in robot_table(one).columns] for one in (exact, found)]
+    headings = [[column.heading for column in robot_table(one).columns] for one in (exact, found)]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
     notes = [" ".join(robot_notes(one)) for one in (exact, found)]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, identify_gains, read_recording
-from dynident.estimation.answers.gains import gravity_acts
 from dynident.estimation.files import read_stored_gains
 from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
+from dynident.estimation.gains.result import gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.report.documents import gains_document, write_json
 from dynident.trajectories import Simulator
@@ -51,6 +51,7 @@ def test_exact_currents_give_the_gains(currents: Callable[..., GainProblem]) -> 
     assert gains.payload.min_pseudo_inertia_eigenvalue > -1e-7
 
 
+@pytest.mark.long
 def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> None:
     """Mean squared error in sigma is 1, free; bodies that can exist may do better, not worse."""
     free, possible = [], []

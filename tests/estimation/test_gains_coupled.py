@@ -15,10 +15,10 @@ from dynident.estimation import (
     payload_problem,
     read_recording,
 )
-from dynident.estimation.answers.gains import gravity_acts, rests_on
 from dynident.estimation.fit import weighted
 from dynident.estimation.gains import gain_problem, known_mass
-from dynident.estimation.payload import FixedWeights, constrain_payload
+from dynident.estimation.gains.result import gravity_acts, rests_on
+from dynident.estimation.payload import constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot
 from dynident.trajectories import Simulator
@@ -129,15 +129,14 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
 
     at_once = weighing(gains.values)
     assert at_once.unloaded is not None
-    robots = weighted(at_once.unloaded).weights
-    shifted = [weighing(gains.values * (1.0 + 1e-5 * own)) for own in np.eye(6)]
+    robots = tuple(weighted(at_once.unloaded).weights)
+    shifted = [replace(weighing(gains.values * (1.0 + 1e-5 * own)), robot_weights=robots) for own in np.eye(6)]
     unsure = GainErrors(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = identify_payload(at_once, method)
-        weights = FixedWeights(robots, free.estimate.weights)
-        values = [method_of(method)(one, weights).values for one in shifted]
+        values = [method_of(method)(one).values(free.estimate.weights) for one in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
-        told, exact = (constrain_payload(at_once, free, gains=g) for g in (unsure, None))
+        told, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
         share = told.result.free.covariance - exact.result.free.covariance
         expected = J @ gains.larger_relative_covariance @ J.T
         assert share == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())

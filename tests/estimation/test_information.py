@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.equations import Equations
 from dynident.estimation.files import read_information, recorded_noise
 from dynident.estimation.fit import weighted
 
@@ -15,19 +15,19 @@ COLUMNS = ("A", "B", "C")
 
 
 @pytest.fixture
-def problem() -> ReducedProblem:
+def problem() -> Equations:
     draw = np.random.default_rng(0)
     factors = tuple(np.asarray(np.linalg.qr(draw.standard_normal((60, 4)), mode="r")) for _ in range(2))
-    return ReducedProblem(COLUMNS, factors, (60, 60), (48.0, 48.0))
+    return Equations(COLUMNS, factors, (60, 60), (48.0, 48.0))
 
 
 @pytest.fixture
-def npz(problem: ReducedProblem, tmp_path: Path) -> Path:
+def npz(problem: Equations, tmp_path: Path) -> Path:
     problem.save(tmp_path / "r.npz")
     return tmp_path / "r.npz"
 
 
-def test_rows_weigh_by_noise_and_independence(problem: ReducedProblem, npz: Path) -> None:
+def test_rows_weigh_by_noise_and_independence(problem: Equations, npz: Path) -> None:
     noise = np.array([2.0, 0.5])
     found = read_information(npz, noise)
     expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(problem.factors, noise, strict=True))
@@ -39,7 +39,7 @@ def test_rows_weigh_by_noise_and_independence(problem: ReducedProblem, npz: Path
         read_information(npz, np.ones(3))
 
 
-def test_noise_is_one_over_the_weights(problem: ReducedProblem, npz: Path) -> None:
+def test_noise_is_one_over_the_weights(problem: Equations, npz: Path) -> None:
     assert recorded_noise(npz) is None
     with np.load(npz) as data:
         np.savez(npz, weights=np.array([2.0, 4.0]), **dict(data))
@@ -48,7 +48,7 @@ def test_noise_is_one_over_the_weights(problem: ReducedProblem, npz: Path) -> No
     assert np.allclose(noise, [0.5, 0.25])
 
 
-def write_json(path: Path, problem: ReducedProblem) -> Path:
+def write_json(path: Path, problem: Equations) -> Path:
     """As ``identify --json`` has it, as far as it is read."""
     estimate = weighted(problem)
     quality = {
@@ -65,7 +65,7 @@ def write_json(path: Path, problem: ReducedProblem) -> Path:
     return path
 
 
-def test_json_holds_the_covariance(problem: ReducedProblem, tmp_path: Path) -> None:
+def test_json_holds_the_covariance(problem: Equations, tmp_path: Path) -> None:
     path = write_json(tmp_path / "r.json", problem)
     estimate = weighted(problem)
     noise = recorded_noise(path)
@@ -77,10 +77,10 @@ def test_json_holds_the_covariance(problem: ReducedProblem, tmp_path: Path) -> N
         read_information(path, None)
 
 
-def test_payload_with_the_robot_known(problem: ReducedProblem, tmp_path: Path) -> None:
+def test_payload_with_the_robot_known(problem: Equations, tmp_path: Path) -> None:
     draw = np.random.default_rng(1)
     factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
-    ReducedProblem(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
+    Equations(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
     names = tuple("abcdefghij")
     found = read_information(tmp_path / "p.npz", None).of_payload(names)
     assert found.columns == names

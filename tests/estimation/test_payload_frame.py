@@ -10,8 +10,8 @@ from dynident.estimation import GainErrors, answer_payload, payload_problem
 from dynident.estimation.payload import frame_change
 from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
 from dynident.model.frames import MOUNTS
-from dynident.report.constrained import recommended_notes
-from dynident.report.gains import gain_error_notes
+from dynident.report.sections.gains import gain_error_notes
+from dynident.report.sections.recommended import recommended_notes
 from dynident.trajectories import Simulator
 
 TOOL = Pose.from_rpy((0.03, -0.01, 0.12), (radians(180), 0.4, -0.2))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from dynident.commands.demo.paper import paper_tables
 from dynident.estimation import answer_payload, identify, payload_problem
+from dynident.estimation.answers import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation
 from dynident.estimation.fit import fit
-from dynident.estimation.payload import payload_prediction, payload_predictions, robot_prediction
-from dynident.estimation.robot.identification import base_problem
+from dynident.estimation.robot.equations import base_problem
 from dynident.model import Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 
@@ -27,6 +27,9 @@ def test_residuals_are_those_of_the_fit() -> None:
     used, other = recorded(0, False), recorded(1, False)
     result = identify(ROBOT, [used], validation=[other])
     found = robot_prediction(ROBOT, result.base, result.estimate.values, other, ROBOT.processing, True)
+    (same,) = result.predictions
+    assert np.array_equal(same.measured[0], found.measured[0])
+    assert same.held_out
     assert result.validation is not None
     assert np.allclose(found.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
     check = base_problem(ROBOT, result.base, [other], ROBOT.processing)
@@ -38,10 +41,10 @@ def test_residuals_are_those_of_the_fit() -> None:
 
 def test_payload_explains_loaded_torques() -> None:
     bare, loaded, other, fresh = (recorded(seed, load) for seed, load in ((0, 0), (0, 1), (1, 0), (1, 1)))
-    answer = answer_payload(payload_problem(ROBOT, [loaded], [bare]))
-    first, second = payload_predictions(answer, [loaded], [other], ROBOT.processing)
+    answer = answer_payload(payload_problem(ROBOT, [loaded], [bare]), held_out=[other])
+    first, second = answer.predictions
     assert (first.held_out, first.loaded, second.held_out, second.loaded) == (True, False, False, True)
-    held_out = payload_prediction(answer, fresh, ROBOT.processing, True)
+    held_out = answer.prediction(fresh, True)
     with_payload = held_out.relative_per_joint
     without = replace(held_out, curves=held_out.curves[1:]).relative_per_joint
     assert (with_payload < 0.1).all()

@@ -7,8 +7,8 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
-from dynident.estimation.equations import Observation, ReducedProblem, merged, reduced
-from dynident.estimation.equations.problem import check_rank
+from dynident.estimation.equations import Equations, Observation, merged, reduced
+from dynident.estimation.equations.equations import check_rank
 from dynident.estimation.fit import fit, ordinary, weighted
 from dynident.estimation.fit.essential import eliminate
 from dynident.estimation.fit.least_squares import joint_weights
@@ -112,7 +112,7 @@ def test_condition_numbers() -> None:
     assert scaled == pytest.approx(np.linalg.cond(W / np.linalg.norm(W, axis=0)))
 
 
-def deficient(change: Callable[[Array], Array]) -> ReducedProblem:
+def deficient(change: Callable[[Array], Array]) -> Equations:
     data = observation(7)
     return reduced(Observation(NAMES, tuple(change(w) for w in data.W), data.Y, data.t, 1.0))
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation.equations import (
+    Equations,
     Observation,
     Observer,
-    ReducedProblem,
     merged,
     reduced,
     reduced_measurement,
@@ -39,7 +39,7 @@ def pieces(data: Measurement, size: int) -> Iterator[Measurement]:
         )
 
 
-def same(a: ReducedProblem, b: ReducedProblem) -> None:
+def same(a: Equations, b: Equations) -> None:
     """Equal rows, and estimates equal to a millionth of sigma."""
     assert (a.columns, a.rows) == (b.columns, b.rows)
     assert a.effective_rows == pytest.approx(b.effective_rows)
@@ -68,7 +68,7 @@ def test_saved_and_merged_problems(simulated: Simulated, wander: Wander, tmp_pat
     problems = [reduced_measurement(observer, noisy(simulator, wander(6, k), k), Processing()) for k in range(3)]
     for k, problem in enumerate(problems):
         problem.save(tmp_path / f"{k}.npz")
-    loaded = [ReducedProblem.load(tmp_path / f"{k}.npz") for k in range(3)]
+    loaded = [Equations.load(tmp_path / f"{k}.npz") for k in range(3)]
     for before, after in zip(problems, loaded, strict=True):
         assert before.columns == after.columns
         assert all(np.array_equal(a, b) for a, b in zip(before.factors, after.factors, strict=True))
@@ -91,4 +91,4 @@ def test_files_that_are_not_reduced_problems(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     for name in ("text.npz", "other.npz", "none.npz"):
         with pytest.raises(InputError, match=name):
-            ReducedProblem.load(tmp_path / name)
+            Equations.load(tmp_path / name)

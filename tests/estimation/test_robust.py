@@ -12,24 +12,19 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem, read_recording
 from dynident.estimation.equations import (
+    Equations,
     Observation,
     Observer,
-    ReducedProblem,
     merged,
     reduced,
-    reduced_measurement,
 )
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.fit import RobustCovariance, jackknife, weighted
-from dynident.estimation.fit.blocks import block_edges, block_length, cut, leave_one_out
-from dynident.estimation.fit.robot_blocks import robot_blocks
+from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from dynident.estimation.payload import (
     METHODS,
-    FixedWeights,
     PairedMeasurement,
-    difference_problem,
-    loaded_problem,
-    payload_blocks,
+    payload_equations,
     usable_methods,
 )
 from dynident.model import InertialParameters, Motion, Processing, base_parameters, load_robot
@@ -72,18 +67,23 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
     robot = simulator.robot
     base = base_parameters(robot)
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
-    observer = Observer(robot, base.columns)
-    change = (
-        difference_problem(robot, [(pair.unloaded, pair.loaded) for pair in pairs], SETTINGS) if paired else None
+    equations = payload_equations(robot, base, loaded, bare, pairs if paired else [], SETTINGS)
+    return PayloadProblem(robot, base, **equations._asdict())
+
+
+def opener(recording: Observation) -> Callable[[], list[Observation]]:
+    return lambda: [recording]
+
+
+def block_length(groups: list[list[Observation]]) -> float:
+    """Of recordings of one load each."""
+    return length_by_residuals(
+        [left_over(list(map(opener, group)), merged(map(reduced, group))) for group in groups]
     )
-    return PayloadProblem(
-        robot=robot,
-        base=base,
-        loaded=loaded_problem(robot, base, loaded, SETTINGS),
-        unloaded=merged(reduced_measurement(observer, data, SETTINGS) for data in bare),
-        difference=change,
-        blocks=payload_blocks(robot, base, loaded, bare, pairs if paired else [], SETTINGS),
-    )
+
+
+def cut(recording: Observation, edges: Array) -> Equations:
+    return in_blocks(reduced(recording), [opener(recording)], [edges], 1.0)
 
 
 def remembering(size: int, memory: float, seed: int) -> Array:
@@ -154,7 +154,7 @@ def without(recording: Observation, start: float, stop: float) -> Observation:
     return Observation(recording.columns, W, Y, t, recording.bandwidth)
 
 
-def same_equations(one: ReducedProblem, other: ReducedProblem) -> None:
+def same_equations(one: Equations, other: Equations) -> None:
     """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
     assert (one.columns, one.rows) == (other.columns, other.rows)
     assert one.effective_rows == pytest.approx(other.effective_rows)
@@ -166,7 +166,7 @@ def same_equations(one: ReducedProblem, other: ReducedProblem) -> None:
 
 def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) -> None:
     edges = block_edges(observation, 2.0)
-    parts = list(leave_one_out(cut(observation, edges)))
+    parts = list(cut(observation, edges).without_blocks())
     assert len(parts) == len(edges) - 1 >= 10
     for k, part in enumerate(parts):
         direct = reduced(without(observation, edges[k], edges[k + 1]))
@@ -178,7 +178,7 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
 def test_few_equations_keep_all_they_say(observation: Observation) -> None:
     """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
     edges = block_edges(observation, 0.2)
-    blocks = cut(observation, edges)
+    blocks = cut(observation, edges).blocks
     assert min(min(block.rows) for block in blocks) < 10
     same_equations(merged(blocks), reduced(observation))
 
@@ -205,45 +205,51 @@ def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:
     """Whatever the unloaded recording's own clock shows."""
     robot, base = simulator.robot, base_parameters(simulator.robot)
-    plain = payload_blocks(robot, base, [pair.loaded], [pair.unloaded], [pair], SETTINGS)
-    shifted = payload_blocks(
+    plain = payload_equations(robot, base, [pair.loaded], [pair.unloaded], [pair], SETTINGS)
+    shifted = payload_equations(
         robot, base, [pair.loaded], [later(pair.unloaded, -7.5)], [pair._replace(lag=7.5)], SETTINGS
     )
-    assert len(plain.loaded) == len(plain.unloaded) == len(plain.difference) >= 20
-    for k, (a, b) in enumerate(zip(plain.unloaded, shifted.unloaded, strict=True)):
+    bare, moved = plain.unloaded, shifted.unloaded
+    assert bare is not None
+    assert moved is not None
+    assert plain.difference is not None
+    assert len(plain.loaded.blocks) == len(bare.blocks) == len(plain.difference.blocks) >= 20
+    for k, (a, b) in enumerate(zip(bare.blocks, moved.blocks, strict=True)):
         same_equations(a, b)
-        assert max(abs(x - y) for x, y in zip(a.rows, plain.loaded[k].rows, strict=True)) <= 1
+        assert max(abs(x - y) for x, y in zip(a.rows, plain.loaded.blocks[k].rows, strict=True)) <= 1
+    fewer = replace(bare, blocks=bare.blocks[1:])
     with pytest.raises(ValueError, match="as many"):
-        replace(plain, unloaded=plain.unloaded[1:])
+        PayloadProblem(robot, base, plain.loaded, fewer, difference=plain.difference)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_fixed_weights_repeat_the_result(method: int, problem: PayloadProblem) -> None:
     assert problem.unloaded is not None
-    estimate = METHODS[method](problem, None)
-    weights = FixedWeights(weighted(problem.unloaded).weights, estimate.weights)
-    assert np.allclose(METHODS[method](problem, weights).values, estimate.values, rtol=1e-12)
-    other = FixedWeights(weights.robot, weights.own * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]))
-    assert not np.allclose(METHODS[method](problem, other).values, estimate.values, rtol=1e-6)
+    estimate = METHODS[method](problem).solved()
+    fixed = METHODS[method](replace(problem, robot_weights=tuple(weighted(problem.unloaded).weights)))
+    assert np.allclose(fixed.values(estimate.weights), estimate.values, rtol=1e-12)
+    other = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
+    assert not np.allclose(fixed.values(other), estimate.values, rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_payload_without_a_block_by_hand(method: int, problem: PayloadProblem) -> None:
     """The covariance is that of solving again with one block's rows gone from all the equations."""
-    blocks = problem.blocks
-    assert blocks is not None
     assert problem.unloaded is not None
+    assert problem.difference is not None
     estimate = identify_payload(problem, method).estimate
-    weights = FixedWeights(weighted(problem.unloaded).weights, estimate.weights)
+    robot_weights = tuple(weighted(problem.unloaded).weights)
     changes = []
-    count = len(blocks.loaded)
+    count = len(problem.loaded.blocks)
     for k in range(count):
         loaded, unloaded, difference = (
-            merged(part for i, part in enumerate(parts) if i != k)
-            for parts in (blocks.loaded, blocks.unloaded, blocks.difference)
+            merged(part for i, part in enumerate(whole.blocks) if i != k)
+            for whole in (problem.loaded, problem.unloaded, problem.difference)
         )
-        part = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
-        changes.append(METHODS[method](part, weights).values - estimate.values)
+        part = replace(
+            problem, loaded=loaded, unloaded=unloaded, difference=difference, robot_weights=robot_weights
+        )
+        changes.append(METHODS[method](part).values(estimate.weights) - estimate.values)
     expected = (count - 1) / count * np.array(changes).T @ np.array(changes)
     assert estimate.robust is not None
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
@@ -278,7 +284,7 @@ def test_what_an_estimate_tells(problem: PayloadProblem) -> None:
     assert scaled.sigma_inertia_com_robust is not None
     assert np.allclose(scaled.sigma_com_robust, 2.0 * result.sigma_com)
     assert np.allclose(scaled.sigma_inertia_com_robust, 2.0 * result.sigma_inertia_com)
-    plain = identify_payload(replace(problem, blocks=None), 3)
+    plain = identify_payload(replace(problem, loaded=replace(problem.loaded, blocks=())), 3)
     assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
     assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
     with pytest.raises(ValueError, match="10 x 10"):
@@ -290,8 +296,8 @@ def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
 ) -> None:
     bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
     problem = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
-    assert problem.blocks is not None
-    counts = len(problem.blocks.loaded), len(problem.blocks.unloaded)
+    assert problem.unloaded is not None
+    counts = len(problem.loaded.blocks), len(problem.unloaded.blocks)
     assert counts[0] != counts[1]
     for method in usable_methods(problem):
         robust = identify_payload(problem, method).estimate.robust
@@ -305,11 +311,17 @@ def test_a_robot_known_before_adds_its_own_jackknife(
     """Method 1 is linear in the robot's parameters: blocks left out earlier count as those left out now."""
     bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
     at_once = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
-    assert at_once.blocks is not None
     assert at_once.unloaded is not None
-    alone, observer = weighted(at_once.unloaded), Observer(simulator.robot, at_once.base.columns)
-    known = robot_blocks([lambda: observer.pieces(bare, SETTINGS)], alone.values).applied_to(alone)
-    later = replace(at_once, unloaded=None, known=known, blocks=replace(at_once.blocks, unloaded=()))
+    alone = weighted(at_once.unloaded)
+    length = at_once.unloaded.block_length
+    robust = jackknife(
+        lambda part: weighted(part, alone.weights).values,
+        [list(at_once.unloaded.without_blocks())],
+        alone.values,
+        length,
+    )
+    known = replace(alone, robust=robust)
+    later = replace(at_once, unloaded=None, known=known)
     now, then = (identify_payload(p, 1).estimate.robust for p in (at_once, later))
     assert now is not None
     assert then is not None
@@ -326,19 +338,19 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     motion = wander(6, 0, points=3)
     pair = PairedMeasurement(noisy(simulator.measure(motion), 0), noisy(simulator.measure(motion, payload), 1))
     problem = problem_of(simulator, [pair])
-    assert problem.blocks is not None
-    single = replace(
-        problem,
-        blocks=replace(
-            problem.blocks, loaded=(problem.loaded,), unloaded=(problem.loaded,), difference=(problem.loaded,)
-        ),
+    assert problem.unloaded is not None
+    assert problem.difference is not None
+    loaded, unloaded, difference = (
+        replace(whole, blocks=(replace(whole, blocks=()),))
+        for whole in (problem.loaded, problem.unloaded, problem.difference)
     )
+    single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
     result = identify_payload(single, 3)
     assert result.estimate.robust is None
     assert "two blocks" in result.without_robust
     assert result.mass == pytest.approx(payload.mass, abs=0.5)
     with pytest.raises(InputError, match="two blocks"):
-        list(leave_one_out([problem.loaded]))
+        list(single.loaded.without_blocks())
 
 
 @pytest.fixture(scope="module")
@@ -385,9 +397,8 @@ def test_ur10e_pair(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     problem = payload_problem(robot, [loaded], [bare], robust=True)
-    assert problem.blocks is not None
-    assert len(problem.blocks.loaded) >= 10
-    unrelated = replace(problem, difference=None, blocks=replace(problem.blocks, difference=()))
+    assert len(problem.loaded.blocks) >= 10
+    unrelated = replace(problem, difference=None)
     for method in METHODS:
         estimate = identify_payload(problem, method).estimate
         assert estimate.robust is not None

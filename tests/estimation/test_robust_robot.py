@@ -9,17 +9,18 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Identification, identify, read_recording
+from dynident.estimation.answers import impossible_robot
+from dynident.estimation.equations import Observation, Observer, merged, reduced
+from dynident.estimation.equations.observation import Pieces
 from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit import weighted
-from dynident.estimation.fit.blocks import block_edges, block_length, cut, leave_one_out
-from dynident.estimation.fit.error_covariance import error_model
-from dynident.estimation.fit.robot_blocks import robot_blocks
-from dynident.estimation.payload import impossible_robot
+from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
-from dynident.estimation.robot.identification import base_observations
+from dynident.estimation.signals import measurement
 from dynident.model import Recording, load_robot
 from dynident.report.documents import identification_document, write_json
-from dynident.report.tables import robot_sigma_notes
+from dynident.report.sections.robot import robot_sigma_notes
 from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray
@@ -58,6 +59,16 @@ def results(exact: list[Recording]) -> list[Identification]:
     return [identified(exact, seed) for seed in range(4)]
 
 
+def observed(result: Identification, recordings: list[Recording]) -> list[Observation]:
+    """The equations of recordings, each held whole."""
+    observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
+    return [observer.observe(measurement(one, processing), processing) for one in recordings]
+
+
+def opener(parts: list[Observation]) -> Pieces:
+    return lambda: parts
+
+
 def test_intervals_hold_under_noise_that_remembers(results: list[Identification]) -> None:
     """Mean over the 54 parameters and four runs; a correlation of 20 samples makes the formula's too short."""
     robot = load_robot("rx90")
@@ -75,10 +86,12 @@ def test_intervals_hold_under_noise_that_remembers(results: list[Identification]
 
 def test_essential_parameters_have_their_own(exact: list[Recording], results: list[Identification]) -> None:
     """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
-    robot, result = load_robot("rx90"), results[0]
-    whole = base_observations(robot, result.base, noisy(exact, 0), robot.processing)
-    edges = [block_edges(one, block_length([whole])) for one in whole]
-    blocks = leave_one_out([block for one, ends in zip(whole, edges, strict=True) for block in cut(one, ends)])
+    result = results[0]
+    whole = observed(result, noisy(exact, 0))
+    equations = merged(reduced(one) for one in whole)
+    opened = [opener([one]) for one in whole]
+    length = length_by_residuals([left_over(opened, equations)])
+    blocks = in_blocks(equations, opened, [block_edges(one, length) for one in whole], length).without_blocks()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
@@ -120,11 +133,13 @@ def test_pieces_of_a_recording_are_the_recording(
 
 def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identification]) -> None:
     """Blocks in it are empty, and leave nothing out."""
-    robot, base, estimate = results[0].robot, results[0].base, results[0].estimate
-    (whole,) = base_observations(robot, base, noisy(exact, 0)[:1], robot.processing)
+    (whole,) = observed(results[0], noisy(exact, 0)[:1])
     parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
-    blocks = robot_blocks([lambda: parts], estimate.values)
-    rows = [sum(part.rows) for part in blocks.without]
+    opened, equations = [opener(parts)], merged(map(reduced, parts))
+    (left,) = left_over(opened, equations)
+    length = length_by_residuals([[left]])
+    blocks = in_blocks(equations, opened, [block_edges(left, length)], length)
+    rows = [sum(part.rows) for part in blocks.without_blocks()]
     everything = sum(len(t) for part in parts for t in part.t)
     assert rows.count(everything) >= 2
     assert sum(everything - count for count in rows) == everything

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation import identify, identify_payload, payload_problem
-from dynident.estimation.equations import ReducedProblem
-from dynident.estimation.payload import combined, identification_system, payload_system
+from dynident.estimation.answers import identification_system, payload_system
+from dynident.estimation.equations import Equations
+from dynident.estimation.payload import combined
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.report.npz import write_npz
 from dynident.trajectories import Simulator
@@ -89,7 +90,7 @@ def test_npz(recordings: tuple[Recordings, Recordings], tmp_path_factory: pytest
         assert [str(name) for name in data["sources"]] == ["0 False", "1 False"]
         assert "known" not in data
     np.testing.assert_allclose(values, result.estimate.values, atol=1e-7 * np.abs(values).max())
-    read = ReducedProblem.load(path)
+    read = Equations.load(path)
     assert (read.columns, read.rows, read.effective_rows) == (
         result.problem.columns, result.problem.rows, result.problem.effective_rows,
     )  # fmt: skip

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.estimation import GainErrors, WeighAnswer, answer_weighing, read_recording
+from dynident.estimation.payload import difference_weighing
 from dynident.estimation.signals import aligned
-from dynident.estimation.weigh import difference_weighing
 from dynident.model import Recording, load_robot
 
 MASS = 2.805  # kg, weighed

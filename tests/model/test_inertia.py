@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.model import INERTIAL, InertialParameters
-from dynident.model.inertia import skew
+from dynident.model.inertia import gradients, skew
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -160,3 +160,16 @@ def test_values_are_checked_and_locked() -> None:
         InertialParameters(np.ones(9))
     with pytest.raises(ValueError, match="not finite"):
         InertialParameters(np.full(10, np.nan))
+
+
+def test_gradients_are_those_of_differences(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
+    """Of the centre of mass and of the inertia about it, by each of the ten."""
+
+    def values(x: Array) -> Array:
+        body = InertialParameters(x)
+        return np.concatenate([body.com, body.inertia_com[np.triu_indices(3)]])
+
+    for body in random_bodies(3, 5):
+        steps = 1e-6 * np.eye(10)
+        slopes = [(values(body.vector + step) - values(body.vector - step)) / 2e-6 for step in steps]
+        assert gradients(body.vector) == pytest.approx(np.column_stack(slopes), rel=1e-6, abs=1e-8)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
+from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.gain_recordings import GainRecordings
 from dynident.estimation.payload import PayloadEstimate
@@ -76,6 +77,7 @@ def identification() -> Any:
         without_robust="",
         gains=GAINS,
         validation=CHECK,
+        verdict=robot_verdict(estimate(("A", "B")).fit),
     )
 
 
@@ -190,18 +192,12 @@ def payload() -> Any:
 def weighing(possible: bool) -> Any:
     """The answer of ``weigh``, with all ten visible or the mass and two first moments alone."""
     free = free_payload(1)
-    places = tuple(range(10)) if possible else (6, 7, 9)
-    found = SimpleNamespace(
-        estimate=free.estimate if possible else estimate(("MX_L", "MY_L", "M_L")),
-        without_robust="too short",
-        places=places,
-        from_scale=not possible,
-        unexplained=lambda torque: 0.01 * torque,
-    )
+    determined = free.estimate if possible else estimate(("MX_L", "MY_L", "M_L"))
+    found = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
     problem = SimpleNamespace(
-        robot=ROBOT, joints=(1, 2), method=1, pairs=pairs(), rate=98.5, torque_rms=np.array([11.0, 12.0]),
+        robot=ROBOT, joints=(1, 2), method=1, pairs=pairs(), rate=98.5, torque_rms=np.array([11.0, 12.0, 13.0]),
         problem=SimpleNamespace(
             equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
         ),

@@ -11,7 +11,8 @@ from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit, RobustCovariance
 from dynident.estimation.payload import PayloadEstimate
 from dynident.report.documents import free_estimate, write_json
-from dynident.report.tables import _value, payload_table, sigma_notes
+from dynident.report.numbers import with_sigma
+from dynident.report.sections.payload import payload_table, sigma_notes
 from dynident.tests.report.written import written
 
 
@@ -38,7 +39,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
      (2.5, 0.0, "2.5"), (2.5, np.inf, "2.5")],
 )  # fmt: skip
 def test_values_have_two_digits_of_sigma(value: float, sigma: float, text: str) -> None:
-    assert _value(value, sigma) == text
+    assert str(with_sigma(value, sigma)) == text
 
 
 def payload(method: int, robust: RobustCovariance | None, reason: str = "") -> PayloadEstimate:
@@ -73,18 +74,18 @@ def test_the_table_shows_the_larger_standard_deviation_of_each_entry() -> None:
     """Moments four times, the mass half as uncertain as by the formula; com and inertia go by their own sigmas."""
     mixed = RobustCovariance(1e-4 * np.diag([1.0] * 6 + [16.0] * 3 + [0.25]), 20, 19, 1.5)
     result = payload(3, mixed)
-    cells = [list(column.cells) for column in payload_table([result, payload(3, None)]).columns[2:]]
-    assert [column[9] for column in cells] == ["3.000±0.010", "3.000±0.010"]
-    assert [column[8] for column in cells] == ["0.300±0.040", "0.300±0.010"]
+    cells = list(zip(*payload_table([result, payload(3, None)]).rows, strict=True))[2:]
+    assert [str(column[9]) for column in cells] == ["3.000±0.010", "3.000±0.010"]
+    assert [str(column[8]) for column in cells] == ["0.300±0.040", "0.300±0.010"]
     assert result.sigma_com_robust is not None
     assert result.sigma_com_robust[2] > result.sigma_com[2]
-    assert cells[0][12] == _value(0.1, result.sigma_com_robust[2])
-    assert cells[1][12] == _value(0.1, result.sigma_com[2])
+    assert cells[0][12] == with_sigma(0.1, result.sigma_com_robust[2])
+    assert cells[1][12] == with_sigma(0.1, result.sigma_com[2])
 
 
 def testshort_value_values_are_as_the_paper_prints() -> None:
-    assert short_value(0.157, 0.019) == ".157±.019"
-    assert short_value(10.05, 0.02) == "10.050±.020"
+    assert str(short_value(0.157, 0.019)) == ".157±.019"
+    assert str(short_value(10.05, 0.02)) == "10.050±.020"
     assert short_value(-0.0001, 0.0) == "0.000"
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from dynident.model import Robot, load_robot
 from dynident.model.frames import frames_at
-from dynident.report.arm import arm_animation, arm_points, arm_strip
-from dynident.report.motion_figures import motion_figure, sigma_figure
+from dynident.report.figures.arm import arm_animation, arm_points, arm_strip
+from dynident.report.figures.motion import motion_figure, sigma_figure
 from dynident.tests.conftest import SCARA
 from dynident.trajectories import (
     DesignProblem,
@@ -48,7 +48,7 @@ def score(problem: DesignProblem, plan: ViaPoints) -> Score:
 
 def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> None:
     motion = plan.motion(50.0)
-    figure = motion_figure(problem, motion, "title")
+    figure = motion_figure(problem, motion, "title").figure
     assert len(figure.axes) == 18
     torque = Simulator(problem.robot).measure(motion).torque
     for j in range(6):
@@ -66,16 +66,16 @@ def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> N
 
 def test_torques_without_limits_are_those_of_the_description(plan: ViaPoints, rx90: Robot) -> None:
     free = build_design(rx90, FourierShape(3), Goal(payload_only=True))
-    figure = motion_figure(free, plan.motion(20.0), "title")
+    figure = motion_figure(free, plan.motion(20.0), "title").figure
     assert len(figure.axes[2].get_lines()) == 1, "no limit, no line"
     unknown = build_design(load_robot("ur10e"), FourierShape(3), Goal(payload_only=True),
                            bounds=JointBounds.of(load_robot("ur10e"), torque=[np.inf] * 6))  # fmt: skip
-    assert len(motion_figure(unknown, plan.motion(20.0), "title").axes) == 12, "no parameters, no torques"
+    assert len(motion_figure(unknown, plan.motion(20.0), "title").figure.axes) == 12, "no parameters, no torques"
 
 
 def test_predicted_sigma(score: Score) -> None:
     reference = {"ZZ1": 2.0, "FV1": 10.0}
-    figure = sigma_figure(score, "title", reference, {"ZZ1": "ZZ1R"})
+    figure = sigma_figure(score, "title", reference, {"ZZ1": "ZZ1R"}).figure
     above, below = figure.axes
     shown = {
         label.get_text(): bar.get_height() for label, bar in zip(above.get_xticklabels(), bars(above), strict=True)
@@ -86,7 +86,7 @@ def test_predicted_sigma(score: Score) -> None:
     assert [bar.get_height() for bar in bars(below)] == pytest.approx(
         [value for name, value in sigma.items() if name not in reference]
     )
-    assert len(sigma_figure(score, "title").axes) == 1
+    assert len(sigma_figure(score, "title").figure.axes) == 1
 
 
 def bars(axis: Any) -> list[Any]:
@@ -128,7 +128,7 @@ def test_animation_needs_nothing_else(rx90: Robot, plan: ViaPoints) -> None:
 
 
 def test_strip_of_stills(rx90: Robot, plan: ViaPoints) -> None:
-    figure = arm_strip(rx90, plan, poses=5)
+    figure = arm_strip(rx90, plan, poses=5).figure
     assert len(figure.axes) == 10
     assert figure.axes[4].get_title() == f"{plan.duration:.1f} s"
     arm = figure.axes[4].get_lines()[1]

@@ -9,9 +9,10 @@ from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.model import base_parameters, load_robot
 from dynident.report.documents import constrained_document, elimination_document
-from dynident.report.essential_plot import essential_figure
-from dynident.report.plots import save_figure
-from dynident.report.robot_tables import constrained_notes, elimination_notes, standard_table
+from dynident.report.figures.canvas import save_figure
+from dynident.report.figures.essential import essential_figure
+from dynident.report.sections.essential import elimination_notes
+from dynident.report.sections.robot import constrained_notes, standard_table
 from dynident.tests.report.written import written
 
 NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))
@@ -33,7 +34,7 @@ def elimination(rule: StopRule | None = None) -> Elimination:
 def test_the_figure_shows_the_path(rule: StopRule) -> None:
     found = elimination(rule)
     gone = len(found.eliminated)
-    figure = essential_figure(found, "robot", {"b": "bR"})
+    figure = essential_figure(found, "robot", {"b": "bR"}).figure
     above, below = figure.axes
     assert [text.get_text() for text in below.get_xticklabels()][:3] == ["none", "a", "bR"]
     for axis, values in ((above, found.path.sigma_ratio), (below, 100.0 * found.path.largest_relative_sigma)):
@@ -50,7 +51,7 @@ def test_the_figure_shows_the_path(rule: StopRule) -> None:
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_the_same_figure_gives_the_same_file(tmp_path: Path, ending: str) -> None:
     for k in (1, 2):
-        save_figure(essential_figure(elimination(), "robot"), tmp_path / f"{k}.{ending}")
+        save_figure(essential_figure(elimination(), "robot").figure, tmp_path / f"{k}.{ending}")
     first, second = ((tmp_path / f"{k}.{ending}").read_bytes() for k in (1, 2))
     assert len(first) > 1000
     assert first == second
@@ -59,7 +60,7 @@ def test_the_same_figure_gives_the_same_file(tmp_path: Path, ending: str) -> Non
 def test_data_without_noise_have_a_figure(tmp_path: Path) -> None:
     path = EliminationPath(("a", "b"), np.array([1.0, 1e150, np.inf]), np.array([np.inf, 1e-9, 0.0]))
     estimate = Estimate(("b",), np.ones(1), np.eye(1), 100.0, NOTHING, np.ones(1))
-    save_figure(essential_figure(Elimination(path, SigmaRatio(), estimate), "robot"), tmp_path / "f.png")
+    save_figure(essential_figure(Elimination(path, SigmaRatio(), estimate), "robot").figure, tmp_path / "f.png")
 
 
 def test_documents_of_elimination() -> None:
@@ -94,8 +95,7 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     assert document["base_parameters"][0]["free"] == estimate.values[0]
     assert len(document["unidentifiable"]) == 26
     table = standard_table(result, "RX90")
-    names, decided = (list(table.columns[k].cells) for k in (0, -1))
-    told = dict(zip(names, decided, strict=True))
+    told = {row[0]: row[-1] for row in table.rows}
     assert (told["M1"], told["MX2"], told["FV1"]) == ("prior", "prior within MX2R", "data")
     notes = constrained_notes(result)
     assert "What the prior decides is not identified." in notes[1]

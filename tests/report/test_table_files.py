@@ -1,4 +1,4 @@
-"""Tables as CSV and LaTeX are the terminal's tables, cell by cell."""
+"""The same tables as CSV, as LaTeX and on a terminal, cell by cell."""
 
 import csv
 import io
@@ -9,11 +9,11 @@ import pytest
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit
 from dynident.estimation.payload import PayloadEstimate
-from dynident.report.csv_tables import csv_tables
-from dynident.report.latex import escaped, latex_tables
-from dynident.report.sheet import sheet_of
-from dynident.report.tables import payload_table
-from rich.table import Table
+from dynident.report.blocks import Notes, Table, columns
+from dynident.report.render.csv import csv_tables
+from dynident.report.render.latex import escaped, latex_tables
+from dynident.report.render.terminal import print_blocks
+from dynident.report.sections.payload import payload_table
 
 
 @pytest.fixture
@@ -26,12 +26,8 @@ def payload() -> Table:
 
 @pytest.fixture
 def other() -> Table:
-    table = Table(title="Other [bold]things[/bold], 95 %")
-    for heading in ("", "value", "%", "%"):
-        table.add_column(heading, justify="right" if heading else "left")
-    table.add_row("MY3R", "-1.5e-05", "<5", "2", end_section=True)
-    table.add_row("\\_^&", "2", "", 'k, "m"')
-    return table
+    rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
+    return Table("Other [things], 95 %", columns(("",), ("value", "%", "%")), rows, ends=("MY3R",))
 
 
 def rows(text: str) -> list[dict[str, str]]:
@@ -40,13 +36,12 @@ def rows(text: str) -> list[dict[str, str]]:
 
 def test_csv_has_every_cell(payload: Table) -> None:
     read = rows(csv_tables([payload]))
-    sheet = sheet_of(payload)
-    assert len(read) == len(sheet.rows) == payload.row_count
-    for record, row in zip(read, sheet.rows, strict=True):
+    assert len(read) == len(payload.rows)
+    for record, row in zip(read, payload.rows, strict=True):
         assert record["name"] == row[0]
         assert record["unit"] == row[1]
-        for heading, cell in zip(sheet.headings[2:], row[2:], strict=True):
-            assert "±".join(filter(None, (record[heading], record[f"{heading} sigma"]))) == cell
+        for (heading, *_), cell in zip(payload.columns[2:], row[2:], strict=True):
+            assert "±".join(filter(None, (record[heading], record[f"{heading} sigma"]))) == str(cell)
     mass = next(record for record in read if record["name"] == "M")
     assert (float(mass["method 4"]), float(mass["method 4 sigma"])) == (3.0, 0.01)
     assert float(next(record for record in read if record["name"] == "XY")["method 3"]) == -0.01
@@ -54,11 +49,11 @@ def test_csv_has_every_cell(payload: Table) -> None:
 
 def test_csv_of_several_tables(payload: Table, other: Table) -> None:
     read = rows(csv_tables([payload, other]))
-    assert len(read) == payload.row_count + 2
+    assert len(read) == len(payload.rows) + 2
     first, last = read[0], read[-1]
     assert first["table"].startswith("Payload in tool0") or "tool0" in first["table"]
     assert (first["value"], first["%"]) == ("", "")
-    assert last["table"] == "Other things, 95 %"
+    assert last["table"] == "Other [things], 95 %"
     assert (last["name"], last["value"], last["% (2)"]) == ("\\_^&", "2", 'k, "m"')
     assert list(first)[:5] == ["table", "name", "unit", "method 3", "method 3 sigma"]
 
@@ -78,12 +73,11 @@ def parsed(text: str) -> list[list[str]]:
 def test_latex_has_every_cell(payload: Table) -> None:
     text = latex_tables([payload])
     cells = parsed("\n".join(line.replace("    \\", "\\") for line in text.splitlines()))
-    sheet = sheet_of(payload)
-    assert len(cells) == payload.row_count + 1
-    for shown, row in zip(cells[1:], sheet.rows, strict=True):
+    assert len(cells) == len(payload.rows) + 1
+    for shown, row in zip(cells[1:], payload.rows, strict=True):
         for left, right in zip(shown, row, strict=True):
             plain = left.replace("$^2$", "²").replace(r" \pm ", "±").replace("$", "")
-            assert plain == right
+            assert plain == str(right)
     assert text.count(r"\midrule") == 4  # below the headings, the ten, the centre of mass, the inertia
     assert r"100 \% of the flange\_1" in text
     assert r"$3.000 \pm 0.010$" in text
@@ -96,3 +90,12 @@ def test_latex_of_what_is_special(other: Table) -> None:
     assert text.count("{") == text.count("}")
     assert text.isascii()
     assert escaped("Größe 5 µ") == "Größe 5 µ"
+
+
+def test_terminal_prints_text_as_it_is(other: Table, capsys: pytest.CaptureFixture[str]) -> None:
+    """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
+    print_blocks([other, Notes(["[red]x[/red]"])])
+    out = capsys.readouterr().out
+    assert "Other [things], 95 %" in out
+    assert "[red]x[/red]" in out
+    assert [line.split()[0] for line in out.splitlines() if line.strip()[:2] in ("MY", "\\_")] == ["MY3R", "\\_^&"]

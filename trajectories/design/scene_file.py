@@ -31,7 +31,9 @@ class _Surface(Table, frozen=True):
     offset: Real = 0.0
 
 
-class _Scene(Table, frozen=True):
+class SceneTable(Table, frozen=True):
+    """Bodies, surfaces, and which of them keep clear of each other."""
+
     advice: ClassVar[Mapping[str, str]] = {
         "bodies": "must be tables [[bodies]]",
         "surfaces": "must be tables [[surfaces]]",
@@ -57,7 +59,7 @@ def read_scene(path: str | Path) -> Scene:
     Raises:
         InputError: names the key at fault.
     """
-    table = read_toml(path, _Scene)
+    table = read_toml(path, SceneTable)
     bodies, surfaces = [], []
     with naming(path):
         for number, body in enumerate(table.bodies, start=1):

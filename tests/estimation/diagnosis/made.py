@@ -7,19 +7,18 @@ import numpy as np
 from dynident.common.arrays import Array
 from dynident.estimation.diagnosis.evidence import Evidence, Weighed
 from dynident.estimation.diagnosis.quantities import Judged, judge_com, judge_inertia, judge_mass
-from dynident.estimation.equations.names import PAYLOAD
+from dynident.estimation.equations.equations import PAYLOAD
 from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.payload.constrained import ConstrainedPayload
-from dynident.estimation.payload.over_time import Stretch
+from dynident.estimation.payload.problem import Source
+from dynident.estimation.payload.repeats import Repeats
 from dynident.estimation.payload.result import PayloadEstimate
-from dynident.estimation.payload.source import Source
 from dynident.estimation.possible.constraints import Constraint, MassBounds
 from dynident.estimation.possible.intervals import NO_INTERVALS
 from dynident.estimation.possible.payload import Tested
 from dynident.estimation.possible.result import Weighing
 from dynident.estimation.signals.alignment import AlignedPair
-from dynident.estimation.weigh.repeats import Repeats
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.model.payload_spread import PayloadSpread
 
@@ -145,7 +144,7 @@ def in_time(place: int, change: float, sigma: float = 1e-9) -> Evidence:
     """Two stretches of time, one of the ten changed in the second."""
     later = np.array(BODY.vector)
     later[place] += change
-    stretches = tuple(Stretch(ten, sigma**2 * np.eye(10)) for ten in (BODY.vector, later))
+    stretches = tuple(estimate_of(ten=ten, sigma=np.full(10, sigma)).estimate for ten in (BODY.vector, later))
     return of_payload(estimate_of(), stretches=stretches)
 
 

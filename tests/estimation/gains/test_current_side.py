@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation.equations import ReducedProblem
+from dynident.estimation.equations import Equations
 from dynident.estimation.gains.current_side import current_weights, gauss_newton
 
 GAINS = np.array([2.0, 0.5, 1.3])
@@ -17,16 +17,16 @@ SIGMA = 1e-3
 DRAWS = 500
 
 
-def problem(seed: int, rows: int = ROWS, effective: float = 1.0) -> ReducedProblem:
+def problem(seed: int, rows: int = ROWS, effective: float = 1.0) -> Equations:
     """The same motion with other noise; ``effective``: share of the rows whose noise counts as independent."""
     W = np.random.default_rng(0).standard_normal((len(GAINS), rows, len(X)))
     noise = SIGMA * np.random.default_rng((1, seed)).standard_normal((len(GAINS), rows))
     factors = tuple(np.column_stack([own, k * own @ X + e]) for own, k, e in zip(W, GAINS, noise, strict=True))
     counts = (rows,) * len(GAINS)
-    return ReducedProblem(("A", "B", "C", "M_L"), factors, counts, tuple(effective * count for count in counts))
+    return Equations(("A", "B", "C", "M_L"), factors, counts, tuple(effective * count for count in counts))
 
 
-def fitted(equations: ReducedProblem) -> tuple[Array, Array]:
+def fitted(equations: Equations) -> tuple[Array, Array]:
     """ln K less the truth, and its stated covariance."""
     fit = gauss_newton(equations, np.ones(len(GAINS)), range(3), np.array([0.0, 0.0, 0.0, 1.0]))
     return -np.log(fit.k / GAINS), fit.covariance

@@ -10,6 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters
 from dynident.report.controllers import FORMATS, ControllerLoad
+from dynident.report.controllers.rotation import angles_of, matrix
 from dynident.tests.report.controllers.parsers import MOMENTS_ONLY, PARSERS
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -205,3 +206,10 @@ def test_hostile_names_stay_in_their_comment(name: str) -> None:
     text = FORMATS[name].text(load)
     assert text.isascii()
     assert not any(line.startswith(("*/", " x")) for line in text.splitlines())
+
+
+@pytest.mark.parametrize("y", [-90.0, 90.0, 30.0])
+def test_angles_turn_back_into_the_rotation(y: float) -> None:
+    """Where z and x turn about one line, too."""
+    R = np.round(Rotation.from_euler("ZYX", [40.0, y, 25.0], degrees=True).as_matrix(), 12)
+    assert matrix(angles_of(R)) == pytest.approx(R, abs=1e-9)

@@ -1,0 +1,10 @@
+from .elimination import elimination_warnings as elimination_warnings
+from .elimination import impossible_payload as impossible_payload
+from .elimination import impossible_robot as impossible_robot
+from .prediction import Curve as Curve
+from .prediction import TorquePrediction as TorquePrediction
+from .prediction import payload_prediction as payload_prediction
+from .prediction import robot_prediction as robot_prediction
+from .system import ObservationSystem as ObservationSystem
+from .system import identification_system as identification_system
+from .system import payload_system as payload_system

@@ -1,0 +1,300 @@
+"""The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
+
+import zipfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.linear import RANK_TOLERANCE, decomposed, rank, without
+from ...model import INERTIAL
+from .shared_torque import SharedTorque, beside, compressed, refilled
+
+PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
+"""Names of the payload's ten parameters chi_L, in the order of (6)."""
+_SHARED = "shared"
+
+
+class Anchor(NamedTuple):
+    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
+
+    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
+    of those rows; ``level``: the new column's name.
+    """
+
+    column: str
+    joint: int
+    stiffness: float
+    level: str
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Triangular factors that hold all an estimator can learn from Y = W chi + rho.
+
+    Attributes:
+        columns: names of the parameters, c.
+        factors: per joint, k x (c + 1) with k <= c + 1: R of the QR decomposition of [W_j Y_j].
+        rows: per joint, number of equations.
+        effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
+        shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring:
+            Q' times it, rows as those of the joint's factor.
+        blocks: the same equations cut in time, where the memory of the residuals was asked for.
+        block_length: shortest length of a block [s], unless a whole recording is shorter.
+    """
+
+    columns: tuple[str, ...]
+    factors: tuple[Array, ...]
+    rows: tuple[int, ...]
+    effective_rows: tuple[float, ...]
+    shared: tuple[SharedTorque, ...] = ()
+    blocks: "tuple[Equations, ...]" = ()
+    block_length: float = 0.0
+
+    def select(self, columns: Sequence[str]) -> "Equations":
+        """These equations with only some of the parameters, in the order given."""
+        places = [self.columns.index(name) for name in columns]
+        factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
+        blocks = tuple(block.select(columns) for block in self.blocks)
+        return replace(self, columns=tuple(columns), factors=factors, blocks=blocks)
+
+    def renamed(self, columns: Sequence[str]) -> "Equations":
+        """These equations in other parameters' place among ``columns``; absent ones get columns of zeros."""
+        factors = []
+        places = [columns.index(name) for name in self.columns]
+        for factor in self.factors:
+            wide = np.zeros((len(factor), len(columns) + 1))
+            wide[:, [*places, len(columns)]] = factor
+            factors.append(wide)
+        blocks = tuple(block.renamed(columns) for block in self.blocks)
+        return replace(self, columns=tuple(columns), factors=tuple(factors), blocks=blocks)
+
+    def minus(self, names: Sequence[str], values: Array) -> "Equations":
+        """Equations in the other parameters alone: the torque W chi of known ones is taken off.
+
+        What is left is no motor's torque any more, so that nothing shared is kept.
+        """
+        known = [self.columns.index(name) for name in names]
+        rest = [k for k in range(len(self.columns)) if k not in known]
+        factors = tuple(
+            np.column_stack([factor[:, rest], factor[:, -1] - factor[:, known] @ values]) for factor in self.factors
+        )
+        columns = tuple(self.columns[k] for k in rest)
+        blocks = tuple(block.minus(names, values) for block in self.blocks)
+        return replace(self, columns=columns, factors=factors, shared=(), blocks=blocks)
+
+    def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
+        """These equations less all that some columns can explain, joint by joint.
+
+        Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
+        equations of the least-squares problem after those unknowns were solved for. Blocks are not kept: each would
+        get parameters of its own.
+
+        Args:
+            columns: what goes.
+            anchors: equations that hold some of them; their levels are new last columns, left out where the levels
+                are meant to be zero.
+        """
+        gone = [self.columns.index(name) for name in columns]
+        rest = [k for k in range(len(self.columns)) if k not in gone]
+        factors, taken, shared = [], [], list[SharedTorque]()
+        for j, factor in enumerate(self.factors):
+            others = beside(self.shared, j, len(factor))
+            kept, off = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
+            kept = np.insert(kept, [len(rest)] * len(anchors), 0.0, axis=1)
+            for place, anchor in enumerate(anchors):
+                if anchor.joint == j:
+                    level, parameter = np.zeros((1, kept.shape[1])), np.zeros((1, len(gone)))
+                    level[0, len(rest) + place] = -anchor.stiffness
+                    parameter[0, list(columns).index(anchor.column)] = anchor.stiffness
+                    kept, off = np.vstack([kept, level]), np.vstack([off, parameter])
+            left, others = compressed(without(kept, off), others.shape[1])
+            factors.append(left)
+            shared += refilled(self.shared, j, others)
+            taken.append(rank(factor[:, gone]))
+        return Equations(
+            (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
+            tuple(factors),
+            tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, taken, strict=True)),
+            tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, taken, strict=True)),
+            tuple(shared),
+        )
+
+    def without_blocks(self) -> "Iterator[Equations]":
+        """All blocks but one, merged, for each of them in turn.
+
+        Those before it and those after it are merged once for all: 3 B merges instead of B^2.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        if len(self.blocks) < 2:
+            raise InputError("robust standard deviations need two blocks of time at least: record longer")
+        after: list[list[Equations]] = [[]]
+        for block in reversed(self.blocks[1:]):
+            after.append([merged([block, *after[-1]])])
+        before: list[Equations] = []
+        for block in self.blocks:
+            yield merged([*before, *after.pop()])
+            before = [merged([*before, block])]
+
+    def stacked(self, weights: Array | None = None) -> Array:
+        """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
+        weights = np.ones(len(self.factors)) if weights is None else weights
+        return triangular(np.vstack([w * factor for w, factor in zip(weights, self.factors, strict=True)]))
+
+    def error_norms(self, values: Array) -> Array:
+        """Norm of Y_j - W_j chi for each joint, shape (n,)."""
+        x = np.append(-values, 1.0)
+        return np.array([np.linalg.norm(factor @ x) for factor in self.factors])
+
+    @cached_property
+    def torque_norms(self) -> Array:
+        """Norm of Y_j for each joint, shape (n,)."""
+        return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
+
+    def save(self, path: str | Path) -> None:
+        """Write the equations as NPZ, to be merged with others later or elsewhere."""
+        np.savez(path, **self.arrays())
+
+    def arrays(self) -> dict[str, Any]:
+        """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""
+        return {
+            "columns": np.array(self.columns),
+            "rows": self.rows,
+            "effective_rows": self.effective_rows,
+            **{f"factor{j}": factor for j, factor in enumerate(self.factors)},
+            **{f"{_SHARED}{joint}_{motor}": torque for joint, motor, torque in self.shared},
+        }
+
+    @staticmethod
+    def load(path: str | Path) -> "Equations":
+        """Read what ``save`` wrote.
+
+        Raises:
+            InputError: if the file holds something else.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                return Equations(
+                    tuple(str(name) for name in data["columns"]),
+                    tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
+                    tuple(int(count) for count in data["rows"]),
+                    tuple(float(count) for count in data["effective_rows"]),
+                    tuple(
+                        SharedTorque(*_joint_and_motor(name), data[name])
+                        for name in sorted(data.files)
+                        if name.startswith(_SHARED)
+                    ),
+                )
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: not a saved reduced problem ({error})") from None
+
+    @property
+    def equations(self) -> int:
+        """Number of equations r."""
+        return sum(self.rows)
+
+    def condition_numbers(self) -> tuple[float, float]:
+        """Condition number of the unweighted W: in SI units, and with columns scaled to norm 1.
+
+        Infinite where W is rank-deficient.
+        """
+        W = self.stacked()[:, :-1]
+        return _condition(W), _condition(_scaled(W))
+
+
+def _joint_and_motor(name: str) -> tuple[int, int]:
+    joint, motor = name.removeprefix(_SHARED).split("_")
+    return int(joint), int(motor)
+
+
+def triangular(rows: Array) -> Array:
+    """R of the QR decomposition; fewer rows than columns are kept as they are."""
+    return compressed(rows)[0]
+
+
+def merged(parts: Iterable[Equations]) -> Equations:
+    """All equations of several parts with the same parameters; the merge is one more QR. Blocks are kept."""
+    parts = list(parts)
+    first = parts[0]
+    for other in parts[1:]:
+        if other.columns != first.columns:
+            raise ValueError("equations with different columns cannot be merged")
+        if [torque[:2] for torque in other.shared] != [torque[:2] for torque in first.shared]:
+            raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
+    if len(parts) == 1:
+        return first
+    factors, shared = [], list[SharedTorque]()
+    for j in range(len(first.factors)):
+        rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
+        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        factors.append(factor)
+        shared += refilled(first.shared, j, others)
+    return Equations(
+        first.columns,
+        tuple(factors),
+        tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
+        tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
+        tuple(shared),
+        tuple(block for part in parts for block in part.blocks) if all(part.blocks for part in parts) else (),
+        max(part.block_length for part in parts),
+    )
+
+
+def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:
+    """Refuse data that leave a direction of the parameters undetermined.
+
+    Args:
+        W: observation matrix or its triangular factor, k x c.
+        columns: names of the parameters.
+        rows: number of equations behind it.
+
+    Raises:
+        InputError: names the parameters in the undetermined directions.
+    """
+    if rows < len(columns):
+        raise InputError(
+            f"{rows} equations for {len(columns)} parameters: fewer samples than parameters; record longer "
+            "or decimate less"
+        )
+    if _clearly_determined(_scaled(W)):
+        return
+    undetermined = decomposed(W).null
+    if undetermined.size:
+        weight = np.abs(undetermined).max(axis=1)
+        named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
+        raise InputError(
+            f"the recorded motion leaves {undetermined.shape[1]} of {len(columns)} directions undetermined, in "
+            f"{', '.join(named)}: move more joints, faster and over a wider range"
+        )
+
+
+def _clearly_determined(W: Array) -> bool:
+    """By LAPACK's condition estimate of a triangle, which costs nothing beside singular values; False if in doubt.
+
+    The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
+    """
+    c = W.shape[1]
+    if len(W) < c or np.any(np.tril(W, -1)):
+        return False
+    reciprocal, failed = lapack.dtrcon(W[:c])
+    return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
+
+
+def _scaled(W: Array) -> Array:
+    norms = np.linalg.norm(W, axis=0)
+    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
+
+
+def _condition(W: Array) -> float:
+    singular = np.linalg.svd(W, compute_uv=False)
+    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
+        return float("inf")
+    return float(singular[0] / singular[-1])

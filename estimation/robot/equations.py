@@ -1,0 +1,114 @@
+"""The robot's own equations: recordings without payload, checked, filtered and reduced."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...common.errors import InputError
+from ...common.linear import least_squares
+from ...common.progress import Progress, silent
+from ...model import BaseParameters, Processing, Recording, Robot
+from ...model.base import leftmost_independent, random_states, stacked_regressor
+from ...model.motion import Measurement
+from ..equations.equations import Equations, merged
+from ..equations.observation import Observer
+from ..equations.reduction import recorded, reduced_measurement
+from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from ..recordings.plausibility import check_recordings, still_joints
+from ..signals.filtering import measurement
+
+
+def base_problem(
+    robot: Robot,
+    base: BaseParameters,
+    recordings: Sequence[Recording],
+    processing: Processing,
+    check: bool = True,
+    progress: Progress = silent,
+    blocks: bool = False,
+) -> Equations:
+    """Process recordings and reduce them to equations in the base parameters.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        recordings: recordings of one and the same load.
+        processing: settings.
+        check: whether every joint must move.
+        progress: told what is being worked on.
+        blocks: cut them in blocks of time as well, none across recordings.
+    """
+    check_recordings(robot, recordings)
+    if check:
+        check_moving(robot, base, recordings)
+    check_lengths(recordings, processing)
+    measured = filtered(recordings, processing, progress)
+    observer = Observer(robot, base.columns)
+    if not blocks:
+        equations = merged(reduced_measurement(observer, data, processing) for data in measured)
+    else:
+        equations, opened = recorded(observer, [(data, None) for data in measured], processing)
+    if equations.equations == 0:
+        raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
+    if not blocks:
+        return equations
+    left = left_over(opened, equations)
+    length = length_by_residuals([left])
+    return in_blocks(equations, opened, [block_edges(recording, length) for recording in left], length)
+
+
+def filtered(
+    recordings: Sequence[Recording], processing: Processing, progress: Progress = silent
+) -> list[Measurement]:
+    """Recordings made even in time, positions and speeds filtered."""
+    measured = []
+    for recording in recordings:
+        progress(f"filtering {recording.source}")
+        measured.append(measurement(recording, processing))
+    return measured
+
+
+def check_lengths(recordings: Sequence[Recording], processing: Processing) -> None:
+    """Refuse recordings of which decimation leaves nothing.
+
+    Raises:
+        InputError: names the recording.
+    """
+    for recording in recordings:
+        if len(recording.t) <= processing.decimate:
+            raise InputError(
+                f"{recording.source}: decimation by {processing.decimate} leaves nothing of {len(recording.t)} "
+                "samples: lower --decimate"
+            )
+
+
+def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings in which some joint never moves.
+
+    Raises:
+        InputError: names the joints and the parameters that cannot be identified for it.
+    """
+    still = still_joints(recordings)
+    if len(still) == robot.n:
+        raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")
+    if still:
+        raise InputError(
+            f"{recordings[0].source}: joint {', '.join(map(str, still))} never moves: "
+            f"{', '.join(hidden_by(robot, base, still))} cannot be identified; record a motion of every joint"
+        )
+
+
+def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple[str, ...]:
+    """Base parameters that cannot be told apart or seen at all while some joints stand still."""
+    q, qd, qdd = random_states(robot, 12 * robot.n, seed=0)
+    for joint in still:
+        q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.3, 0.0, 0.0
+    W = stacked_regressor(robot, q, qd, qdd)[:, list(base.chosen)]
+    # A joint that stands still holds any torque within its friction: its rows say nothing.
+    moving = np.concatenate([np.full(len(q), j + 1 not in still) for j in range(robot.n)])
+    W = W[moving]
+    seen = leftmost_independent(W)
+    unseen = [k for k in range(W.shape[1]) if k not in seen]
+    solution = least_squares(W[:, seen], W[:, unseen])
+    mixed = {seen[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
+    return tuple(base.names[k] for k in sorted(mixed | set(unseen)))

@@ -1,0 +1,47 @@
+"""What a report was made from: command, files with checksums, date, versions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import NamedTuple
+
+from .. import __version__
+
+
+class SourceFile(NamedTuple):
+    """A file that was read: what for, its name and the SHA-256 checksum of its bytes."""
+
+    role: str
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What is needed to repeat a result.
+
+    Attributes:
+        command: that made it, as typed.
+        date: when.
+        files: that were read.
+        versions: of the packages that decide the numbers.
+        settings: of processing, in words.
+    """
+
+    command: str
+    date: datetime
+    files: tuple[SourceFile, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def day(self) -> str:
+        """Date and time, to the minute."""
+        return self.date.strftime("%Y-%m-%d %H:%M UTC")
+
+    @property
+    def foot(self) -> str:
+        """The last line of a page."""
+        return f"dynident {__version__}, {self.day}"

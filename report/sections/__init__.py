@@ -1,0 +1,1 @@
+"""What of an answer is shown: a topic a file, each made once and rendered everywhere."""

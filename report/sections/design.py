@@ -1,0 +1,159 @@
+"""A designed or replayed motion: what the terminal prints, and the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...model import Motion
+from ...trajectories import Design, DesignProblem, Score
+from ...trajectories.design import Floor
+from ..blocks import Animation, Block, Notes, Page, Section, Table, Text, columns
+from ..figures.arm import arm_animation, arm_strip
+from ..figures.motion import motion_figure, sigma_figure
+from ..provenance import Provenance
+from .data import report_page
+
+_MOST_SHOWN = 12
+_SHOWN = 8  # of more parameters: the least known
+
+
+def design_screen(
+    problem: DesignProblem,
+    score: Score,
+    title: str,
+    reference: Mapping[str, float],
+    labels: Mapping[str, str],
+    floor: Floor | None = None,
+    replay: Score | None = None,
+) -> list[Block]:
+    """What the motion would teach, how near each limit comes, and the lines below.
+
+    Args:
+        problem: what was asked.
+        score: of the motion.
+        title: above the table.
+        reference: values that standard deviations are relative to.
+        labels: how to call parameters, by their names.
+        floor: if it was asked for.
+        replay: what a controller's own profiles would make of it.
+    """
+    kind = problem.criterion.kind
+    lines = [f"Criterion {criterion_text(kind, score.value)}."]
+    lines += [floor_note(kind, floor)] if floor is not None else []
+    lines += [replay_note(kind, replay)] if replay is not None else []
+    return [score_table(problem, score, title), *sigma_tables(score, reference, labels), Notes(lines)]
+
+
+def criterion_text(kind: str, value: float) -> str:
+    """A criterion's value in words, as a solver works with it."""
+    if not np.isfinite(value):
+        return f"{kind}: not every parameter can be told"
+    if kind == "d":
+        return f"d: uncertainty {np.exp(0.5 * value):.4g} (geometric mean of sigma)"
+    if kind == "a":
+        return f"a: relative sigma {100.0 * np.exp(value):.4g} % (root mean square)"
+    return f"{kind}: condition number {np.exp(value):.4g}"
+
+
+def score_table(problem: DesignProblem, score: Score, title: str) -> Table:
+    """What the motion would teach, and how near each limit comes."""
+    learnt, length = score.learnt, problem.goal.data_length
+    recorded = f"{length:g} s of data, the motion repeated" if length else "recorded once"
+    rows = [
+        ("duration", f"{score.duration:.4g}", f"s; {recorded}"),
+        ("parameters", str(len(problem.names)), f"criterion {problem.criterion.kind}"),
+        ("condition number", _finite(learnt.condition_number), "of W in SI units"),
+        ("", _finite(learnt.condition_number_scaled), "columns scaled to norm 1"),
+        ("log det", _finite(learnt.log_det), "of the information matrix"),
+    ]
+    for limit in score.limits:
+        missed = str(limit) in score.violations
+        state = f"violated by {limit.violation:.4g}" if missed else "met"
+        rows.append((limit.name, f"{limit.value:.4g}", f"{limit.worst}, limit {limit.limit:.4g}: {state}"))
+    return Table(title, columns(("",), ("value",), ("",)), rows, ("log det",))
+
+
+def sigma_tables(score: Score, reference: Mapping[str, float], labels: Mapping[str, str]) -> list[Table]:
+    """Predicted standard deviations; of many parameters the least known. None where not all can be told."""
+    sigma = score.learnt.sigma
+    if not np.isfinite(list(sigma.values())).all():
+        return []
+    relative = score.relative_sigma(dict(reference))
+    shown = list(sigma)
+    if len(sigma) > _MOST_SHOWN:
+        shown = sorted(sigma, key=lambda name: -relative.get(name, 0.0))[: _SHOWN if relative else 0]
+    if not shown:
+        return []
+    rows = []
+    for name in shown:
+        value = f"{reference[name]:.4g}" if name in reference else ""
+        percent = f"{100.0 * relative[name]:.2g}" if name in relative else ""
+        rows.append((labels.get(name, name), f"{sigma[name]:.3g}", value, percent))
+    least = f", the {len(shown)} least known of {len(sigma)}" if len(shown) < len(sigma) else ""
+    return [Table(f"Predicted sigma{least}", columns(("",), ("sigma", "value", "%")), rows)]
+
+
+def floor_note(kind: str, floor: Floor) -> str:
+    """How far a motion is from the best that states within the limits allow."""
+    if kind == "d":
+        times = f"its uncertainty is {np.exp(0.5 * floor.gap):.3g} times the floor's"
+    elif kind == "a":
+        times = f"its relative sigma is {np.exp(floor.gap):.3g} times the floor's"
+    else:
+        times = f"its condition number is {np.exp(floor.gap):.3g} times the floor's"
+    return (
+        f"Floor over {floor.states} weighted states within the limits, continuity ignored: "
+        f"{criterion_text(kind, floor.value)}; {times}."
+    )
+
+
+def replay_note(kind: str, replay: Score) -> str:
+    """What a controller's own profiles between the via points would make of the motion."""
+    limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
+    return (
+        f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
+        f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
+    )
+
+
+def design_page(
+    problem: DesignProblem,
+    score: Score,
+    motion: Motion,
+    design: Design | None,
+    screen: Sequence[Block],
+    reference: Mapping[str, float],
+    labels: Mapping[str, str],
+    provenance: Provenance,
+) -> Page:
+    """What the motion would teach, its limits, and the arm in motion.
+
+    Args:
+        problem: what was asked.
+        score: of the motion.
+        motion: its samples.
+        design: the designed motion; None where one was only judged.
+        screen: what the terminal shows of it.
+        reference: values that standard deviations are relative to.
+        labels: how to call parameters, by their names.
+        provenance: command, files, date.
+    """
+    robot = problem.robot
+    title = robot.title or robot.name
+    drawings: list[Block] = [motion_figure(problem, motion, f"{title}: motion between its limits")]
+    if np.isfinite(list(score.learnt.sigma.values())).all():
+        drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
+    sections = [Section("motion", "Motion and what it would teach", [*screen, *drawings])]
+    if design is not None:
+        plan = design.plan
+        arm = Animation("arm", lambda name: arm_animation(robot, plan, name))
+        sections.append(Section("moving", "The arm in motion", [arm, arm_strip(robot, plan)]))
+    missed = [f"Limit not kept: {limit}" for limit in score.violations]
+    lead: list[Block] = [Notes(missed) if missed else Text("The motion keeps every limit.")]
+    return report_page(f"Motion for the {title}", provenance.day, lead, sections, (), provenance)
+
+
+def _finite(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "rank-deficient"

@@ -1,0 +1,80 @@
+"""A look at a log."""
+
+import numpy as np
+
+from ...estimation.diagnosis import LogCheck
+from ...model import Robot
+from ..blocks import Block, Notes, Table, columns
+
+_MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
+_A_ROW = 4  # parameters side by side
+
+
+def check_screen(robot: Robot, check: LogCheck) -> list[Block]:
+    """What was understood, what looks wrong, the joints, the excitation."""
+    blocks: list[Block] = [Notes(_lines(check))]
+    if check.joints:
+        blocks.append(_joints(robot, check))
+    if check.excitation:
+        blocks.append(_excitation(check))
+    return blocks
+
+
+def _lines(check: LogCheck) -> list[str]:
+    """What was understood, then what looks wrong, worst first."""
+    recording, time = check.recording, check.time
+    kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
+    speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
+    lines = ["", f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    if time is not None:
+        steps = "even" if time.even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
+        moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
+        lines.append(
+            f"{time.samples} samples, {time.duration:.4g} s at {time.rate:.5g} Hz ({steps}, jitter "
+            f"{100 * time.jitter:.2g} %); {moving}"
+        )
+    if check.relative_residual is not None:
+        lines.append(
+            f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
+            f"columns scaled {check.condition_number_scaled:.3g}"
+        )
+    lines += [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
+    return lines if check.findings else [*lines, "nothing looks wrong"]
+
+
+def _joints(robot: Robot, check: LogCheck) -> Table:
+    load = "current A" if check.currents else "torque N·m"
+    rows = []
+    for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=True), 1):
+        share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
+        rows.append(
+            (
+                str(j),
+                "yes" if facts.moves else "no",
+                f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
+                _step(facts.position_step),
+                f"{facts.speed:.3g}",
+                share,
+                f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
+                _step(facts.torque_step),
+                f"{100 * facts.saturated:.2f} %",
+            )
+        )
+    numbers = ("position", "step", "speed", "of limit", load, "step", "at extreme")
+    return Table("", columns(("joint", "moves"), numbers), rows, style="roomy")
+
+
+def _excitation(check: LogCheck) -> Table:
+    """Some parameters a row."""
+    cells = [(entry.name, f"{entry.relative_sigma_percent:.3g}") for entry in check.excitation]
+    cells += [("", "")] * (-len(cells) % _A_ROW)
+    rows = [
+        tuple(text for pair in cells[start : start + _A_ROW] for text in pair)
+        for start in range(0, len(cells), _A_ROW)
+    ]
+    title = "Excitation: relative sigma of each base parameter from this log, %"
+    return Table(title, columns(("",), ("",)) * _A_ROW, rows, style="bare")
+
+
+def _step(step: float) -> str:
+    return f"{step:.2g}" if step > 0.0 else ""

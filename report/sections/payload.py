@@ -1,0 +1,212 @@
+"""A payload: what the terminal prints, and the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...estimation import PayloadAnswer, PayloadProblem
+from ...estimation.answers import TorquePrediction
+from ...estimation.files import StoredPayload
+from ...estimation.fit import Excitation
+from ...estimation.payload import PayloadEstimate
+from ...model import INERTIAL
+from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns
+from ..controllers.payload_file import is_flange
+from ..figures.by_joints import joints_figure
+from ..figures.flange import flange_figure
+from ..figures.methods import methods_figure
+from ..numbers import with_sigma
+from ..provenance import Provenance
+from .controller import controller_blocks
+from .data import report_page
+from .essential import elimination_notes, essential_section
+from .excitation import excitation_section
+from .joints import by_joints_table, joints_section, mass_by_joints_note
+from .quantities import quantities_table
+from .recommended import (
+    ENDS,
+    UNITS,
+    agreement,
+    centre_section,
+    consistency_section,
+    recommended_notes,
+    recommended_table,
+)
+from .torques import residual_text, torques_section, worst_joint
+from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner, verdict_lines
+
+_FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."
+
+
+def payload_screen(answer: PayloadAnswer, warnings: Sequence[str]) -> list[Block]:
+    """The recommended payload, the joints, the free estimates; ``warnings``: against the essential parameters."""
+    lines = [*elimination_notes(answer.elimination, warnings, "Method 4: "), *payload_notes(answer)]
+    return [
+        recommended_table(answer),
+        Notes([*recommended_notes(answer), ""]),
+        by_joints_table(answer.by_joints),
+        Notes([""]),
+        payload_table(answer.estimates),
+        Notes([*lines, ""]),
+    ]
+
+
+def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
+    """Ten parameters by each method, with standard deviations, and what a controller asks for.
+
+    Where an estimate has robust standard deviations too, each entry shows the larger of both.
+    """
+    rows: list[tuple[Cell, ...]] = []
+    for k, kind in enumerate(INERTIAL):
+        cells = [with_sigma(e.estimate.values[k], e.larger_sigma[k]) for e in estimates]
+        rows.append((kind, UNITS[kind], *cells))
+    for k, axis in enumerate("xyz"):
+        cells = [with_sigma(e.body.com[k], e.larger_sigma_com[k]) for e in estimates]
+        rows.append((f"com {axis}", "m", *cells))
+    for i, j in zip(*np.triu_indices(3), strict=True):
+        cells = [with_sigma(e.body.inertia_com[i, j], e.larger_sigma_inertia_com[i, j]) for e in estimates]
+        rows.append((f"{'XYZ'[i]}{'XYZ'[j]} at com", "kg m²", *cells))
+    rows.append(("can exist", "", *("yes" if e.body.physically_consistent else "no" for e in estimates)))
+    title = f"Free estimates (least squares alone) in {estimates[0].frame}"
+    return Table(title, columns(("", "unit"), [f"method {e.method}" for e in estimates]), rows, ENDS)
+
+
+def payload_notes(answer: PayloadAnswer) -> list[str]:
+    """Lines below the payload table; the verdict comes last."""
+    lines = [*sigma_notes(answer.estimates), *data_notes(answer), mass_by_joints_note(answer.by_joints)]
+    verdict = answer.verdict
+    return [*lines, *_left_out(answer), *verdict_lines(VERDICTS[verdict.level].payload, verdict.reasons)]
+
+
+def data_notes(answer: PayloadAnswer) -> list[str]:
+    """Lines on equations, residuals and alignment."""
+    problem, robot_fit, validation = answer.problem, answer.robot_fit, answer.validation
+    lines = []
+    if problem.unloaded is not None:
+        raw, scaled = problem.unloaded.condition_numbers()
+        lines.append(
+            f"Without payload: {problem.unloaded.equations} equations, {len(problem.base.columns)} parameters; "
+            f"condition number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled."
+        )
+    if robot_fit is not None:
+        lines.append(f"Relative residual of the robot's model: {residual_text(robot_fit)}")
+    if validation is not None:
+        lines.append(f"The same on the validation recording: {residual_text(validation)}")
+    return [*lines, _alignment(problem)] if problem.pairs else lines
+
+
+def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    """Where the standard deviations of the payload table come from, and what speaks against them."""
+    both = [(e, e.estimate.robust) for e in estimates]
+    ratios = [f"method {e.method} {r.sigma[-1] / e.estimate.sigma[-1]:.2f}" for e, r in both if r is not None]
+    robust = [r for _, r in both if r is not None]
+    if robust:
+        blocks = f"{robust[0].blocks} blocks of {robust[0].block_length:.2g} s or more"
+        lines = [
+            "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation.",
+            f"Mass, sigma_robust/sigma (jackknife over {blocks} to formula): {', '.join(ratios)}.",
+        ]
+    else:
+        lines = [f"± one standard deviation {_FORMULA}"]
+    lines += sorted({r.warning for r in robust if r.warning})
+    by_formula: dict[str, list[str]] = {}
+    for e in estimates:
+        if e.without_robust:
+            by_formula.setdefault(e.without_robust, []).append(str(e.method))
+    return lines + [
+        f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()
+    ]
+
+
+def payload_page(
+    answer: PayloadAnswer,
+    document: StoredPayload,
+    predictions: Sequence[TorquePrediction],
+    excitation: Excitation | None,
+    provenance: Provenance,
+    warnings: Sequence[str] = (),
+    others: int = 0,
+    extra: Sequence[Section] = (),
+    origin: str = "Identified from recordings of joint positions and torques",
+) -> Page:
+    """First page for the one who types the number in, the rest for the one who asks why.
+
+    Args:
+        answer: the payload.
+        document: the same as ``payload_document`` gives it.
+        predictions: recordings to draw, held out or not.
+        excitation: of robot and payload together.
+        provenance: command, files, date.
+        warnings: what speaks against the essential parameters.
+        others: number of recordings that are not drawn.
+        extra: sections to stand behind the payload's.
+        origin: what kind of data it is, below the title.
+    """
+    robot, best = answer.problem.robot, answer.recommended
+    title = robot.title or robot.name
+    labels = dict(zip(answer.problem.base.columns, answer.problem.base.names, strict=True))
+    low, high = best.intervals.parameters[9]
+    drawn = joints_figure(answer.by_joints, best.mass, (float(low), float(high)))
+    sections = (
+        centre_section(answer),
+        consistency_section(answer),
+        methods_section(answer),
+        joints_section(answer.by_joints, [drawn] if drawn else ()),
+        *extra,
+        torques_section(predictions, others),
+        excitation_section(excitation, labels),
+        essential_section(answer.elimination, warnings, title, labels),
+    )
+    lead = _lead(answer, predictions, controller_blocks(document, "this report", title))
+    subtitle = f"{origin}, {provenance.day}"
+    return report_page(f"Payload on the {title}", subtitle, lead, sections, data_notes(answer), provenance)
+
+
+def methods_section(answer: PayloadAnswer) -> Section:
+    """Constrained and free estimates of every method."""
+    words = (
+        "Methods 3 and 4 on the same trajectories use the same equations: that they agree confirms nothing. "
+        "Methods 1 and 2 go through the robot's own parameters."
+    )
+    tables = recommended_table(answer), payload_table(answer.estimates)
+    notes = Notes([*sigma_notes(answer.estimates), *_left_out(answer)])
+    return Section("methods", "The methods side by side", [Text(words), methods_figure(answer), *tables, notes])
+
+
+def _lead(
+    answer: PayloadAnswer, predictions: Sequence[TorquePrediction], controller: Sequence[Block]
+) -> list[Block]:
+    best, worst = answer.recommended, worst_joint(predictions)
+    body, intervals, diagonal = best.body, best.intervals, range(3)
+    quantities = quantities_table(
+        best.frame,
+        f"; method {best.method}",
+        (best.mass, intervals.parameters[9]),
+        (body.com, intervals.com),
+        (np.diag(body.inertia_com), intervals.inertia_com[diagonal, diagonal]),
+        VERDICTS[answer.verdict.level].each,
+    )
+    flange = flange_figure(best, answer.verdict.level == "use", is_flange(best.frame))
+    improve = [Text("How to improve it", "heading"), improvements(answer, predictions)]
+    shown: list[Block] = [Text("The worst joint", "heading"), worst] if worst else []
+    return [
+        verdict_banner(answer.verdict),
+        Pair([quantities, *agreement(answer), *reason_blocks(answer.verdict)], [flange]),
+        Pair([Text("What to type into the controller", "heading"), *controller], [*shown, *improve]),
+    ]
+
+
+def _left_out(answer: PayloadAnswer) -> list[str]:
+    return [f"Method {method} left out: {reason}" for method, reason in answer.left_out.items()]
+
+
+def _alignment(problem: PayloadProblem) -> str:
+    lags = sorted(round(pair.lag, 4) + 0.0 for pair in problem.pairs)
+    shift = f"{lags[0]:.4f}" if lags[0] == lags[-1] else f"{lags[0]:.4f} to {lags[-1]:.4f}"
+    worst = max(problem.pairs, key=lambda pair: pair.max_mismatch)
+    return (
+        f"{len(lags)} pair{'s' * (len(lags) > 1)} aligned by {shift} s; positions then differ by at most "
+        f"{1e3 * worst.max_mismatch:.2f} mrad (rms {1e3 * worst.rms_mismatch:.3f})."
+    )

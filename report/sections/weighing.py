@@ -1,0 +1,300 @@
+"""A weighing: first what to do next, then what it rests on; on the terminal, and as a report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...estimation import WeighAnswer
+from ...estimation.diagnosis import Finding, worst_joint
+from ...estimation.files import StoredWeighing
+from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
+from ...model import INERTIAL
+from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
+from ..controllers.payload_file import is_flange
+from ..figures.by_joints import joints_figure
+from ..figures.flange import flange_figure
+from ..figures.repeats import repeats_figure
+from ..numbers import or_dash
+from ..provenance import Provenance
+from .controller import controller_blocks
+from .data import report_page
+from .gains import gain_error_notes
+from .joints import by_joints_table, joints_section
+from .quantities import quantities_table
+from .recommended import UNITS
+from .verdict import VERDICTS, reason_blocks, verdict_banner, verdict_lines
+
+_MOMENTS = ("XX", "YY", "ZZ")
+_QUANTITIES = ("mass", "centre of mass", "inertia")
+
+
+def weigh_screen(answer: WeighAnswer, measured: bool, details: bool) -> list[Block]:
+    """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
+    notes = first_notes(answer)
+    if measured:
+        notes.append("--inertia is not needed: the inertia was measured well enough.")
+    screen: list[Block] = [_first_table(answer), Notes(notes)]
+    if details:
+        screen += [_parameters(answer), by_joints_table(answer.by_joints), Notes(detail_notes(answer))]
+    return screen
+
+
+def _first_table(answer: WeighAnswer) -> Table:
+    """Quantity, value, 95 % interval, and whether to use it."""
+    mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
+    rows = [_row("mass", "kg", answer.mass, answer.mass_interval, mass, 4)]
+    for k, axis in enumerate("xyz"):
+        low, high = 1e3 * answer.com_interval[k]
+        use = com if k == 0 or not np.isfinite(answer.com[k]) else ""
+        rows.append(_row(f"centre of mass {axis}", "mm", 1e3 * answer.com[k], (low, high), use, 1))
+    for k, kind in enumerate(_MOMENTS):
+        use = "assumed" if answer.stand_in is not None else inertia if k == 0 else ""
+        rows.append(_row(f"inertia {kind} at com", "kg m²", *_moment(answer, k), use, 4))
+    headings = (*columns(("quantity", "unit"), ("value", "95 %", "interval")), Column(""))
+    return Table(f"Payload in {answer.problem.robot.payload_frame}", headings, rows)
+
+
+def _row(
+    name: str, unit: str, value: float, interval: tuple[float, float], use: str, digits: int
+) -> tuple[str, ...]:
+    return name, unit, *(or_dash(x, f".{digits}f") for x in (value, *interval)), use
+
+
+def first_notes(answer: WeighAnswer) -> list[str]:
+    """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
+    verdict = answer.verdict
+    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict.reasons)
+    lines += [_scale_note(answer), *_assumed_notes(answer), *_agreement_notes(answer), *_repeat_notes(answer)]
+    lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
+    lines += gain_error_notes(answer.problem.robot, answer.gains)
+    if verdict.level != "do_not_use":
+        lines.append(f"For the controller: {_controller_line(answer)}")
+        lines.append("Its own format: add --json P.json, then 'dynident export P.json --to ur|abb|kuka|..'.")
+    return lines
+
+
+def _controller_line(answer: WeighAnswer) -> str:
+    """Mass, centre of mass and, where it may be used, inertia in one line."""
+    place = ", ".join(f"{1e3 * x:.1f}" for x in answer.com)
+    line = f"mass {answer.mass:.3f} kg, centre of mass ({place}) mm"
+    if answer.stand_in is not None:
+        moments = ", ".join(f"{x:.4f}" for x in np.diag(answer.stand_in.inertia(answer.mass)))
+        return f"{line}, inertia there ({moments}) kg m², ASSUMED"
+    if answer.judged["inertia"].use == "use" and answer.constrained is not None:
+        J = answer.constrained.body.inertia_com
+        moments = ", ".join(f"{x:.4f}" for x in [*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
+        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({moments}) kg m²"
+    return f"{line}, inertia left at zero"
+
+
+def _repeat_notes(answer: WeighAnswer) -> list[str]:
+    """Spread and drift of several recordings."""
+    repeats = answer.repeats
+    if repeats is None:
+        return []
+    _, masses, sigmas = repeats.seen
+    each = ", ".join(f"{m:.4g} ± {s:.2g}" for m, s in zip(masses, sigmas, strict=True))
+    lines = [f"{len(repeats.masses)} recordings, each alone [kg]: {each}; spread {repeats.spread:.2g} kg."]
+    if repeats.drift is not None:
+        step, sigma = repeats.drift
+        trend = "a drift" if repeats.drifts else "no clear drift"
+        lines.append(f"From one to the next {step:+.2g} ± {sigma:.2g} kg: {trend}.")
+    if repeats.excess > 1.0:
+        lines.append(
+            f"They scatter {repeats.excess:.2g} times as much as each says: all intervals are widened by that."
+        )
+    return lines
+
+
+def _parameters(answer: WeighAnswer) -> Table:
+    """The ten with standard deviations, as far as these joints show them."""
+    solved, shown = answer.found, answer.problem.visibility.parameters
+    robust = solved.estimate.sigma_robust
+    rows = []
+    for k, kind in enumerate(INERTIAL):
+        numbers = [np.nan] * 4
+        if k in solved.places:
+            place = solved.places.index(k)
+            numbers = [solved.estimate.values[place], solved.estimate.sigma[place]]
+            numbers += [robust[place] if robust is not None else np.nan, answer.model.sigma[place]]
+        rows.append((kind, UNITS[kind], *(or_dash(x, ".4g") for x in (*numbers, answer.ten[k])), shown[kind]))
+    numeric = ("free", "sigma", "robust", "with gains", "told")
+    headings = (*columns(("", "unit"), numeric), Column("by these joints"))
+    return Table("Parameters about the frame's origin", headings, rows)
+
+
+def detail_notes(answer: WeighAnswer) -> list[str]:
+    """Condition numbers, residuals, chi-squared: the second page."""
+    problem, solved = answer.problem, answer.found
+    raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
+    shares = solved.unexplained(problem.torque_rms)
+    joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in shares)
+    robust = solved.estimate.robust
+    lines = [
+        f"Joints {', '.join(map(str, problem.joints))} move; {problem.problem.equations} equations, condition "
+        f"number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
+        f"Not explained: {joints} % of the joints' torque, {100 * solved.estimate.fit.relative:.1f} % of the "
+        "payload's own.",
+    ]
+    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(problem)}")
+    if robust is not None:
+        lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
+        lines += [robust.warning] * bool(robust.warning)
+    else:
+        lines.append(f"Standard deviations by the formula alone: {solved.without_robust}")
+    lines += _ripple_notes(problem)
+    for sums in problem.visibility.combinations:
+        lines.append(f"Visible only as a sum: {sums}.")
+    if answer.constrained is not None:
+        result = answer.constrained.result
+        lines.append(
+            f"Nearest payload that can exist: chi2 rises by {result.chi2_rise:.3g} (p {result.p_value:.2g})."
+        )
+    for pair in problem.pairs:
+        lines.append(
+            f"Aligned by {pair.lag:.4f} s; positions then differ by at most {1e3 * pair.max_mismatch:.2f} mrad."
+        )
+    return lines
+
+
+def _offsets_note(problem: WeighProblem) -> str:
+    held = problem.held
+    if not held.joints:
+        return "constant torques are free too."
+    joints = ", ".join(str(j + 1) for j in held.joints)
+    sigmas = ", ".join(f"{held.sigma[j]:.2g}" for j in held.joints)
+    return (
+        f"constant torques of joint {joints} may change by {sigmas} N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % "
+        "of Coulomb friction), which the intervals allow for."
+    )
+
+
+def _ripple_notes(problem: WeighProblem) -> list[str]:
+    """Waves that came with the payload, or are noise."""
+    waves = dict.fromkeys((wave.joint, round(wave.waves)) for run in problem.runs for wave in run.ripple)
+    if not waves:
+        return []
+    joints = ", ".join(f"joint {joint} {count}" for joint, count in waves)
+    by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(problem.joints) * len(problem.runs))
+    return [
+        f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {joints}. It may be chance: "
+        f"noise alone shows a wave in a joint of a recording with a probability of {100 * RIPPLE_CHANCE:.0f} %, "
+        f"here in one or more with {100 * by_noise:.0f} %. It is estimated too, which costs accuracy."
+    ]
+
+
+def _moment(answer: WeighAnswer, k: int) -> tuple[float, tuple[float, float]]:
+    """Inertia about axis ``k`` at the centre of mass [kg m^2], with its 95 % interval; nan where there is none."""
+    nothing = (float("nan"), float("nan"))
+    if answer.stand_in is not None:
+        return float(answer.stand_in.inertia(answer.mass)[k, k]), nothing
+    if answer.constrained is None:
+        return float("nan"), nothing
+    low, high = answer.constrained.intervals.inertia_com[k, k]
+    return float(answer.constrained.body.inertia_com[k, k]), (float(low), float(high))
+
+
+def _scale_note(answer: WeighAnswer) -> str:
+    """Agreement with the scale."""
+    if answer.found.from_scale and answer.scale is not None:
+        return (
+            f"Mass: the scale's {answer.scale.mass:g} ± {answer.scale.sigma:g} kg; the torques of these joints do "
+            "not contain it."
+        )
+    weighing = answer.weighing
+    if weighing is None:
+        return "Not weighed: --mass and --mass-sigma compare with a scale, and sharpen the centre of mass."
+    agree = "which contradict each other" if weighing.conflict else "in agreement"
+    return (
+        f"Scale {weighing.mass:g} ± {weighing.sigma:.2g} kg, torques {weighing.identified:.4g} ± "
+        f"{weighing.identified_sigma:.2g} kg: {abs(weighing.z):.1f} sigma apart, {agree}."
+    )
+
+
+def _agreement_notes(answer: WeighAnswer) -> list[str]:
+    """What other ways to weigh it say."""
+    return [
+        f"Another way, {way.name}: {way.mass:.4g} kg, centre of mass "
+        f"({', '.join('-' if not np.isfinite(x) else f'{1e3 * x:.1f}' for x in way.com)}) mm."
+        for way in answer.agreement
+    ]
+
+
+def _worst_note(worst: Finding | None) -> str:
+    """The joint that agrees least, in words."""
+    if worst is None:
+        return "No joint can be compared with the others."
+    return f"Joint that agrees least: {worst.text}."
+
+
+def _assumed_notes(answer: WeighAnswer) -> list[str]:
+    if answer.stand_in is None:
+        return []
+    return [f"Inertia ASSUMED, not measured: {answer.stand_in.description}."]
+
+
+def weigh_page(answer: WeighAnswer, document: StoredWeighing, provenance: Provenance) -> Page:
+    """First screen for the one who types the number in, the rest for the one who asks why.
+
+    Args:
+        answer: the payload.
+        document: the same as ``weigh_document`` gives it.
+        provenance: command, files, date.
+    """
+    robot, joints = answer.problem.robot, answer.problem.joints
+    title = robot.title or robot.name
+    moved = f"joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
+    drawn = joints_figure(answer.by_joints, answer.mass, answer.mass_interval)
+    controller = controller_blocks(document, "this report", title)
+    lead: list[Block] = [
+        verdict_banner(answer.verdict),
+        Pair(_quantities(answer), [Text("What to type into the controller", "heading"), *controller]),
+        Text("Each joint weighs", "heading"),
+        Text(_worst_note(worst_joint(answer.by_joints, answer.mass))),
+        *([drawn] if drawn else []),
+    ]
+    details: list[Block] = [_parameters(answer), Notes(detail_notes(answer))]
+    sections = (
+        *_repeats(answer),
+        *_place(answer),
+        joints_section(answer.by_joints),
+        Section("details", "Parameters and what they rest on", details),
+    )
+    subtitle = f"Weighed by a motion of {moved}, {provenance.day}"
+    notes = _agreement_notes(answer)
+    return report_page(f"Payload on the {title}", subtitle, lead, sections, notes, provenance)
+
+
+def _quantities(answer: WeighAnswer) -> list[Block]:
+    """Value, 95 % interval and use of each quantity; the scale; why."""
+    uses: list[str] = [answer.judged[name].use for name in _QUANTITIES]
+    if answer.stand_in is not None:
+        uses[2] = "ASSUMED, not measured"
+    values, intervals = zip(*(_moment(answer, k) for k in range(3)), strict=True)
+    table = quantities_table(
+        answer.problem.robot.payload_frame,
+        "",
+        (answer.mass, answer.mass_interval),
+        (answer.com, answer.com_interval),
+        (values, intervals),
+        uses,
+    )
+    lines = [_scale_note(answer), *_assumed_notes(answer), *_repeat_notes(answer)]
+    gains = [Text(line, "note") for line in gain_error_notes(answer.problem.robot, answer.gains)]
+    return [table, *map(Text, lines), *gains, *reason_blocks(answer.verdict)]
+
+
+def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
+    if answer.repeats is None:
+        return ()
+    drawn = repeats_figure(answer.repeats, answer.mass, answer.mass_interval)
+    words = Text("Each recording was weighed alone too: the scatter tells what no single one does.")
+    return (Section("repeats", "From recording to recording", [words, *([drawn] if drawn else [])]),)
+
+
+def _place(answer: WeighAnswer) -> tuple[Section, ...]:
+    best = answer.constrained
+    if best is None:
+        return ()
+    drawing = flange_figure(best, answer.judged["inertia"].use == "use", is_flange(best.frame))
+    return (Section("place", "Where the centre of mass is", [drawing]),)

@@ -1,0 +1,188 @@
+"""One key of a file wrong: one line that names the file and the key, whatever the file and whatever the key."""
+
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from dynident.cli import main
+from dynident.common.errors import InputError
+from dynident.common.schema import Table, json_text, toml_text
+from dynident.estimation import read_log_map
+from dynident.estimation.files import (
+    StoredGains,
+    StoredPayload,
+    StoredRobot,
+    StoredWeighing,
+    read_stored_gains,
+    read_stored_payload,
+    read_stored_robot,
+)
+from dynident.estimation.gains import known_load, read_known_load
+from dynident.estimation.recordings import map_file
+from dynident.model import load_robot, read_payload
+from dynident.model.files import payload_file
+from dynident.model.files.robot_table import RobotTable
+from dynident.report import documents
+from dynident.tests.common.wrong_files import Mistake, mistakes
+from dynident.tests.model.test_robot_file import FULL
+from dynident.tests.report import made
+from dynident.tests.report.written import written
+from dynident.tests.trajectories.test_scene_file import WHOLE
+from dynident.trajectories import read_scene
+from dynident.trajectories.design.scene_file import SceneTable
+
+MAP = """
+title = "a log"
+joints = ["a", "b"]
+
+[file]
+delimiter = "semicolon"
+decimal = ","
+names = ["t", "q1..2"]
+skip_lines = 1
+numbers_per_row = 3
+topic = "x"
+
+[[files]]
+name = "q.csv"
+names = ["q1..2"]
+
+[time]
+column = "t"
+unit = "ms"
+
+[motor]
+gear_ratios = [100, 50]
+coupling = [{motor = 2, joint = 1, ratio = 3}]
+
+[pose]
+columns = ["x", "y", "z"]
+unit = "mm"
+rotation = ["a", "b", "c"]
+form = "rpy"
+rotation_unit = "deg"
+
+[position]
+columns = "q{}"
+unit = "deg"
+side = "motor"
+sign = [1, -1]
+zero_deg = [90, 0]
+
+[torque]
+unit = "percent"
+rated = [10, 20]
+
+[position_reference]
+columns = "qd{}"
+unit = "deg"
+"""
+LOAD = "mass = 6\nmass_sigma = 0.01\ncom = [0.03, 0.12, 0.06]\ninertia_com = [0.03, 0, 0, 0.04, 0, 0.02]\n"
+TEN = "XX = 0.2\nXY = 0\nXZ = 0\nYY = 0.2\nYZ = 0\nZZ = 0.1\nMX = 0\nMY = 0\nMZ = 0.1\nM = 3\n"
+
+
+class File(NamedTuple):
+    """A kind of file: what is right, the type and the function it is read by, and how it is written."""
+
+    name: str
+    data: dict[str, Any]
+    kind: type[Table]
+    read: Callable[[Path], Any]
+
+
+def toml(name: str, text: str, kind: type[Table], read: Callable[[Path], Any]) -> File:
+    return File(f"{name}.toml", tomllib.loads(text), kind, read)
+
+
+def stored() -> Iterator[File]:
+    """Documents that later runs read."""
+    robot = made.identification()
+    for name, possible in (("base", made.possible_base), ("prior", made.possible_robot)):
+        document = documents.identification_document(
+            robot, made.PROCESSING, (2.5, 3.5), possible(robot.estimate), ["warned"]
+        )
+        yield File(f"robot_{name}.json", written(document), StoredRobot, read_stored_robot)
+    gains = written(documents.gains_document(made.drive_gains(), made.PROCESSING))
+    yield File("gains.json", gains, StoredGains, read_stored_gains)
+    payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5), ["warned"]))
+    yield File("payload.json", payload, StoredPayload, read_stored_payload)
+    for name, all_ten in (("weigh", True), ("weigh_part", False)):
+        weighing = written(documents.weigh_document(made.weighing(all_ten), made.PROCESSING, None))
+        yield File(f"{name}.json", weighing, StoredWeighing, read_stored_payload)
+
+
+FILES = [
+    toml("robot", FULL, RobotTable, load_robot),
+    toml("scene", WHOLE, SceneTable, read_scene),
+    toml("map", MAP, map_file.MapTable, read_log_map),
+    toml("load", LOAD, known_load.LoadTable, read_known_load),
+    toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
+    toml("ten", TEN, payload_file.TenTable, read_payload),
+    *stored(),
+]
+CASES = [(file, mistake) for file in FILES for mistake in mistakes(file.data, file.kind)]
+
+
+def write(folder: Path, file: File, data: dict[str, Any]) -> Path:
+    path = folder / file.name
+    path.write_bytes(toml_text(data).encode() if file.name.endswith(".toml") else json_text(data))
+    return path
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_the_file_is_read_when_it_is_right(file: File, tmp_path: Path) -> None:
+    assert file.read(write(tmp_path, file, file.data))
+
+
+@pytest.mark.parametrize(("file", "mistake"), CASES, ids=[f"{f.name}: {m.what}" for f, m in CASES])
+def test_one_line_names_file_and_key(file: File, mistake: Mistake, tmp_path: Path) -> None:
+    path = write(tmp_path, file, mistake.data)
+    try:
+        file.read(path)
+    except InputError as error:
+        line = str(error)
+        assert "\n" not in line
+        assert file.name in line
+        if mistake.key:
+            assert f"key '{mistake.key}" in line
+    else:
+        assert not mistake.key, "read in silence"
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"= [", b"[]", b"3"])
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_what_is_no_such_file_at_all_is_one_line(file: File, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / file.name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=file.name) as refused:
+        file.read(path)
+    assert "\n" not in str(refused.value)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    for nothing in (folder, tmp_path / "none"):
+        with pytest.raises(InputError, match=nothing.name):
+            file.read(nothing)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("robot.toml", ["robot", "show", "--robot", "{}"]),
+        ("payload.json", ["export", "{}", "--to", "ur"]),
+        ("weigh.json", ["export", "{}", "--to", "ur"]),
+        ("robot_base.json", ["payload", "--robot", "rx90", "--loaded", "x.csv", "--robot-parameters", "{}"]),
+    ],
+)
+def test_commands_end_with_status_2(
+    name: str, arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = next(file for file in FILES if file.name == name)
+    for mistake in list(mistakes(file.data, file.kind))[:12]:
+        if mistake.key:
+            path = write(tmp_path, file, mistake.data)
+            assert main([argument.format(path) for argument in arguments]) == 2
+            out, err = capsys.readouterr()
+            assert (out, len(err.splitlines())) == ("", 1)
+            assert f"{name}: key '{mistake.key}" in err

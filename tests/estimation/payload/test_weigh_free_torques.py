@@ -1,0 +1,47 @@
+"""Constant torques and friction that changed between the recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.estimation.payload import OFFSET_SHARE, WeighProblem, difference_weighing, solve_weighing
+from dynident.estimation.payload.constant_torques import free_offsets
+from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, weighed
+from dynident.trajectories import Simulator
+
+
+def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
+    record: Record, simulator: Simulator
+) -> None:
+    pair = record((2, 3, 5, 6))
+    qd = np.gradient(pair.loaded.q, pair.loaded.t, axis=0)
+    changed = pair.loaded.torque + np.array([0, 9, 5, 0, 3, 1]) + np.array([0, 6, 3, 0, 2, 1]) * np.sign(qd)
+    other = Pair(pair.bare, replace(pair.loaded, torque=changed))
+    first, second = (weighed(simulator.robot, one) for one in (pair, other))
+    assert first.problem.held.joints == (1, 2)  # counted from 0
+    assert second.problem.held.joints == ()  # told by the recordings themselves
+    assert second.mass == pytest.approx(first.mass, abs=2.0 * first.spread.mass)
+    assert np.abs(second.com - first.com).max() < 2.0 * first.spread.com.max()
+    assert second.mass == pytest.approx(LOAD.mass, abs=4.0 * second.spread.mass)
+    assert abs(second.agreement[0].mass - LOAD.mass) > 0.1  # what plain differences make of it
+
+
+def test_a_constant_torque_within_the_allowance_is_in_the_interval(
+    record: Record, simulator: Simulator, arm: WeighProblem
+) -> None:
+    """What the allowance adds is what the mass changes by when constant torques differ by as much."""
+    held, found = arm.held, solve_weighing(arm)
+    assert held.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
+    pair = record((2, 3, 5, 6))
+    moved = np.zeros(10)
+    for j in held.joints:
+        torque = pair.loaded.torque + np.eye(6)[j] * held.sigma[j]
+        other = solve_weighing(
+            difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
+        )
+        moved += (other.ten - found.ten) ** 2
+    free = replace(arm, runs=tuple(replace(run, held=free_offsets(6)) for run in arm.runs))
+    assert solve_weighing(free).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
+    assert found.estimate.robust is not None
+    assert moved[9] > 0.0
+    assert found.estimate.robust.covariance[9, 9] > 0.9 * moved[9]

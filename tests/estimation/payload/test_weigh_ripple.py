@@ -1,0 +1,78 @@
+"""Ripple that comes with the payload."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.estimation.payload import RIPPLE_CHANCE, difference_weighing, ripple
+from dynident.report.sections.weighing import detail_notes
+from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, weighed
+from dynident.trajectories import Simulator
+
+
+def shaken(pair: Pair) -> Pair:
+    """With ripple of 5 % of each moving joint's torque, 36 waves a turn, beside the payload."""
+    q, places = pair.loaded.q, [1, 2, 4, 5]
+    wave = np.zeros_like(q)
+    wave[:, places] = (sizes(pair) * np.sin(36.0 * q + 0.7))[:, places]
+    return Pair(pair.bare, replace(pair.loaded, torque=pair.loaded.torque + wave))
+
+
+def sizes(pair: Pair) -> Array:
+    return np.asarray(0.05 * np.sqrt(np.mean(pair.loaded.torque**2, axis=0)))
+
+
+def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: Simulator) -> None:
+    """Its waves; the mass, and the interval's width, as if it were not there or wide enough."""
+    pair = record((2, 3, 5, 6))
+    size = sizes(pair)
+    plain, rippled = weighed(simulator.robot, pair), weighed(simulator.robot, shaken(pair))
+    found = rippled.problem.runs[0].ripple
+    assert {one.joint for one in found} >= {2, 3}
+    clear = [one for one in found if one.joint in (2, 3)]
+    assert all(one.waves == pytest.approx(36.0, abs=1.5) for one in clear)
+    assert all(one.amplitude == pytest.approx(size[one.joint - 1], rel=0.3) for one in clear)
+    assert rippled.mass == pytest.approx(plain.mass, abs=plain.spread.mass)
+    low, high = rippled.mass_interval
+    assert low < LOAD.mass < high
+
+
+def test_white_noise_has_no_ripple(record: Record, simulator: Simulator) -> None:
+    waves = [len(weighed(simulator.robot, record((2, 3, 5, 6), seed)).problem.runs[0].ripple) for seed in range(4)]
+    assert sum(waves) <= 2  # of 16 joints, each with one chance in twenty
+
+
+def test_in_how_many_parts_it_is_looked_for_does_not_matter(
+    record: Record, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair, found = shaken(record((2, 3, 5, 6))), []
+    for at_once in (10**9, 60_000, 1):  # all, a few, one
+        monkeypatch.setattr(ripple, "_AT_ONCE", at_once)
+        found.append(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]).runs[0].ripple)
+    assert len(found[0]) >= 2
+    for other in found[1:]:
+        assert [one[:2] for one in other] == [one[:2] for one in found[0]]
+        assert [one.amplitude for one in other] == pytest.approx([one.amplitude for one in found[0]], rel=1e-12)
+
+
+def test_a_long_search_takes_little_memory() -> None:
+    """A few numbers a sample besides the sample's own; all waves at once would be 235 three times."""
+    samples = 100_000
+    t = np.asarray(1e-3 * np.arange(samples), dtype=np.float64)
+    torque = np.random.default_rng(0).standard_normal(samples)
+    rows = ripple._Rows(np.sin(t), np.ones(samples, dtype=bool), 1, 1e-3)
+    tracemalloc.start()
+    ripple._search(np.column_stack([np.sin(t), np.cos(t)]), torque, t, rows)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 60 * 8 * samples
+
+
+def test_that_it_may_be_chance_is_told(record: Record, simulator: Simulator) -> None:
+    answer = weighed(simulator.robot, shaken(record((2, 3, 5, 6))))
+    (told,) = (line for line in detail_notes(answer) if line.startswith("Ripple"))
+    assert "may be chance" in told
+    assert f"probability of {100 * RIPPLE_CHANCE:.0f} %" in told
+    assert f"in one or more with {100 * (1 - (1 - RIPPLE_CHANCE) ** 4):.0f} %" in told  # four joints

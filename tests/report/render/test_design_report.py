@@ -1,0 +1,29 @@
+"""The report of a designed motion, and of one that was only judged."""
+
+from pathlib import Path
+
+import pytest
+from dynident.cli import main
+
+from .conftest import read
+
+QUICK = ["design", "--robot", "rx90", "--torque-limits", "none", "--torque-noise", "1,1,1,1,1,1"]
+QUICK += ["--acceleration", "3x", "--via-points", "5", "--starts", "1"]
+
+
+@pytest.mark.long
+def test_designed_and_judged(tmp_path: Path) -> None:
+    made, judged, samples = (tmp_path / name for name in ("made.html", "judged.html", "motion.csv"))
+    assert main([*QUICK, "--csv", str(samples), "--report", str(made)]) == 0
+    page = read(made.read_text(encoding="utf-8"))
+    assert len(set(page.ids)) == len(page.ids)
+    assert {"motion", "moving", "moving-arm", "data", "figure-motion", "figure-predicted_sigma"} <= set(page.ids)
+    assert page.count["svg"] == 4, "three figures and the arm in motion"
+    assert page.count["table"] >= 3
+    assert "The motion keeps every limit." in page.texts["p"]
+    assert not [value for _, key, value in page.attributes if key in ("src", "href") and value.startswith("http")]
+
+    assert main(["score", str(samples), *QUICK[1:-4], "--report", str(judged)]) == 0
+    page = read(judged.read_text(encoding="utf-8"))
+    assert "moving" not in page.ids
+    assert "motion.csv" in " ".join(page.texts["td"])

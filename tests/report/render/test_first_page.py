@@ -1,0 +1,92 @@
+"""What the first page says at every verdict, and what it gives for the controller."""
+
+import html
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem, read_recording
+from dynident.estimation.diagnosis import Finding
+from dynident.estimation.files import StoredPayload
+from dynident.model import load_robot
+from dynident.report import Provenance, payload_page
+from dynident.report.controllers import FORMATS, load_of_document
+from dynident.report.documents import payload_document
+from dynident.report.render.html import blocks_html, page_html
+from dynident.report.sections.controller import controller_blocks
+from msgspec import structs
+
+from .conftest import read
+
+PROVENANCE = Provenance("dynident payload", datetime(2001, 9, 9, tzinfo=UTC))
+
+
+@pytest.fixture(scope="module")
+def answer(short_logs: Path) -> PayloadAnswer:
+    robot = load_robot("rx90")
+    loaded, bare = (read_recording(short_logs / f"{name}0.csv", robot) for name in ("loaded", "bare"))
+    return answer_payload(payload_problem(robot, [loaded], [bare]))
+
+
+@pytest.fixture(scope="module")
+def document(answer: PayloadAnswer) -> StoredPayload:
+    """As if the payload were known in the flange."""
+    return structs.replace(payload_document(answer, answer.problem.robot.processing), frame="flange: plain")
+
+
+@pytest.mark.parametrize(
+    ("level", "sentence", "told"),
+    [
+        ("use", "Mass, centre of mass and inertia can be used.", ["use", "use", "use"]),
+        (
+            "mass_and_com_only",
+            "Mass and centre of mass can be used; the inertia was not measured well enough.",
+            ["use", "use", "not measured well enough"],
+        ),
+        ("do_not_use", "Do not use these numbers.", ["do not use"] * 3),
+    ],
+)
+def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str], answer: PayloadAnswer) -> None:
+    judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
+    document = payload_document(judged, answer.problem.robot.processing)
+    text = page_html(payload_page(judged, document, [], None, PROVENANCE))
+    page = read(text)
+    assert sentence in page.texts["p"]
+    assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == told
+    assert "A <b>reason</b>." in page.texts["li"]
+    assert ("Nothing is given here" in text) == (level == "do_not_use")
+    assert ("homogeneous ellipsoid" in text) == (level == "use")
+    assert "No recording was held out" in text
+
+
+def shown(document: StoredPayload) -> str:
+    return blocks_html(controller_blocks(document, "this report", "Stäubli RX90"))
+
+
+def test_controllers_get_what_export_writes(document: StoredPayload) -> None:
+    """The robot's own maker first and open; each text is that of ``dynident export``, but for the reasons."""
+    block = shown(document)
+    page = read(block)
+    load = replace(load_of_document(document, "this report"), reasons=())
+    codes = dict(re.findall(r'<code id="controller-([^"]+)">(.*?)</code>', block, re.DOTALL))
+    assert next(iter(codes)) == "staubli"
+    assert set(codes) == {"abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf"}
+    for name, code in codes.items():
+        assert html.unescape(code) == FORMATS[name].text(load).rstrip("\n")
+    assert [key for _, key, _ in page.attributes].count("open") == 1
+
+
+def test_another_frame_than_the_flange_is_told(document: StoredPayload) -> None:
+    text = shown(structs.replace(document, frame="frame 6"))
+    assert "not in the flange" in text
+    assert "--flange-frame" in text
+    assert "controller-plain" in text
+    assert "controller-staubli" not in text
+
+
+def test_a_payload_that_no_controller_takes_is_told(document: StoredPayload) -> None:
+    light = tuple(structs.replace(e, parameters={**e.parameters, "M": -1.0}) for e in document.estimates)
+    assert "No controller takes" in shown(structs.replace(document, estimates=light))

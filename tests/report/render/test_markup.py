@@ -1,0 +1,126 @@
+"""Text stays text, whatever it holds; pages of any content are whole."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.estimation.answers import Curve, TorquePrediction
+from dynident.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
+from dynident.report.figures.canvas import new_figure
+from dynident.report.figures.torques import prediction_figure, worst_joint_figure
+from dynident.report.numbers import with_interval
+from dynident.report.provenance import Provenance, SourceFile
+from dynident.report.render.html import block_html, page_html, write_plots
+from dynident.report.render.markup import Html, tag
+from dynident.report.sections.data import report_page
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+
+from .conftest import read
+
+EVIL = "<script>alert(1)</script>\"'&lt;</code></pre>"
+DATE = datetime(2001, 9, 9, 1, 46, tzinfo=UTC)
+
+
+@given(st.text(st.characters(exclude_categories=["Cs", "Cc"])))
+def test_text_comes_back(text: str) -> None:
+    page = read(tag("p", text, title=text))
+    assert page.texts["p"] == [text]
+    assert page.attributes == [("p", "title", text)]
+
+
+def test_markup_is_not_escaped_twice() -> None:
+    assert tag("div", block_html(Text("a < b"))) == "<div><p>a &lt; b</p></div>"
+    assert block_html(Notes([])) == ""
+    assert tag("td", Html("<b>x</b>"), class_="number") == '<td class="number"><b>x</b></td>'
+
+
+def evil_prediction() -> TorquePrediction:
+    t = np.append(np.arange(0.0, 1.0, 0.1), np.arange(3.0, 4.0, 0.1))
+    measured = np.sin(t)
+    return TorquePrediction(EVIL, True, False, (t,), (measured,), (Curve("predicted", (0.9 * measured,)),))
+
+
+def page_of(blocks: Sequence[Block], provenance: Provenance | None = None) -> Page:
+    made = provenance or Provenance("c", DATE)
+    return report_page(EVIL, made.day, [Text(EVIL)], [Section("one", EVIL, blocks)], (), made)
+
+
+def test_files_named_like_scripts_are_harmless() -> None:
+    """In tables, captions, descriptions of figures, the command and the title."""
+    files = (SourceFile("with payload", EVIL, "0" * 64),)
+    provenance = Provenance(f"dynident payload --loaded {EVIL}", DATE, files, {EVIL: EVIL}, {EVIL: EVIL})
+    shown = Table("plain", columns(("",), (EVIL,)), [(EVIL, EVIL)])
+    drawings = [worst_joint_figure(evil_prediction()), prediction_figure(evil_prediction(), "torques_1")]
+    text = page_html(page_of([shown, Notes([EVIL]), *drawings], provenance))
+    page = read(text)
+    assert page.count["script"] == 1
+    assert "alert" not in page.texts["script"][0]
+    assert page.texts["h1"] == page.texts["title"][:1] == [EVIL]
+    assert sum(EVIL in one for one in page.texts["code"]) == 1
+    assert sum(EVIL in one for one in page.texts["figcaption"]) == 2
+
+
+def test_figures_are_written_alike_twice(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        write_plots(tmp_path / folder, page_of([worst_joint_figure(evil_prediction())]))
+    for ending in ("png", "svg", "pdf"):
+        a, b = (tmp_path / folder / f"worst_joint.{ending}" for folder in "ab")
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_two_figures_share_no_identifier() -> None:
+    def draw() -> Figure:
+        figure = new_figure(3.0, 2.0)
+        figure.subplots().plot([0.0, 1.0], [1.0, 0.0], "o", label="x")
+        return figure
+
+    text = page_html(page_of([Drawing(name, "caption", "words", draw) for name in ("a", "b")]))
+    ids = read(text).ids
+    assert len(set(ids)) == len(ids)
+    assert {"a-text", "b-text"} <= set(ids)
+
+
+def test_tables_have_heads_and_named_rows() -> None:
+    headings = columns(("",), ("value",))
+    page = read(block_html(Table("Words", headings, [("a", "1"), ("b", "2")])))
+    assert (page.count["caption"], page.count["thead"], page.count["tbody"]) == (1, 1, 1)
+    assert [value for tag_, key, value in page.attributes if key == "scope"] == ["col", "col", "row", "row"]
+    grouped = Table("Groups", headings, [("a", "1"), ("b", "2")], ends=("a",))
+    assert read(block_html(grouped)).count["tbody"] == 2
+
+
+def test_rows_fit_their_headings() -> None:
+    with pytest.raises(ValueError, match="needs 2 cells"):
+        Table("t", columns(("",), ("value",)), [("a", "1", "2")])
+
+
+def test_figures_wait_until_they_are_looked_at() -> None:
+    drawn = []
+
+    def draw() -> Figure:
+        drawn.append(1)
+        return new_figure(1.0, 1.0)
+
+    page = page_of([Drawing("a", "caption", "words", draw)])
+    assert len(page.drawings()) == 1
+    assert not drawn
+    assert page_html(page).count("<svg") == page_html(page).count("caption</figcaption>") == len(drawn) == 1
+
+
+@pytest.mark.parametrize(
+    ("numbers", "texts"),
+    [
+        ((2.80551, 2.7812, 2.8298), ("2.806", "2.781 to 2.830")),
+        ((-0.00001, -0.004, 0.004), ("0.0000", "-0.0040 to 0.0040")),
+        ((123.4, 80.0, 170.0), ("123", "80 to 170")),
+        ((-980.1377, np.nan, np.nan), ("-980.1", "-")),
+    ],
+)
+def test_numbers_have_the_digits_of_their_interval(
+    numbers: tuple[float, float, float], texts: tuple[str, str]
+) -> None:
+    assert with_interval(*numbers) == texts

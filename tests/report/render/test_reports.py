@@ -1,0 +1,128 @@
+"""Reports as text: whole, self-contained, harmless, the same twice."""
+
+import hashlib
+import json
+import re
+from pathlib import Path
+
+import pytest
+from dynident.cli import main
+
+from .conftest import Made, payload_command, read
+
+SECTIONS = ["payload", "consistency", "methods", "joints", "torques", "excitation", "essential", "data"]
+FIGURES = [
+    "flange",
+    "worst_joint",
+    "methods",
+    "by_joints",
+    "torques_1",
+    "torques_2",
+    "excitation",
+    "essential_path",
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "sections", "figures"),
+    [
+        ("payload_report", SECTIONS, FIGURES),
+        (
+            "robot_report",
+            ["parameters", "torques", "excitation", "essential", "data"],
+            ["worst_joint", "torques_1", "excitation", "essential_path"],
+        ),
+    ],
+)
+def test_every_section_figure_and_table(
+    name: str, sections: list[str], figures: list[str], request: pytest.FixtureRequest
+) -> None:
+    made: Made = request.getfixturevalue(name)
+    page = read(made.text)
+    assert len(set(page.ids)) == len(page.ids)
+    assert [one for one in page.ids if one in SECTIONS or one == "parameters"] == sections
+    assert [one.removeprefix("figure-") for one in page.ids if one.startswith("figure-")] == figures
+    assert page.count["svg"] == page.count["figcaption"] == len(figures)
+    assert all(caption.strip() for caption in page.texts["figcaption"] + page.texts["caption"])
+    assert page.count["table"] == page.count["caption"] == page.count["thead"] >= 6
+    described = [value for tag, key, value in page.attributes if (tag, key) == ("svg", "aria-labelledby")]
+    assert len(described) == len(figures)
+    assert set(described) <= set(page.ids)
+    files = {f"{figure}.{ending}" for figure in figures for ending in ("png", "svg", "pdf")}
+    assert {path.name for path in made.plots.iterdir()} == files
+    assert len(made.text.encode()) < 3_000_000
+
+
+@pytest.mark.parametrize("name", ["payload_report", "robot_report"])
+def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequest) -> None:
+    made: Made = request.getfixturevalue(name)
+    page = read(made.text)
+    loading = [(tag, key, value) for tag, key, value in page.attributes if key in ("src", "href", "action", "data")]
+    assert loading
+    assert all(value.startswith(("#", "data:")) for _, _, value in loading)
+    inside = {value[1:] for _, key, value in loading if key == "href" and value.startswith("#")}
+    assert inside <= set(page.ids)
+    for style in [*page.texts["style"], *(value for _, key, value in page.attributes if key == "style")]:
+        assert "@import" not in style
+        assert not re.search(r"url\((?!#)", style)
+    assert "http" not in " ".join(page.texts["script"])
+
+
+def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
+    page = read(payload_report.text)
+    used = set(re.findall(r"url\(#([^)]+)\)", payload_report.text))
+    assert used
+    assert used <= set(page.ids)
+
+
+def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path) -> None:
+    """What the page says is what the JSON of the same command says."""
+    target = short_logs / "payload.json"
+    command = payload_command(short_logs, short_logs / "again.html", short_logs / "again")
+    assert main([*command[:-4], "--json", str(target)]) == 0
+    document = json.loads(target.read_text())
+    best = next(
+        one
+        for one in document["estimates"]
+        if (one["method"], one["estimator"]) == (document["recommended"]["method"], "constrained")
+    )
+    rows = dict(re.findall(r'<tr><th scope="row">([^<]+)</th><td class="number">([^<]+)</td>', payload_report.text))
+    assert float(rows["mass"].split()[0]) == pytest.approx(best["parameters"]["M"], abs=0.02)
+    low, high = best["interval95"]["M"]
+    interval = re.search(r"mass</th><td[^>]*>[^<]*</td><td[^>]*>([\d.]+) to ([\d.]+)<", payload_report.text)
+    assert interval is not None
+    assert [float(part) for part in interval.groups()] == pytest.approx([low, high], abs=2e-3)
+    assert f"{1e3 * best['com'][2]:.1f}"[:3] in payload_report.text
+    checksum = hashlib.sha256((short_logs / "loaded0.csv").read_bytes()).hexdigest()
+    assert checksum in payload_report.text
+    assert "2001-09-09 01:46 UTC" in payload_report.text
+    assert "Scale or CAD: 7.03 ± 0.05 kg" in payload_report.text
+    assert "held out of identification" in payload_report.text
+
+
+@pytest.mark.long
+def test_the_same_input_gives_the_same_bytes(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
+    """But for the command, which names another target."""
+    other = tmp_path / "other.html"
+    assert main(payload_command(short_logs, other, payload_report.plots)[:-2]) == 0
+    told = re.compile(r'<code id="command">.*?</code>', re.DOTALL)
+    assert told.sub("", other.read_text(encoding="utf-8")) == told.sub("", payload_report.text)
+
+
+def test_no_report_without_being_asked(short_logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise AssertionError("the page was made")
+
+    monkeypatch.setattr("dynident.report.payload_page", refused)
+    command = payload_command(short_logs, tmp_path / "x.html", tmp_path / "x")
+    assert main(command[:-4]) == 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_time_that_is_none_is_refused(
+    short_logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    assert main(payload_command(short_logs, tmp_path / "x.html", tmp_path / "x")) == 2
+    assert "SOURCE_DATE_EPOCH 'yesterday'" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

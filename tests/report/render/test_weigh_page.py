@@ -1,0 +1,85 @@
+"""The report of a weighing: the first screen, assumed inertia, repeats, a mass that only the scale knows."""
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing
+from dynident.estimation.payload import difference_weighing
+from dynident.model import InertialParameters, Recording, Robot, load_robot
+from dynident.report import Page, Provenance, weigh_page
+from dynident.report.documents import weigh_document
+from dynident.report.render.html import page_html
+from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
+
+from .conftest import read
+
+LOAD = InertialParameters.from_com(7.02, [0.01, -0.02, 0.15], np.diag([0.05, 0.05, 0.03]))
+SCALE = (PossibleBody(), KnownMass(7.02, 0.02))
+PROVENANCE = Provenance("dynident weigh", datetime(2001, 9, 9, tzinfo=UTC))
+
+
+def recordings(robot: Robot, joints: Sequence[int], count: int = 1) -> list[Recording]:
+    """One without payload, ``count`` with it."""
+    draw, n = np.random.default_rng(0), robot.n
+    a = np.zeros((1, n, 4))
+    for joint in joints:
+        own = 0.6 * draw.standard_normal(4)
+        a[0, joint - 1] = own - own.mean()
+    pose = np.radians([[0.0, -45.0, 90.0, 0.0, 45.0, 0.0]])
+    motion, simulator = NearMotion(pose, a, 0.0 * a, 5.0, 3, 0.0).motion(250.0), Simulator(robot)
+    noise = 0.3 * np.array(RX90_NOISE)
+    loads = (None, *[LOAD] * count)
+    return [simulator.record(motion, load, noise, [1, k], f"run {k}") for k, load in enumerate(loads)]
+
+
+def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = None) -> WeighAnswer:
+    robot = load_robot("rx90")
+    bare, *loaded = recordings(robot, joints, count)
+    return answer_weighing(difference_weighing(robot, loaded, [bare]), constraints=SCALE, stand_in=stand_in)
+
+
+def page_of(answer: WeighAnswer) -> Page:
+    return weigh_page(answer, weigh_document(answer, answer.problem.robot.processing, None), PROVENANCE)
+
+
+def test_the_first_screen_leads_with_what_to_do() -> None:
+    answer = answered((2, 3, 5, 6))
+    page = page_of(answer)
+    text = page_html(page)
+    first = text.split("<nav", 1)[0]
+    assert read(text).count["svg"] == len(page.drawings()) == 2  # each joint weighs, the flange
+    order = ["95 % interval", "Scale 7.02", "Reasons for the verdict", "type into the controller", "agrees least"]
+    places = [first.index(words) for words in order]
+    assert places == sorted(places)
+    assert "condition number" not in first
+    assert "condition number" in text
+    told = re.findall(r'<td class="words"[^>]*>([^<]+)</td>', first)
+    assert told == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
+    low, high = answer.mass_interval
+    cells = re.search(r"mass</th><td[^>]*>([\d.]+) kg</td><td[^>]*>([\d.]+) to ([\d.]+)<", first)
+    assert cells is not None
+    assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
+
+
+def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
+    answer = answered((2, 3, 5, 6), 3, StandIn.parse("box:60x60x350"))
+    page = page_of(answer)
+    first = page_html(page).split("<nav", 1)[0]
+    assert "3 recordings, each alone" in first
+    assert "repeats" in {one.name for one in page.drawings()}
+    assert (answer.stand_in is not None) == ("ASSUMED, not measured" in first)
+
+
+def test_a_mass_from_the_scale_alone() -> None:
+    answer = answered((6,))
+    page = page_of(answer)
+    text = page_html(page)
+    read(text)
+    assert answer.constrained is None
+    assert page.drawings() == []  # no joint sees the mass, no body is known
+    assert "the torques of these joints do not contain it" in text
+    assert "Do not use these numbers." in text
+    assert "No controller takes this payload" in text

@@ -1,0 +1,55 @@
+"""The report shows values: it imports no function that estimates, and no figure before one is drawn."""
+
+import ast
+import importlib
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ALLOWED = {
+    "read_stored_payload",  # a file
+    "robot_verdict",  # which checks speak against a fit
+    "student95",  # a quantile
+    "worst_joint",  # the largest of the joints' disagreements
+}
+"""Functions of what an answer holds; none looks at data."""
+
+
+def functions() -> set[str]:
+    """What the room imports from estimation and can be called, types apart."""
+    names = set()
+    for path in (ROOT / "report").rglob("*.py"):
+        depth = len(path.parent.relative_to(ROOT).parts)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if (
+                isinstance(node, ast.ImportFrom)
+                and node.level > depth
+                and (node.module or "").startswith("estimation")
+            ):
+                module = importlib.import_module(f"dynident.{node.module}")
+                names |= {each.name for each in node.names if inspect.isroutine(getattr(module, each.name))}
+    return names
+
+
+def test_no_estimator_is_imported() -> None:
+    assert functions() <= ALLOWED
+
+
+def test_figures_are_imported_without_matplotlib() -> None:
+    code = "import dynident.report.sections.payload, dynident.report.render.html, sys; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    assert "dynident.report.figures.flange" in loaded.split()
+    assert "matplotlib" not in loaded.split()
+
+
+def test_matplotlib_is_imported_in_one_file() -> None:
+    """Types apart."""
+    users = {
+        path.name
+        for path in [*(ROOT / "report").rglob("*.py"), *(ROOT / "commands").rglob("*.py")]
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if line.strip().startswith("import matplotlib")
+    }
+    assert users == {"canvas.py"}
