@@ -12,11 +12,11 @@ from importlib import import_module
 from typing import NoReturn
 
 from . import __version__
-from .commands import COMMANDS
+from .commands import COMMANDS, moved
 from .commands.arguments import BAD_INPUT, BROKEN_PIPE, INTERRUPTED, check_folder, check_target
 from .common.errors import InputError
 
-_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript")
+_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript", "rehearsal")
 """Options that name a file to write."""
 _FOLDERS_WRITTEN = ("plots", "val3")
 """Options that name a folder to write into, made if missing."""
@@ -27,6 +27,9 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
     words = tuple(sys.argv[1:] if argv is None else argv)
+    if today := moved(words):
+        print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
+        return BAD_INPUT
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for stream in (sys.stdout, sys.stderr):

@@ -21,17 +21,16 @@ from dynident.trajectories import (
     DesignProblem,
     FourierShape,
     Goal,
-    Solver,
     Trapezoid,
     ViaPointShape,
     build_design,
-    floor_of,
+    floor_under,
     score_motion,
     solve_design,
 )
-from dynident.trajectories.criterion import Kind
-from dynident.trajectories.lagrangian import Multipliers
-from dynident.trajectories.shapes import Shape
+from dynident.trajectories.design.criterion import Kind
+from dynident.trajectories.design.settle import Multipliers
+from dynident.trajectories.motions import Shape
 
 
 def figures() -> None:
@@ -81,33 +80,6 @@ def replays() -> None:
         row = (np.median(found), max(found), np.median(again), max(again))
         table.add_row(name, *(f"{number:.2f}" for number in row))
     console.print(table)
-
-
-def solvers() -> None:
-    """The augmented Lagrangian and the interior point method on the same problems; row by row, as they come."""
-    console.print("Condition numbers by solver, median (worst) of five seeds, CPU s: median")
-    via, blends, fourier = ViaPointShape(14), BlendShape(14), FourierShape(5, 10.0)
-    both: list[tuple[Solver, int]] = [("augmented", 3), ("ipopt", 3)]
-    tasks: list[tuple[str, Shape, Kind, bool, bool]] = [
-        ("Fourier 10 s, 5 harmonics, cond", fourier, "cond", False, False),
-        ("Fourier 10 s, 5 harmonics, cond-scaled", fourier, "cond-scaled", False, False),
-        ("14 via points, cond", via, "cond", False, False),
-        ("14 via points passed by blends, cond", blends, "cond", False, False),
-        ("payload, via points in 10 s, cond", via, "cond", True, False),
-        ("14 via points, cond-scaled", via, "cond-scaled", False, False),
-        ("14 via points, torques and obstacles, cond", via, "cond", False, True),
-    ]
-    for name, shape, kind, payload, guarded in tasks:
-        goal, longest = Goal(kind, payload_only=payload), 10.0 if payload else None
-        bounds, scene = (GUARDED, SCENE) if guarded else (None, None)
-        problem = build_design(ROBOT, shape, goal, bounds=bounds, scene=scene, duration=longest)
-        # Where IPOPT finds more, the other solver with as much time.
-        for solver, starts in [*both, ("augmented", 30)] if shape is fourier else both:
-            designs = [solve_design(problem, seed=seed, starts=starts, solver=solver) for seed in SEEDS]
-            found = [np.exp(design.score.value) if design.feasible else np.inf for design in designs]
-            cpu = np.median([design.cpu_s for design in designs])
-            text = f"{np.median(found):.3f} ({max(found):.3f}), {cpu:.2f} s"
-            console.print(f"  {name}: {solver}, {starts} starts: {text}")
 
 
 def obstacles() -> None:
@@ -162,12 +134,18 @@ def floors() -> None:
     kinds: tuple[Kind, ...] = ("cond", "cond-scaled")
     for kind in kinds:
         design = solve_design(build_design(ROBOT, ViaPointShape(14), Goal(kind)))
-        least = min((floor_of(design, seed=seed) for seed in range(2)), key=lambda floor: floor.value)
+        least = min(
+            (floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)),
+            key=lambda floor: floor.value,
+        )
         numbers = (np.exp(design.score.value), np.exp(least.value), np.exp(least.gap))
         table.add_row(f"14 via points, {kind}", *(f"{x:.2f}" for x in numbers))
     goal = Goal("d", columns=tuple(TABLE2), noise=NOISE)
     design = solve_design(build_design(ROBOT, ViaPointShape(14), goal, bounds=GUARDED))
-    least = min((floor_of(design, seed=seed) for seed in range(2)), key=lambda floor: floor.value)
+    least = min(
+        (floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)),
+        key=lambda floor: floor.value,
+    )
     numbers = (np.exp(0.5 * design.score.value), np.exp(0.5 * least.value), np.exp(0.5 * least.gap))
     table.add_row("14 via points, d (geometric mean of uncertainty)", *(f"{x:.4f}" for x in numbers))
     console.print(table)
@@ -236,7 +214,7 @@ def _row(designs: list[Design], kind: Kind, asked: float, seconds: float) -> lis
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    part.__name__: part for part in (gradient, figures, replays, solvers, information, obstacles, floors, peers)
+    part.__name__: part for part in (gradient, figures, replays, information, obstacles, floors, peers)
 }
 
 

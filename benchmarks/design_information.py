@@ -17,12 +17,12 @@ from dynident.trajectories import (
     Simulator,
     ViaPointShape,
     build_design,
-    floor_of,
+    floor_under,
     score_motion,
     solve_design,
 )
-from dynident.trajectories.samples import Samples
-from dynident.trajectories.score import FINER, score_samples
+from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.motions import Samples
 
 RANDOM = 200
 RUNS = 100
@@ -111,7 +111,10 @@ def _print(title: str, found: dict[str, list[Design]], rivals: dict[str, _Best])
 
 def _floor(design: Design, rival: _Best) -> str:
     """How far the geometric mean of uncertainty is from what states without continuity would give."""
-    least = min((floor_of(design, seed=seed) for seed in range(2)), key=lambda floor: floor.value)
+    least = min(
+        (floor_under(design.problem, design.score.value, seed=seed) for seed in range(2)),
+        key=lambda floor: floor.value,
+    )
     designed, floor = (np.exp(0.5 * (x - rival.score.value)) for x in (design.score.value, least.value))
     return (
         "geometric mean of uncertainty over that of the random motion best in the median: "

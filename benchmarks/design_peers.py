@@ -6,8 +6,8 @@ import cma
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.trajectories import DesignProblem
-from dynident.trajectories.criterion import Criterion
-from dynident.trajectories.limits import excess
+from dynident.trajectories.design.criterion import Criterion
+from dynident.trajectories.design.limits import excess
 
 _WIDTH = 0.01  # rad/s: of the smoothed sign
 _ORDER = 200.0  # of the surrogate: as good as exact

@@ -2,7 +2,8 @@
 
 from dynident.commands.demo.paper import paper_tables
 from dynident.model import load_robot
-from dynident.trajectories import Capsule, HalfSpace, JointBounds, Scene
+from dynident.trajectories import JointBounds, Scene
+from dynident.trajectories.design import Capsule, HalfSpace
 from rich.console import Console
 from rich.table import Table
 

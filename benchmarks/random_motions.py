@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident.common.arrays import Array
-from dynident.trajectories import DesignProblem
-from dynident.trajectories.fourier import FreeFourier
-from dynident.trajectories.free_via_points import FreeViaPoints
-from dynident.trajectories.limits import State, excess
-from dynident.trajectories.samples import Samples
-from dynident.trajectories.score import FINER, TOLERANCE
+from dynident.trajectories import DesignProblem, FourierShape, ViaPointShape
+from dynident.trajectories.design.limits import State, excess
+from dynident.trajectories.design.score import FINER, TOLERANCE
+from dynident.trajectories.motions import Samples
+from dynident.trajectories.motions.fourier import FreeFourier
+from dynident.trajectories.motions.via_points import FreeViaPoints
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
@@ -28,7 +28,7 @@ class Rival(NamedTuple):
 
 def at_rest(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
     """Random via points, at rest in each; every segment by itself is as fast as its limits allow."""
-    family = FreeViaPoints(like.robot, like.bounds, _POINTS, passing=False)
+    family = ViaPointShape(_POINTS, passing=False).family(like.robot, like.bounds)
     x, own = family.random(draw), family.size - (_POINTS - 1)
 
     def timed(speeds: Array) -> Array:
@@ -45,7 +45,7 @@ def at_rest(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
 
 def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
     """A quintic spline through random via points, from rest to rest, drawn in to the position limits."""
-    family = FreeViaPoints(like.robot, like.bounds, _POINTS)
+    family = ViaPointShape(_POINTS).family(like.robot, like.bounds)
     n, bounds = like.robot.n, like.bounds
     start = family.random(draw)
     points, times = start[: _POINTS * n].reshape(-1, n), np.exp(start[1 - _POINTS :])
@@ -68,14 +68,14 @@ def passing(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
 
 def fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
     """Fourier series of 10 s, as large as the limits allow."""
-    family = FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD)
+    family = FourierShape(_HARMONICS, _PERIOD).family(like.robot, like.bounds)
     x = family.random(draw)
     return _uniformly(like, family, lambda size: family.eased(x, 1.0, float(size[0])))
 
 
 def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | None:
     """Fourier series that use half of the position range, in the shortest period that the limits allow."""
-    family = FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD)
+    family = FourierShape(_HARMONICS, _PERIOD).family(like.robot, like.bounds)
     c = family.random(draw).reshape(like.robot.n, -1)
     reach = np.abs(family.sample(c.ravel()).q - like.bounds.middle - like.bounds.half * c[:, -1:].T).max(axis=0)
     c[:, :-1] *= (0.5 * like.bounds.half / reach)[:, None]
@@ -83,7 +83,7 @@ def quick_fourier(like: DesignProblem, draw: np.random.Generator) -> Rival | Non
     def of(speeds: Array) -> tuple[FreeFourier, Array]:
         x = c.copy()
         x[:, :-1] *= speeds[0]
-        return FreeFourier(like.robot, like.bounds, _HARMONICS, _PERIOD / float(speeds[0])), x.ravel()
+        return FourierShape(_HARMONICS, _PERIOD / float(speeds[0])).family(like.robot, like.bounds), x.ravel()
 
     def kept(speeds: Array) -> NDArray[np.bool_]:
         quicker, x = of(speeds)

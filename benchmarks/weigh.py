@@ -11,6 +11,7 @@ import os
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from dynident.common.arrays import Array
@@ -19,7 +20,18 @@ from dynident.estimation import GainErrors, KnownMass, PossibleBody, WeighAnswer
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
-from dynident.trajectories import JointBounds, NearDesign, NearRequest, Simulator, design_near, second_pose
+from dynident.model.payload_spread import PayloadSpread
+from dynident.trajectories import (
+    Design,
+    JointBounds,
+    NearGoal,
+    NearMotion,
+    NearShape,
+    Simulator,
+    build_design,
+    solve_design,
+)
+from dynident.trajectories.design import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
@@ -54,30 +66,44 @@ WEIGHED_CASES = (
 )
 
 
-def request_of(case: Case) -> NearRequest:
+class Near(NamedTuple):
+    """A motion near a pose, and what it will tell."""
+
+    design: Design
+    spread: PayloadSpread
+
+
+def solved(case: Case) -> Near:
     """30 s, +-30 degrees; RX90 at half of its speed."""
     robot = load_robot(case.robot)
     noise, rate = LEVELS[case.robot]
-    bounds = JointBounds.of(robot, override=0.5 if case.robot == "rx90" else 1.0)
+    override, free = 0.5 if case.robot == "rx90" else 1.0, [np.inf] * robot.n
+    bounds = JointBounds.of(robot, override=override, torque=free)
     ranges = np.full(len(case.joints), np.radians(30.0))
     pose = np.radians(POSES[case.robot])
-    request = NearRequest(
-        robot, pose, case.joints, ranges, 30.0, np.array(noise), rate, BODY, case.scale, None, bounds
+    shape, goal = (
+        NearShape(pose[None], case.joints, ranges, 30.0),
+        NearGoal(np.array(noise), rate, BODY, case.scale),
     )
-    return replace(request, second=second_pose(request)) if case.poses == 2 else request
+    second = second_pose(robot, shape, goal, bounds) if case.poses == 2 else None
+    if second is not None:
+        shape = replace(shape, poses=np.array([pose, second]))
+    design = solve_design(build_design(robot, shape, goal, bounds=bounds), seed=0, starts=1)
+    return Near(design, goal.predicted(robot, design.plan, case.joints))
 
 
-def designs() -> list[NearDesign]:
+def designs() -> list[Near]:
     """Sigma of designed motions beside the figures asked for."""
     print("Designed motions, 30 s, +-30 deg, 3 kg at 100 mm; sigma asked for in brackets")
-    found = []
+    motions = []
     for case in (*CASES, *WEIGHED_CASES):
         begun = time.process_time()
-        design = design_near(request_of(case), seed=0)
+        near = solved(case)
         cpu = time.process_time() - begun
-        spread, good = design.spread, design.design.feasible
+        spread, good, plan = near.spread, near.design.feasible, near.design.plan
+        assert isinstance(plan, NearMotion)
         joints = ",".join(map(str, case.joints))
-        poses = len(design.request.poses)
+        poses = len(plan.poses)
         weighed = f", weighed to {1e3 * case.scale:.0f} g" if case.scale else ""
         print(
             f"  {case.robot} joints {joints}, {poses} wrist pose{'s' * (poses > 1)}{weighed}: mass "
@@ -85,15 +111,15 @@ def designs() -> list[NearDesign]:
             f"{1e3 * spread.com.max():.1f} mm, inertia {spread.moments.max():.3f} kg m2, {cpu:.2f} CPU s [3], "
             f"limits {'kept' if good else 'MISSED'}"
         )
-        found.append(design)
-    return found[: len(CASES)]
+        motions.append(near)
+    return motions[: len(CASES)]
 
 
 def refusals() -> None:
     """Joints whose torques do not hold the mass."""
     for robot, joints in (("rx90", (4, 5, 6)), ("ur10e", (5, 6))):
         try:
-            design_near(request_of(Case(robot, joints, 1, 0.0, 0.0)))
+            solved(Case(robot, joints, 1, 0.0, 0.0))
             print(f"  {robot} joints {joints}: NOT refused")
         except InputError as error:
             print(f"  {robot} joints {joints}: {error}")
@@ -128,7 +154,7 @@ def weighed_once(
     return answer_weighing(difference_weighing(robot, noisy[1:], noisy[:1]))
 
 
-def coverage(found: list[NearDesign], seeds: int, ripple: float | None) -> None:
+def coverage(motions: list[Near], seeds: int, ripple: float | None) -> None:
     """Share of 95 % intervals of the mass that hold the truth."""
     words = ""
     if ripple is not None:
@@ -136,9 +162,9 @@ def coverage(found: list[NearDesign], seeds: int, ripple: float | None) -> None:
     if ripple:
         words += f" and ripple of {100 * ripple:g} % of the torque comes"
     print(f"Coverage of the mass by 95 % intervals, white noise{words}, {seeds} seeds [92 to 99 %]")
-    for case, design in zip(CASES, found, strict=True):
+    for case, near in zip(CASES, motions, strict=True):
         robot = simulated_robot(case.robot)
-        simulator, motion = Simulator(robot), design.motion.motion(RATES[case.robot])
+        simulator, motion = Simulator(robot), near.design.motion(RATES[case.robot])
         clean = [simulator.record(motion, load, None, source=str(k)) for k, load in enumerate((None, BODY))]
         noise = np.array(LEVELS[case.robot][0]) * np.sqrt(10.0)
         held, errors, sigmas = 0, [], []

@@ -3,6 +3,9 @@
 Only the file of the command that is called is imported, so that ``dynident --help`` answers at once.
 """
 
+import shlex
+from collections.abc import Sequence
+
 COMMANDS = {
     "weigh": "what hangs on the flange, from a short motion near a pose",
     "verify": "how much the following error fell after a payload was entered",
@@ -14,7 +17,25 @@ COMMANDS = {
     "robot": "show a robot, make a new one, check its kinematics by a recording",
     "codegen": "write a function of the robot as self-contained C",
     "design": "the most informative motion within the robot's limits",
+    "near": "a short motion about a pose, for weigh: what it will show, and the motion",
+    "score": "what a motion teaches, and whether it keeps the limits",
     "simulate": "recordings of a robot with known parameters under its controller",
     "demo": "the paper's experiment on a simulated RX90",
 }
 """Each command and what it does, in the order of ``dynident --help``."""
+
+_MOVED = {"--near": ("near", ("--pose",)), "--evaluate": ("score", ())}
+"""Options of ``design`` that are commands of their own: the command, and what stands before the option's value."""
+
+
+def moved(words: Sequence[str]) -> str | None:
+    """The command line of today for one of the version before; None for all others."""
+    for k, word in enumerate(words[1:], 1) if words[:1] == ("design",) else ():
+        option, _, value = word.partition("=")
+        if option in _MOVED:
+            command, before = _MOVED[option]
+            rest = words[k + 1 :] if value else words[k + 2 :]
+            pose = value or "".join(words[k + 1 : k + 2])
+            named = [f"{before[0]}={pose}"] if before else [pose]
+            return shlex.join(["dynident", command, *named, *words[1:k], *rest])
+    return None

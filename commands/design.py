@@ -3,166 +3,88 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from typing import TYPE_CHECKING, Any
-
-from rich.console import Console
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from .. import report, trajectories
-from ..common.errors import InputError
+from ..common.files import write_text
 from . import COMMANDS
-from .arguments import ANSWERED, robot_argument
-from .design_arguments import goal_arguments, limit_arguments, search_arguments, shape_arguments
-from .design_log import logged_motion
-from .design_near import check_near, near_arguments, run_near
-from .design_outputs import (
-    check_formats,
-    check_outputs,
-    output_arguments,
-    replayed,
-    write_design_page,
-    write_motion,
-)
-from .design_problem import Request, build_request
-from .design_shape import known_length
+from .arguments import ANSWERED, chosen_robot, robot_argument
+from .motion_pages import FIGURE_RATE, Judged, show
+from .motion_request import Asked, build_request
+from .motion_search import best_motion, floor_of
+from .options import GoalOptions, LimitOptions, MotionFiles, ShapeOptions
+from .values import positive, whole
 
-if TYPE_CHECKING:
-    pass
+_REPLAY_RATE = 500.0  # Hz
 
 
-_FIGURE_RATE = 100.0  # Hz
-_SHAPED = ("via_points", "fourier", "duration", "segments", "ramp", "segment_durations", "rest", "starts", "solver")
-"""Options of the motion to be designed, and of the search for it."""
+@dataclass(frozen=True)
+class DesignFiles(MotionFiles):
+    """Formats of the motion, and the folder of a VAL3 application."""
+
+    val3: str | None
+
+    def write(self, written: report.motions.WrittenMotion) -> None:
+        """Write a motion with its head in the formats asked for."""
+        super().write(written)
+        if self.val3:
+            folder = Path(self.val3)
+            folder.mkdir(parents=True, exist_ok=True)
+            for name, text in report.motions.val3_files(written, folder.name).items():
+                write_text(folder / name, text)
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parser = commands.add_parser("design", help=COMMANDS["design"])
     robot_argument(parser)
-    shape_arguments(parser)
-    goal_arguments(parser)
-    limit_arguments(parser)
-    near_arguments(parser)
-    search_arguments(parser)
-    output_arguments(parser)
+    ShapeOptions.declare(parser)
+    GoalOptions.declare(parser)
+    LimitOptions.declare(parser)
+    group = parser.add_argument_group("search")
+    group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
+    group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3)")
+    group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
+    files = MotionFiles.declare(parser)
+    files.add_argument(
+        "--val3",
+        metavar="DIR",
+        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    check_near(arguments)
-    _check(arguments)
-    check_outputs(arguments)
-    if arguments.near is not None:
-        return run_near(arguments)
-    request = build_request(arguments)
-    check_formats(arguments, request.problem.robot)
-    if arguments.evaluate:
-        return _evaluate(arguments, request)
-    return _design(arguments, request)
+    shape, goal, limits = ShapeOptions.of(arguments), GoalOptions.of(arguments), LimitOptions.of(arguments)
+    files, robot = DesignFiles.of(arguments), chosen_robot(arguments)
+    asked = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
+    request = build_request(robot, asked, goal, limits, arguments.heaviest_payload)
+    robot, kind = request.problem.robot, request.problem.criterion.kind
+    files.check(robot)
+    if files.val3:
+        report.motions.check_val3(robot, not shape.fourier, Path(files.val3).name)
 
+    def words(best: float | None) -> str:
+        text = None if best is None else report.criterion_text(kind, best)
+        return f"; best: {text or 'no motion within the limits yet'}"
 
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse options that would have no effect."""
-    for option in ("cutoff", "log_map"):
-        if arguments.evaluate is None and getattr(arguments, option) is not None:
-            raise InputError(f"--{option.replace('_', '-')} has no effect without --evaluate")
-    for option in _SHAPED if arguments.evaluate else ():
-        if getattr(arguments, option) not in (None, False):
-            raise InputError(f"--{option.replace('_', '-')} has no effect with --evaluate: nothing is designed")
-    if arguments.data_from and arguments.data_length is None and known_length(arguments) is None:
-        raise InputError("--data-from needs --data-length: how long will be recorded next?")
-
-
-def _design(arguments: argparse.Namespace, request: Request) -> int:
-    design = _solved(arguments, request)
-    floor = _floor(arguments, request, design.score) if arguments.bound else None
-    replay = replayed(design) if arguments.val3 else None
-    title = f"Motion of {request.problem.robot.title or request.problem.robot.name}"
-    screen = _shown(request, design.score, title, floor, replay)
-    write_motion(arguments, design)
-    _write_json(arguments, request, design.score, floor, design, replay)
-    write_design_page(arguments, request, design.score, design, design.motion(_FIGURE_RATE), screen)
-    return ANSWERED
-
-
-def _solved(arguments: argparse.Namespace, request: Request) -> trajectories.Design:
-    """The best motion that keeps every limit.
-
-    Raises:
-        InputError: if there is none; says which limit is missed and by how much.
-    """
-    kind = request.problem.criterion.kind
-    with Console(stderr=True).status("building") as status:
-
-        def show(step: trajectories.Step) -> None:
-            best = (
-                "no motion within the limits yet" if step.best is None else report.criterion_text(kind, step.best)
-            )
-            status.update(f"{step.text}, {step.evaluations} evaluations; best: {best}")
-
-        design = trajectories.solve_design(
-            request.problem,
-            seed=arguments.seed,
-            starts=arguments.starts,
-            progress=show,
-            solver=arguments.solver or "auto",
-        )
-    stopped = "interrupted: " if design.interrupted else ""
-    if not design.feasible:
-        missed = "; ".join(design.score.violations)
-        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
-    if design.interrupted:
-        print("dynident: note: interrupted: this is the best motion so far; it keeps every limit", file=sys.stderr)
-    return design
-
-
-def _evaluate(arguments: argparse.Namespace, request: Request) -> int:
-    motion = logged_motion(arguments, request.problem.robot)
-    score = trajectories.score_motion(request.problem, motion)
-    floor = _floor(arguments, request, score) if arguments.bound else None
-    screen = _shown(request, score, f"Motion of {arguments.evaluate}", floor)
-    _write_json(arguments, request, score, floor)
-    write_design_page(arguments, request, score, None, motion, screen)
-    return ANSWERED
-
-
-def _floor(arguments: argparse.Namespace, request: Request, score: trajectories.Score) -> trajectories.Floor | None:
-    """The floor; None if it was interrupted, which costs no motion."""
-    try:
-        with Console(stderr=True).status("estimating the floor"):
-            return trajectories.floor_under(request.problem, score.value, seed=arguments.seed)
-    except KeyboardInterrupt:
-        print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
-        return None
-
-
-def _shown(
-    request: Request,
-    score: trajectories.Score,
-    title: str,
-    floor: trajectories.Floor | None,
-    replay: trajectories.Score | None = None,
-) -> list[report.Block]:
-    """Print the result; returns what was printed."""
-    screen = report.design_screen(request.problem, score, title, request.reference, request.labels, floor, replay)
-    report.print_blocks(screen)
-    return screen
-
-
-def _write_json(
-    arguments: argparse.Namespace,
-    request: Request,
-    score: trajectories.Score,
-    floor: trajectories.Floor | None,
-    design: trajectories.Design | None = None,
-    replay: trajectories.Score | None = None,
-) -> None:
-    if not arguments.json:
-        return
-
-    evaluated = arguments.evaluate
-    document = report.documents.design_document(
-        request.problem, score, request.reference, design=design, floor=floor, evaluated=evaluated, replay=replay
+    design = best_motion(request.problem, arguments.seed, arguments.starts, words)
+    floor = floor_of(request.problem, design.score, arguments.seed) if arguments.bound else None
+    title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
+    replay = _replayed(design) if files.val3 else None
+    show(arguments, files, request, Judged(title, design.score, samples, design, floor, replay))
+    written = report.motions.WrittenMotion(
+        robot, design.plan, request.problem.bounds, report.motions.design_head(design)
     )
-    report.documents.write_json(arguments.json, document)
+    files.write(written)
+    return ANSWERED
+
+
+def _replayed(design: trajectories.Design) -> trajectories.Score:
+    """What a controller would make of the via points if its profiles are trapezoidal, as ``--val3`` asks for."""
+    problem = design.problem
+    written = report.motions.WrittenMotion(problem.robot, design.plan, problem.bounds, ())
+    return trajectories.score_motion(problem, report.motions.val3_replay(written).motion(_REPLAY_RATE))

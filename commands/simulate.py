@@ -89,9 +89,9 @@ def run(arguments: argparse.Namespace) -> int:
     return ANSWERED
 
 
-def _references(robot: model.Robot, files: Sequence[str], seed: int) -> dict[str, trajectories.Reference]:
+def _references(robot: model.Robot, files: Sequence[str], seed: int) -> dict[str, trajectories.motions.Plan]:
     """What to run, by name."""
-    found: dict[str, trajectories.Reference] = {}
+    found: dict[str, trajectories.motions.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
         if name in found:
@@ -102,32 +102,40 @@ def _references(robot: model.Robot, files: Sequence[str], seed: int) -> dict[str
     if found:
         return found
     try:
-        return {"random": trajectories.plan_point_to_point(robot, trajectories.random_points(robot, _POINTS, seed))}
+        return {
+            "random": trajectories.plan_point_to_point(
+                robot, trajectories.motions.random_points(robot, _POINTS, seed)
+            )
+        }
     except ValueError as error:
         raise InputError(f"{error}: give --trajectory") from None
 
 
 def _disturbances(
-    robot: model.Robot, noise: str, references: Sequence[trajectories.Reference]
+    robot: model.Robot, noise: str, references: Sequence[trajectories.motions.Plan]
 ) -> trajectories.Disturbances:
 
     noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
     if noise == "none":
-        return trajectories.no_disturbances(robot.n)
+        return trajectories.simulation.no_disturbances(robot.n)
     if noise in ("paper", "slow"):
         if robot.name != "rx90":
             raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
-        return trajectories.RX90_DISTURBANCES if noise == "paper" else trajectories.RX90_SLOW_NOISE
+        return (
+            trajectories.simulation.RX90_DISTURBANCES
+            if noise == "paper"
+            else trajectories.simulation.RX90_SLOW_NOISE
+        )
     try:
         level = share(noise)
     except argparse.ArgumentTypeError:
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return trajectories.relative_disturbances(_root_mean_square(robot, references), level)
+    return trajectories.simulation.relative_disturbances(_root_mean_square(robot, references), level)
 
 
-def _root_mean_square(robot: model.Robot, references: Sequence[trajectories.Reference]) -> Any:
+def _root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:

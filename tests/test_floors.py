@@ -21,6 +21,7 @@ FLOORS = {
         "diagnosis",
         "answers",
     ),
+    "trajectories": ("motions", "design", "simulation"),
     "report": (
         "blocks",
         "numbers",

@@ -1,4 +1,8 @@
-"""Motions that excite the parameters, and recordings simulated on them. Imports only the model room."""
+"""Motions that excite the parameters, designs of them, and recordings simulated on them.
+
+Floors: ``motions`` (kinds of motion) below ``design`` (the most informative one) and ``simulation`` (recordings of
+one); these two do not know each other.
+"""
 
 from ..common.lazy import attach
 

@@ -84,7 +84,7 @@ def essential_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:
 
 def true_values(experiment: trajectories.Experiment, problem: estimation.PayloadProblem) -> dict[str, float]:
     """Base parameters and payload of the simulated robot, by name."""
-    friction = trajectories.mean_friction(experiment.runs[:-2])
+    friction = trajectories.simulation.mean_friction(experiment.runs[:-2])
     base = problem.base.value(dict(experiment.robot.parameters) | friction)
     payload = experiment.runs[1].task.payload
     assert payload is not None

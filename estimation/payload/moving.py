@@ -28,7 +28,7 @@ def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, .
     fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
     joints = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
     if not joints:
-        raise InputError("no joint moves: record the short motion that 'dynident design --near' gives")
+        raise InputError("no joint moves: record the short motion that 'dynident near' gives")
     return joints
 
 

@@ -10,18 +10,20 @@ from ...common.schema import Document, Matrix, Vector
 from ...estimation.files.parts import Number
 from ...estimation.files.stored_payload import VisibilityDocument
 from ...model.payload_spread import PayloadSpread
+from ...model.visibility import PayloadVisibility
 from ...trajectories import (
     BlendedPoints,
     Design,
     DesignProblem,
-    Floor,
     Fourier,
-    NearDesign,
+    NearShape,
     Score,
     Trapezoid,
     ViaPoints,
 )
-from ...trajectories.samples import Plan
+from ...trajectories import NearMotion as NearPlan
+from ...trajectories.design import Floor
+from ...trajectories.motions import Plan
 
 
 class LimitDocument(Document, frozen=True):
@@ -170,7 +172,7 @@ def design_document(
     """
     learnt, relative = score.learnt, score.relative_sigma(dict(reference))
     nearest = tuple(map(LimitDocument.of, score.limits))
-    search = ("seed", "starts", "solver", "evaluations", "cpu_s", "interrupted")
+    search = ("seed", "starts", "evaluations", "cpu_s", "interrupted")
     return DesignDocument(
         robot=problem.robot.name,
         robot_fingerprint=problem.robot.fingerprint,
@@ -192,6 +194,7 @@ def design_document(
         evaluated=evaluated,
         val3_replay=_replay(replay) if replay else None,
         version=__version__,
+        solver="augmented" if design else UNSET,
         motion=_motion(design.plan) if design else UNSET,
         **{name: getattr(design, name) for name in search if design},
     )
@@ -217,22 +220,24 @@ def _motion(plan: Plan) -> MotionDocument:
     return MotionDocument.of(plan, kind="fourier")
 
 
-def near_document(found: NearDesign, criterion: str = "a") -> NearDocument:
-    """What ``dynident design --near --json`` writes."""
-    request, score, motion = found.request, found.design.score, found.motion
+def near_document(
+    design: Design, motion: NearPlan, shape: NearShape, visibility: PayloadVisibility, spread: PayloadSpread
+) -> NearDocument:
+    """What ``dynident near --json`` writes; ``motion`` is the design's."""
+    score = design.score
     return NearDocument(
-        robot=request.robot.name,
-        criterion=criterion,
-        near=NearMotion.of(motion, poses=request.poses, joints=tuple(request.joints), ranges=request.ranges),
-        visibility=VisibilityDocument.of(found.visibility),
-        predicted_sigma=spread_document(found.spread),
+        robot=design.problem.robot.name,
+        criterion=design.problem.criterion.kind,
+        near=NearMotion.of(motion, poses=shape.poses, joints=shape.joints, ranges=shape.ranges),
+        visibility=VisibilityDocument.of(visibility),
+        predicted_sigma=spread_document(spread),
         condition_number=score.learnt.condition_number,
         condition_number_scaled=score.learnt.condition_number_scaled,
         duration_s=motion.duration,
         rehearsal_s=motion.slowed(0.1).duration,
-        cpu_s=found.design.cpu_s,
-        limits=LimitsDocument(score.max_violation, torque_checked=request.torque_limited),
-        seed=found.design.seed,
+        cpu_s=design.cpu_s,
+        limits=LimitsDocument(score.max_violation, torque_checked=design.problem.torque_limited),
+        seed=design.seed,
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import Robot
 from ...model.frames import frames_at
-from ...trajectories.samples import Plan
+from ...trajectories.motions import Plan
 from ..blocks import Drawing
 from .canvas import new_figure
 from .stick import outline

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Motion
-from ...trajectories import DesignProblem, Score, load_torques
+from ...trajectories import DesignProblem, Score
+from ...trajectories.design import load_torques
 from ..blocks import Drawing
 from .canvas import new_figure
 

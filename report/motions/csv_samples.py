@@ -1,6 +1,6 @@
 """Samples as CSV: t, q1..qn, qd1..qdn, qdd1..qddn in seconds, rad or m; lines of remarks before the header.
 
-``dynident design --evaluate`` and ``dynident simulate --trajectory`` read it.
+``dynident score`` and ``dynident simulate --trajectory`` read it.
 """
 
 import io

@@ -24,7 +24,7 @@ _FIRST = '<?xml version="1.0" encoding="utf-8"?>'
 _APPROACH = 10  # % of the speed, to the first point
 _WARNING = (
     "The controller plans its own way between these points: torques and obstacles were checked for the designed",
-    "motion, not for that. Run it slowly first, and score its log by dynident design --evaluate.",
+    "motion, not for that. Run it slowly first, and score its log by dynident score.",
 )
 _BLENDS = (
     "leave and reach are where the design's blends begin and end, as distances of the last frame's origin: a tool",

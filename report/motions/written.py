@@ -9,7 +9,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from ...trajectories import BlendedPoints, Design, JointBounds, Trapezoid, ViaPoints
-from ...trajectories.samples import Plan
+from ...trajectories.motions import Plan
 
 DIGITS = 9
 """Decimals of positions, speeds and accelerations: a nanoradian."""

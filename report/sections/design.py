@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...model import Motion
-from ...trajectories import Design, DesignProblem, Floor, Score
+from ...trajectories import Design, DesignProblem, Score
+from ...trajectories.design import Floor
 from ..blocks import Animation, Block, Notes, Page, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure, sigma_figure
@@ -113,7 +114,7 @@ def replay_note(kind: str, replay: Score) -> str:
     limits = f"but {'; '.join(replay.violations)}" if replay.violations else "every limit met"
     return (
         f"Replayed by trapezoidal moves as --val3 asks for: {criterion_text(kind, replay.value)} in "
-        f"{replay.duration:.4g} s, {limits}. Score the controller's log by --evaluate."
+        f"{replay.duration:.4g} s, {limits}. Score the controller's log by 'dynident score'."
     )
 
 

@@ -1,14 +1,16 @@
 """A motion near a pose: what will be visible, what it will tell, what its file says about it."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ... import __version__
-from ...model import INERTIAL, InertialParameters, Motion
+from ...common.arrays import Array
+from ...model import INERTIAL, InertialParameters, Motion, Robot
 from ...model.payload_spread import PayloadSpread
 from ...model.visibility import PayloadVisibility
-from ...trajectories import NearDesign, NearRequest
+from ...trajectories import Design, NearMotion, NearShape
 from ..blocks import Animation, Block, Page, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
@@ -41,9 +43,36 @@ def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Tab
     return Table(title, columns(("quantity", "unit"), ("sigma",)), rows)
 
 
-def near_notes(found: NearDesign) -> list[str]:
+class NearResult(NamedTuple):
+    """A motion near a pose, and what it will tell of a payload.
+
+    Attributes:
+        design: of the series; its score tells the limits.
+        shape: what was asked of the motion.
+        visibility: what can be seen at all.
+        spread: predicted standard deviations, of white noise.
+    """
+
+    design: Design
+    shape: NearShape
+    visibility: PayloadVisibility
+    spread: PayloadSpread
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.design.problem.robot
+
+    @property
+    def motion(self) -> NearMotion:
+        """The motion with its repeats and transfers."""
+        assert isinstance(self.design.plan, NearMotion)
+        return self.design.plan
+
+
+def near_notes(result: NearResult) -> list[str]:
     """Duration, speeds, limits; where the prediction comes from."""
-    motion, request = found.motion, found.request
+    motion = result.motion
     two = (
         f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
     )
@@ -53,7 +82,7 @@ def near_notes(found: NearDesign) -> list[str]:
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
     ]
-    if not request.torque_limited:
+    if not result.design.problem.torque_limited:
         lines.append(
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
             "(--robot-parameters); the rehearsal does not show them either."
@@ -61,49 +90,48 @@ def near_notes(found: NearDesign) -> list[str]:
     return lines
 
 
-def near_head(found: NearDesign, speed: float) -> tuple[str, ...]:
+def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     """Lines of plain ASCII at the head of a motion's file."""
-    request, motion = found.request, found.motion if speed == 1.0 else found.motion.slowed(speed)
+    shape, motion = result.shape, result.motion if speed == 1.0 else result.motion.slowed(speed)
     kind = "Motion that weighs a payload" if speed == 1.0 else f"REHEARSAL at {100 * speed:g} % of the speed"
-    joints = ", ".join(map(str, request.joints))
-    name = (request.robot.title or request.robot.name).encode("ascii", "replace").decode("ascii")
+    joints = ", ".join(map(str, shape.joints))
+    name = (result.robot.title or result.robot.name).encode("ascii", "replace").decode("ascii")
     lines = [f"{kind}: {name}, by dynident {__version__}.", f"Joints {joints} move, the others are held."]
-    for k, pose in enumerate(request.poses, 1):
+    for k, pose in enumerate(shape.poses, 1):
         lines.append(f"Pose {k} [rad or m]: {', '.join(f'{x:.5f}' for x in pose)}.")
-    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in request.ranges)}.")
-    lines.append(f"Duration {motion.duration:.6g} s; seed {found.design.seed}.")
-    if not request.torque_limited:
+    lines.append(f"Range to either side [rad or m]: {', '.join(f'{x:.5f}' for x in shape.ranges)}.")
+    lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
+    if not result.design.problem.torque_limited:
         lines.append("Torque limits were not checked.")
     return tuple(lines)
 
 
-def second_pose_note(request: NearRequest, second: Sequence[float]) -> str:
+def second_pose_note(first: Array, second: Array) -> str:
     """Where a second pose would be."""
-    turns = np.degrees(np.asarray(second) - request.pose)
-    told = " and ".join(f"joint {j + 1} by {turn:+.0f} deg" for j, turn in enumerate(turns) if abs(turn) > 1.0)
+    turns = enumerate(np.degrees(second - first), 1)
+    joints = " and ".join(f"joint {j} by {turn:+.0f} deg" for j, turn in turns if abs(turn) > 1.0)
     return (
-        f"A second wrist pose ({told}) would tell clearly more: add --second-pose auto if the robot may go there."
+        f"A second wrist pose ({joints}) would tell clearly more: add --second-pose auto if the robot may go there."
     )
 
 
-def near_page(found: NearDesign, motion: Motion, screen: Sequence[Block], provenance: Provenance) -> Page:
+def near_page(result: NearResult, motion: Motion, screen: Sequence[Block], provenance: Provenance) -> Page:
     """What the motion shows of a payload, the motion between its limits, and the arm in motion.
 
     Args:
-        found: the motion.
+        result: the motion.
         motion: its samples.
         screen: what the terminal shows of it.
         provenance: command, files, date.
     """
-    robot, plan = found.request.robot, found.motion
+    robot, plan = result.robot, result.motion
     title = f"Motion that weighs a payload: {robot.title or robot.name}"
-    joints = ", ".join(map(str, found.request.joints))
-    kept = (
-        "every limit" if found.request.torque_limited else "every limit but those of torque, which were NOT checked"
-    )
+    joints = ", ".join(map(str, result.shape.joints))
+    limited = result.design.problem.torque_limited
+    kept = "every limit" if limited else "every limit but those of torque, which were NOT checked"
     lead = [Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held. Keeps {kept}.")]
     arm = Animation("arm", lambda name: arm_animation(robot, plan, name))
-    drawn = motion_figure(found.design.problem, motion, title, _MOTION)
+    drawn = motion_figure(result.design.problem, motion, title, _MOTION)
     sections = [
         Section("payload", "What it shows of a payload", screen),
         Section("motion", "The motion between its limits", [drawn]),

@@ -41,6 +41,22 @@ GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma
 STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+LIMITS = {
+    "--speed-override": "--speed-override 0.5",
+    "--acceleration": "--acceleration 2x",
+    "--torque-limits": "--torque-limits 300,300,120,50,40,20",
+    "--robot-parameters": "--robot-parameters tx_robot.json",
+    "--scene": "--scene scene.toml",
+}
+MOTIONS = {
+    "--json": "--json a.json",
+    "--csv": "--csv a.csv",
+    "--ros2": "--ros2 a.yaml",
+    "--joint-names": "--ros2 a.yaml | --joint-names a,b,c,d,e,f",
+    "--urscript": "--urscript a.script",
+    "--controller-rate": "--urscript a.script | --controller-rate 125",
+    "--sample-rate": "--csv a.csv | --sample-rate 125",
+}
 _CURRENTS = {"--drive-gains": "--drive-gains 1,2,3,4,5,6"}
 _AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
 _PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
@@ -49,8 +65,8 @@ _NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
 _BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {_NOISE}"
 _WHOLE = f"--robot rx90 --via-points 4 --starts 1 {_NOISE}"
 _SCALE = "--mass 6 --mass-sigma 0.1"
-_NEAR = f"--robot rx90 --near=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
-_SCORE = f"--robot rx90 --evaluate rx_arm.csv {_NOISE}"
+_NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
+_SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
 
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
@@ -67,6 +83,8 @@ LINES = {
     "robot urdf": "--robot tx40 --robot-parameters tx_robot.json --out a.urdf",
     "codegen": "--robot rx90 --function base_regressor --out code",
     "design": f"{_BRIEF} --via-points 4",
+    "near": _NEAR,
+    "score": _SCORE,
     "simulate": "--robot rx90 --trajectory rx_short.csv --rate 50 --out out",
     "demo": "--trajectories 3 --out out",
 }
@@ -166,7 +184,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out b.urdf",
     },
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
-    "design": ROBOT | PAGE | {
+    "design": ROBOT | PAGE | LIMITS | MOTIONS | {
         "--via-points": "--via-points 5",
         "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -184,35 +202,44 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--speed-override": "--speed-override 0.5",
-        "--acceleration": "--acceleration 2x",
-        "--torque-limits": "--torque-limits 200,200,100,50,50,20",
-        "--robot-parameters": "--robot-parameters tx_robot.json",
         "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
-        "--scene": "--scene scene.toml",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
-        "--solver": "--solver ipopt",
         "--bound": "--bound",
-        "--near": f"={_NEAR} | --near=0,-45,90,0,60,0",
-        "--joints": f"={_NEAR} | --joints 3,4,5,6",
-        "--range": f"={_NEAR} | --range 20",
-        "--mass": f"={_NEAR} | --mass 3",
-        "--mass-sigma": f"={_NEAR} | --mass-sigma 1",
+        "--val3": "--segments trapezoid | --val3 val3",
+    },
+    "near": ROBOT | PAGE | LIMITS | MOTIONS | {
+        "--pose": "--pose=0,-45,90,0,60,0",
+        "--second-pose": "--second-pose=0,-45,90,90,45,90",
+        "--joints": "--joints 3,4,5,6",
+        "--range": "--range 20",
+        "--duration": "--duration 5",
+        "--mass": "--mass 3",
+        "--mass-sigma": "--mass-sigma 1",
         "--expected-mass": f"={_NEAR.replace(_SCALE, '--joints 2,3,5,6')} | --expected-mass 5",
-        "--second-pose": f"={_NEAR} | --second-pose=0,-45,90,90,45,90",
-        "--rehearsal": f"={_NEAR} --csv a.csv | --rehearsal slow.csv",
-        "--evaluate": f"={_SCORE} | --evaluate rx_short.csv",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--independent-rate": "--independent-rate 50",
+        "--seed": "--seed 3",
+        "--starts": "--starts 2",
+        "--rehearsal": "--csv a.csv | --rehearsal slow.csv",
+    },
+    "score": ROBOT | PAGE | LIMITS | {
+        "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
+        "--max-duration": "--max-duration 2",
+        "--criterion": "--criterion cond",
+        "--columns": "--columns ZZ1,XX2,MX2",
+        "--parameters": "--parameters M6,MZ6",
+        "--payload-only": "--payload-only",
+        "--data-from": "--data-length 5 | --data-from earlier.json",
+        "--data-length": "--data-length 5",
+        "--torque-noise": "--torque-noise 1,2,3,4,5,6",
+        "--independent-rate": "--independent-rate 50",
+        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+        "--bound": "--bound",
+        "--seed": "--bound | --seed 3",
         "--json": "--json a.json",
-        "--csv": "--csv a.csv",
-        "--ros2": "--ros2 a.yaml",
-        "--joint-names": "--ros2 a.yaml | --joint-names a,b,c,d,e,f",
-        "--val3": "--segments trapezoid | --val3 val3",
-        "--urscript": "--urscript a.script",
-        "--controller-rate": "--urscript a.script | --controller-rate 125",
-        "--sample-rate": "--csv a.csv | --sample-rate 125",
     },
     "simulate": ROBOT | {
         "--trajectory": "--trajectory rx_arm.csv",

@@ -15,6 +15,11 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return runner(capsys, "design", "--robot", "rx90")
 
 
+@pytest.fixture
+def score(capsys: pytest.CaptureFixture[str]) -> Run:
+    return runner(capsys, "score", "--robot", "rx90")
+
+
 @pytest.mark.long
 def test_every_file(run: Run, tmp_path: Path) -> None:
     files = {
@@ -53,7 +58,7 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     }
 
 
-def test_trapezoids_of_fixed_durations(run: Run, tmp_path: Path) -> None:
+def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
@@ -71,14 +76,14 @@ def test_trapezoids_of_fixed_durations(run: Run, tmp_path: Path) -> None:
     assert data["val3_replay"]["condition_number_scaled"] == pytest.approx(
         data["condition_number_scaled"], rel=0.05
     )
-    assert run(*goal, "--evaluate", names[0], "--json", names[2])[0] == 0
+    assert score(*goal, names[0], "--json", names[2])[0] == 0
     judged = document(Path(names[2]))
     assert judged["limits"]["met"]
     assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
 
 
 @pytest.mark.long
-def test_passing_trapezoids(run: Run, tmp_path: Path) -> None:
+def test_passing_trapezoids(run: Run, score: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV; evaluated again it is what was designed; so is its replay."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
@@ -98,35 +103,10 @@ def test_passing_trapezoids(run: Run, tmp_path: Path) -> None:
     application = {path.name: path.read_text() for path in (tmp_path / "excite").iterdir()}
     assert [motion["blend"] for motion in read.val3(application).motions] == ["off", "joint", "joint", "off"]
     assert "Replayed by trapezoidal moves" in out
-    assert run(*goal, "--evaluate", names[0], "--json", names[2])[0] == 0
+    assert score(*goal, names[0], "--json", names[2])[0] == 0
     judged = document(Path(names[2]))
     assert judged["limits"]["met"]
     assert judged["condition_number_scaled"] == pytest.approx(data["condition_number_scaled"], rel=5e-3)
-
-
-@pytest.mark.long
-def test_the_solver_asked_for(run: Run, tmp_path: Path) -> None:
-    found = {}
-    for solver in ("augmented", "ipopt", "auto"):
-        target = tmp_path / f"{solver}.json"
-        options = (
-            "--criterion",
-            "cond-scaled",
-            "--fourier",
-            "2",
-            "--duration",
-            "3",
-            "--payload-only",
-            "--starts",
-            "1",
-        )
-        noise = ("--torque-noise", "1,1,1,1,1,1")
-        status, _, err = run(*options, *noise, "--solver", solver, "--json", str(target))
-        assert (status, err) == (0, "")
-        found[solver] = document(target)
-        assert found[solver]["limits"]["met"]
-    assert [found[solver]["solver"] for solver in ("augmented", "ipopt")] == ["augmented", "ipopt"]
-    assert found["auto"]["motion"] == found[found["auto"]["solver"]]["motion"]
 
 
 @pytest.mark.long
@@ -148,7 +128,7 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
     ],
 )
 def test_a_designed_csv_is_judged_as_the_design_was(
-    run: Run, tmp_path: Path, goal: tuple[str, ...], shape: tuple[str, ...]
+    run: Run, score: Run, tmp_path: Path, goal: tuple[str, ...], shape: tuple[str, ...]
 ) -> None:
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     noise = ("--torque-noise", "24,30,10.8,5.1,6.6,2.3")
@@ -158,7 +138,7 @@ def test_a_designed_csv_is_judged_as_the_design_was(
         ]
         == 0
     )
-    status, out, _ = run(*goal, *noise, "--evaluate", names[0], "--json", names[2])
+    status, out, _ = score(*goal, *noise, names[0], "--json", names[2])
     assert status == 0
     designed, judged = document(Path(names[1])), document(Path(names[2]))
     assert judged["evaluated"] == names[0]
@@ -180,19 +160,19 @@ def write_log(path: Path, noise: float) -> None:
     np.savetxt(path, np.column_stack([motion.t, q, 0.0 * q]), delimiter=",", header=header, comments="")
 
 
-def test_a_log_is_judged(run: Run, tmp_path: Path) -> None:
+def test_a_log_is_judged(score: Run, tmp_path: Path) -> None:
     """Filtered like a recording: noise on positions does not count as motion."""
     target, found = tmp_path / "log.csv", []
     for noise in (0.0, 1e-4):
         write_log(target, noise)
-        status, _, _ = run("--evaluate", str(target), "--criterion", "cond", "--json", str(tmp_path / "e.json"))
+        status, _, _ = score(str(target), "--criterion", "cond", "--json", str(tmp_path / "e.json"))
         assert status == 0
         found.append(document(tmp_path / "e.json")["condition_number"])
     assert 20.0 < found[0] < 500.0
     assert found[1] == pytest.approx(found[0], rel=0.1)
 
 
-def test_a_log_in_other_words_is_judged(run: Run, tmp_path: Path) -> None:
+def test_a_log_in_other_words_is_judged(score: Run, tmp_path: Path) -> None:
     """Degrees, other names, currents: a map tells; gains do not matter to a motion."""
     write_log(tmp_path / "log.csv", 0.0)
     lines = (tmp_path / "log.csv").read_text().splitlines()
@@ -206,7 +186,7 @@ def test_a_log_in_other_words_is_judged(run: Run, tmp_path: Path) -> None:
     found = []
     for options in (("log.csv",), ("own.csv", "--log-map", str(tmp_path / "map.toml"))):
         log, *more = options
-        status, _, err = run("--evaluate", str(tmp_path / log), *more, "--json", str(tmp_path / "e.json"))
+        status, _, err = score(str(tmp_path / log), *more, "--json", str(tmp_path / "e.json"))
         assert status == 0, err
         found.append(document(tmp_path / "e.json")["condition_number"])
     assert found[1] == pytest.approx(found[0], rel=1e-6)

@@ -35,6 +35,11 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
     return runner(capsys, "design", "--robot", "rx90")
 
 
+@pytest.fixture
+def score(capsys: pytest.CaptureFixture[str]) -> Run:
+    return runner(capsys, "score", "--robot", "rx90")
+
+
 @pytest.mark.long
 def test_limits_torques_scene_and_start(run: Run, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
@@ -106,11 +111,11 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return files
 
 
-def test_data_from_earlier_recordings(run: Run, tmp_path: Path, identified: dict[str, str]) -> None:
+def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, identified: dict[str, str]) -> None:
     """NPZ and JSON hold the same information: one motion is worth the same; with it less is left to learn."""
     target, motion = tmp_path / "m.json", str(tmp_path / "m.csv")
     shape = ("--fourier", "2", "--duration", "4", "--starts", "1", "--csv", motion, "--sample-rate", "1000")
-    judge = ("--evaluate", motion, "--data-length", "4")
+    judge = (motion, "--data-length", "4")
     npz = ("--data-from", identified["npz"])
     found: dict[str, dict[str, Any]] = {}
     for name, options in {
@@ -120,7 +125,8 @@ def test_data_from_earlier_recordings(run: Run, tmp_path: Path, identified: dict
         "alone": (*shape, "--data-length", "4"),
     }.items():
         noise = () if name != "alone" else ("--torque-noise", ",".join(map(str, found["npz"]["torque_noise"])))
-        status, _, err = run(*options, *noise, "--json", str(target))
+        command = run if "--csv" in options else score
+        status, _, err = command(*options, *noise, "--json", str(target))
         assert status == 0, err
         found[name] = document(target)
     assert found["json"]["torque_noise"] == pytest.approx(found["npz"]["torque_noise"])

@@ -117,13 +117,6 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
         (("--robot-parameters", "nowhere.json"), "no such file"),
         (("--data-from", "nowhere.npz"), "needs --data-length"),
         (("--data-from", "nowhere.npz", "--data-length", "9"), "no such file"),
-        (("--evaluate", "nowhere.csv"), "no such file"),
-        (("--evaluate", "nowhere.csv", "--csv", "x.csv"), "writes a designed motion"),
-        (("--evaluate", "nowhere.csv", "--solver", "ipopt"), "--solver has no effect with --evaluate"),
-        (("--evaluate", "nowhere.csv", "--segments", "blend"), "--segments has no effect with --evaluate"),
-        (("--evaluate", "nowhere.csv", "--starts", "3"), "--starts has no effect with --evaluate"),
-        (("--solver", "simplex"), "invalid choice"),
-        (("--cutoff", "5"), "no effect without --evaluate"),
         (("--joint-names", "a,b"), "no effect without --ros2"),
         (("--joint-names", "a,b", "--ros2", "x.yaml"), "6 different names"),
         (("--sample-rate", "100"), "no effect without --csv or --ros2"),
@@ -146,3 +139,52 @@ def test_bad_requests(
     assert words in errors[0]
     assert out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("nowhere.csv",), "no such file"),
+        (("nowhere.csv", "--csv", "x.csv"), "unrecognized arguments: --csv"),
+        (("nowhere.csv", "--segments", "blend"), "unrecognized arguments: --segments"),
+        (("nowhere.csv", "--starts", "3"), "unrecognized arguments: --starts"),
+        (("nowhere.csv", "--seed", "3"), "--seed has no effect without --bound"),
+        (("nowhere.csv", "--payload-only", "--columns", "XX6"), "leave columns out"),
+        (("nowhere.csv", "--data-from", "nowhere.npz"), "needs --data-length"),
+        ((), "the following arguments are required: LOG"),
+    ],
+)
+def test_bad_requests_of_score(
+    options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    status, out, err = runner(capsys, "score", "--robot", "rx90")(*options)
+    assert (status, out) == (2, "")
+    errors = [line for line in err.splitlines() if not line.startswith("dynident: note:")]
+    assert len(errors) == 1
+    assert words in errors[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "today"),
+    [
+        (
+            ("--robot", "rx90", "--near=-10,0,0,0,0,0", "--joints", "2,3"),
+            "dynident near --pose=-10,0,0,0,0,0 --robot rx90 --joints 2,3",
+        ),
+        (("--near", "0,0", "--robot", "rx90"), "dynident near --pose=0,0 --robot rx90"),
+        (
+            ("--robot", "rx90", "--evaluate", "my log.csv", "--bound"),
+            "dynident score 'my log.csv' --robot rx90 --bound",
+        ),
+        (("--evaluate=m.csv", "--robot", "rx90"), "dynident score m.csv --robot rx90"),
+    ],
+)
+def test_what_moved_is_told_with_the_new_command_line(
+    options: tuple[str, ...], today: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, out, err = runner(capsys, "design")(*options)
+    assert (status, out) == (2, "")
+    assert err == f"dynident: error: this is a command of its own now: {today}\n"

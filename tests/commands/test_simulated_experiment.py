@@ -9,7 +9,8 @@ import pytest
 from dynident.cli import main
 from dynident.model import base_parameters, load_robot
 from dynident.tests.commands.runs import Run
-from dynident.trajectories import plan_point_to_point, random_points
+from dynident.trajectories import plan_point_to_point
+from dynident.trajectories.motions import random_points
 
 
 @pytest.mark.long

@@ -9,14 +9,15 @@ import pytest
 from dynident.cli import main
 from dynident.estimation.recordings import read_trajectory
 from dynident.model import load_robot
+from dynident.tests.commands.runs import runner
 
-NEAR = ["--robot", "rx90", "--near=0,-45,90,0,45,0", "--speed-override", "0.5"]
+NEAR = ["--robot", "rx90", "--pose=0,-45,90,0,45,0", "--speed-override", "0.5"]
 PAYLOAD = "mass = 7.02\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.03, 0, 0, 0.03, 0, 0.015]\n"
 
 
 def designed(folder: Path, joints: str, *more: str) -> tuple[int, dict[str, Any]]:
     out = ["--csv", str(folder / "motion.csv"), "--json", str(folder / "motion.json"), "--sample-rate", "125"]
-    status = main(["design", *NEAR, "--joints", joints, "--duration", "12", *out, *more])
+    status = main(["near", *NEAR, "--joints", joints, "--duration", "12", *out, *more])
     path = folder / "motion.json"
     return status, json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
@@ -80,7 +81,7 @@ def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     ]
     plots, slow = tmp_path / "plots", tmp_path / "slow.csv"
     more = [*map(str, outputs), "--plots", str(plots), "--rehearsal", str(slow), "--sample-rate", "50"]
-    assert main(["design", *NEAR, "--joints", "2,3,5,6", "--duration", "12", *more]) == 0
+    assert main(["near", *NEAR, "--joints", "2,3,5,6", "--duration", "12", *more]) == 0
     assert {path.name for path in plots.iterdir()} == {
         "arm.svg", "motion.pdf", "motion.png", "motion.svg", "poses.pdf", "poses.png", "poses.svg"
     }  # fmt: skip
@@ -202,26 +203,30 @@ def test_wrong_options_of_weigh(
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--near=0,0,90,0,45,0"], "needs --joints"),
-        (["--near=0,0,90", "--joints", "2,3"], "give one each"),
-        (["--near=0,0,900,0,45,0", "--joints", "2,3,5"], "within the limits"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,9"], "has 6 joints"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--range", "30,20"], "one, or one for each"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--range=-3"], "one positive number"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--bound"], "--bound has no effect with --near"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3"], "belong together"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--second-pose", "1,2"], "give one each"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "1,2"], "6 positive numbers"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--val3", "app"], "take --csv, --ros2 or --urscript"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--evaluate", "x.csv"], "--evaluate has no effect"),
-        (["--near=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --csv"),
-        (["--joints", "2,3"], "no effect without --near"),
-        (["--rehearsal", "x.csv"], "no effect without --near"),
+        (["--pose=0,0,90,0,45,0"], "required: --joints"),
+        (["--pose=0,0,90", "--joints", "2,3"], "give one each"),
+        (["--pose=0,0,900,0,45,0", "--joints", "2,3,5"], "within the limits"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,9"], "has 6 joints"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--range", "30,20"], "one, or one for each"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--range=-3"], "one positive number"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--bound"], "unrecognized arguments: --bound"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--mass", "3"], "belong together"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--second-pose", "1,2"], "give one each"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--torque-noise", "1,2"], "6 positive numbers"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--val3", "app"], "unrecognized arguments: --val3"),
+        (
+            ["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--independent-rate", "9"],
+            "no effect without --torque-noise",
+        ),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --csv"),
+        (["--joints", "2,3"], "required: --pose"),
+        (["--rehearsal", "x.csv"], "required: --pose, --joints"),
     ],
 )
-def test_wrong_options_of_design_near(more: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["design", "--robot", "rx90", *more]) == 2
-    errors = [line for line in capsys.readouterr().err.splitlines() if "error:" in line]
+def test_wrong_options_of_near(more: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = runner(capsys, "near", "--robot", "rx90")(*more)
+    assert status == 2
+    errors = [line for line in err.splitlines() if "error:" in line]
     assert len(errors) == 1
     assert words in errors[0]
 

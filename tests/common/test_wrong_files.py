@@ -31,7 +31,7 @@ from dynident.tests.report import made
 from dynident.tests.report.written import written
 from dynident.tests.trajectories.test_scene_file import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.scene_file import SceneTable
+from dynident.trajectories.design.scene_file import SceneTable
 
 MAP = """
 title = "a log"

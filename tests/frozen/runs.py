@@ -113,14 +113,14 @@ RUNS = (
     ),
     Run(
         "design_rx90_near",
-        f"design --robot rx90 --near=0,-45,90,0,45,0 --joints 4,5,6 --mass 6 --mass-sigma 0.1 --duration 4 "
+        f"near --robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 --mass 6 --mass-sigma 0.1 --duration 4 "
         f"--speed-override 0.6 {_NOISE} --json a.json",
         ("a.json",),
         search=True,
     ),
     Run(
         "score_rx90_stored_motion",
-        f"design --robot rx90 --evaluate rx_arm.csv {_NOISE} --json a.json",
+        f"score rx_arm.csv --robot rx90 {_NOISE} --json a.json",
         ("a.json",),
         score=True,
     ),

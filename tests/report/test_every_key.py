@@ -449,21 +449,17 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
 
 def test_near() -> None:
     poses, ranges = made.numbers(2, 3), made.numbers(3)
-    request = SimpleNamespace(
-        robot=made.ROBOT, joints=(2, 3), poses=poses, ranges=ranges, torque_limited=True
-    )  # fmt: skip
-    motion = SimpleNamespace(
+    shape: Any = SimpleNamespace(joints=(2, 3), poses=poses, ranges=ranges)
+    motion: Any = SimpleNamespace(
         period=2.5, repeats=4, transfer=1.25, duration=23.0,
         slowed=lambda speed: SimpleNamespace(duration=1.0 / speed),
     )  # fmt: skip
-    visibility = SimpleNamespace(joints=(2, 3), rank=5, parameters={"M": "alone"}, combinations=())
-    spread = SimpleNamespace(mass=0.011, com=made.numbers(3), inertia_com=made.numbers(3, 3))
-    found: Any = SimpleNamespace(
-        request=request, motion=motion, visibility=visibility, spread=spread,
-        design=SimpleNamespace(score=score(0.07), cpu_s=3.5, seed=9),
-    )  # fmt: skip
+    visibility: Any = SimpleNamespace(joints=(2, 3), rank=5, parameters={"M": "alone"}, combinations=())
+    spread: Any = SimpleNamespace(mass=0.011, com=made.numbers(3), inertia_com=made.numbers(3, 3))
+    problem = SimpleNamespace(robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), torque_limited=True)
+    design: Any = SimpleNamespace(problem=problem, score=score(0.07), cpu_s=3.5, seed=9)
     same(
-        documents.near_document(found),
+        documents.near_document(design, motion, shape, visibility, spread),
         {
             "robot": "arm", "criterion": "a",
             "near": {"poses": poses, "joints": [2, 3], "ranges": ranges, "period_s": 2.5, "repeats": 4,

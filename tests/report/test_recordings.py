@@ -11,15 +11,9 @@ from dynident.estimation import read_recording
 from dynident.model import InertialParameters, load_robot
 from dynident.model.files.payload_file import read_payload
 from dynident.report.recordings import write_recording, write_truth
-from dynident.trajectories import (
-    RX90_DISTURBANCES,
-    Controller,
-    Experiment,
-    Task,
-    plan_point_to_point,
-    random_points,
-    run_experiment,
-)
+from dynident.trajectories import Controller, Experiment, Task, plan_point_to_point, run_experiment
+from dynident.trajectories.motions import random_points
+from dynident.trajectories.simulation import RX90_DISTURBANCES
 
 RX90 = load_robot("rx90")
 LEVELS = replace(RX90_DISTURBANCES, gain_error=0.02)

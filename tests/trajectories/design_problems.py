@@ -1,15 +1,15 @@
 """Design problems of the RX90 with torque limits for two loads and obstacles, by goal and shape."""
 
+from dataclasses import replace
+
 import numpy as np
 from dynident.common.arrays import Array
-from dynident.model import InertialParameters, load_robot
+from dynident.model import InertialParameters, Limits, Robot, load_robot
 from dynident.trajectories import (
     BlendShape,
-    Capsule,
     DesignProblem,
     FourierShape,
     Goal,
-    HalfSpace,
     JointBounds,
     Loads,
     Scene,
@@ -17,7 +17,9 @@ from dynident.trajectories import (
     ViaPointShape,
     build_design,
 )
-from dynident.trajectories.shapes import Shape
+from dynident.trajectories.design import Capsule, HalfSpace
+from dynident.trajectories.design.limits import Limit, Slopes, State
+from dynident.trajectories.motions import Shape
 
 ROBOT = load_robot("rx90")
 TORQUE = (300.0, 300.0, 120.0, 50.0, 40.0, 20.0)
@@ -67,3 +69,48 @@ def problem(
     return build_design(
         ROBOT, SHAPES[shape], GOALS[goal], bounds=bounds, loads=loads, duration=duration, start=start, scene=SCENE
     )
+
+
+def constraint_values(task: DesignProblem, x: Array, width: float) -> Array:
+    """g(x) <= 0 of all limits that bound anything, one below the other."""
+    state, parts = task.state(x, width), []
+    for limit in task.limits:
+        y = limit.values(state)
+        parts += [(sign * y - bound)[np.isfinite(bound + 0 * y)] for sign, bound in sides(limit, y)]
+    return np.concatenate(parts)
+
+
+def constraint_jacobian(task: DesignProblem, x: Array, width: float) -> Array:
+    """Derivatives of ``constraint_values`` from the limits' own slopes, one row after the other."""
+    state, rows = task.state(x, width), []
+    for limit in task.limits:
+        y = limit.values(state)
+        for sign, bound in sides(limit, y):
+            for place in np.argwhere(np.isfinite(bound)):
+                unit = np.zeros(y.shape)
+                unit[tuple(place)] = sign
+
+                def penalty(state: State, into: Slopes, limit: Limit = limit, unit: Array = unit) -> float:
+                    limit.pullback(state, unit, into)
+                    return 0.0
+
+                rows.append(task.trespass(x, width, penalty)[1])
+    return np.array(rows)
+
+
+def sides(limit: Limit, y: Array) -> list[tuple[float, Array]]:
+    return [
+        (1.0, np.broadcast_to(limit.high, y.shape)),
+        (-1.0, np.broadcast_to(-limit.low, y.shape)),
+    ]
+
+
+def limited(robot: Robot, bounds: JointBounds) -> Robot:
+    """The robot with these limits in its description."""
+    joints = tuple(
+        replace(joint, limits=Limits((float(low), float(high)), float(v), float(a), float(tau)))
+        for joint, low, high, v, a, tau in zip(
+            robot.joints, bounds.low, bounds.high, bounds.speed, bounds.acceleration, bounds.torque, strict=True
+        )
+    )
+    return replace(robot, joints=joints)

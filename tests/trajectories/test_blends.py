@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.model import load_robot
-from dynident.trajectories import BlendedPoints, JointBounds, PointToPoint, Trapezoid, ViaPoints
-from dynident.trajectories.blend_times import BlendTimes, FixedTimes, FreeTimes
-from dynident.trajectories.free_blends import FreeBlends
+from dynident.trajectories import BlendedPoints, BlendShape, JointBounds, PointToPoint, Trapezoid, ViaPoints
+from dynident.trajectories.motions.blend_times import BlendTimes, FixedTimes, FreeTimes
+from dynident.trajectories.motions.blends import FreeBlends
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,11 +20,11 @@ PLAN = BlendedPoints(POINTS, np.array([1.0, 0.8, 1.2]), np.array([0.4, 0.3, 0.6,
 def families() -> dict[str, FreeBlends]:
     start = np.array([0.3, -0.4, 0.5, 1.0, 0.2, -1.0])
     return {
-        "free": FreeBlends(ROBOT, BOUNDS, 6),
-        "one move": FreeBlends(ROBOT, BOUNDS, 2),
-        "fixed": FreeBlends(ROBOT, BOUNDS, 4, fixed=FIXED),
-        "from a pose": FreeBlends(ROBOT, BOUNDS, 4, start=start),
-        "fixed, from a pose": FreeBlends(ROBOT, BOUNDS, 4, fixed=FIXED, start=start),
+        "free": BlendShape(6).family(ROBOT, BOUNDS),
+        "one move": BlendShape(2).family(ROBOT, BOUNDS),
+        "fixed": BlendShape(4, fixed=FIXED).family(ROBOT, BOUNDS),
+        "from a pose": BlendShape(4).family(ROBOT, BOUNDS, start=start),
+        "fixed, from a pose": BlendShape(4, fixed=FIXED).family(ROBOT, BOUNDS, start=start),
     }
 
 
@@ -66,7 +66,7 @@ def test_the_plan_is_what_was_sampled(name: str, finer: int) -> None:
     family = families()[name]
     x = family.random(np.random.default_rng(0))
     plan, samples = family.plan(x), family.sample(x, finer)
-    parts = len(samples.weight) // (2 * family.count - 1)
+    parts = len(samples.weight) // (2 * len(plan.points) - 1)
     weight = samples.weight.reshape(-1, parts)
     begin = np.concatenate([[0.0], np.cumsum(weight.sum(axis=1))])
     assert begin[-1] == pytest.approx(plan.duration)
@@ -168,6 +168,6 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ValueError, match="positive blends"):
         BlendedPoints(POINTS, np.ones(3), np.array([0.2, 0.0, 0.2, 0.2]))
     with pytest.raises(InputError, match="1 via points"):
-        FreeBlends(ROBOT, BOUNDS, 1)
+        BlendShape(1).family(ROBOT, BOUNDS)
     with pytest.raises(InputError, match="need 3 positive ones"):
-        FreeBlends(ROBOT, BOUNDS, 4, fixed=(1.0, 2.0))
+        BlendShape(4, fixed=(1.0, 2.0)).family(ROBOT, BOUNDS)

@@ -19,18 +19,10 @@ from dynident.model import (
 )
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.motion import Measurement
-from dynident.trajectories import (
-    ClosedLoop,
-    Controller,
-    PointToPoint,
-    Ripple,
-    Run,
-    SampledTrajectory,
-    Simulator,
-    plan_point_to_point,
-    random_points,
-)
-from dynident.trajectories.integrator import SMOOTHING
+from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
+from dynident.trajectories.motions import random_points
+from dynident.trajectories.simulation import ClosedLoop, Ripple, Run
+from dynident.trajectories.simulation.integrator import SMOOTHING
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 

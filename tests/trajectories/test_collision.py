@@ -5,10 +5,11 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import load_robot
-from dynident.trajectories import Capsule, HalfSpace, Scene
-from dynident.trajectories.collision import Clearance
-from dynident.trajectories.limits import Slopes, State
-from dynident.trajectories.samples import Samples
+from dynident.trajectories import Scene
+from dynident.trajectories.design import Capsule, HalfSpace
+from dynident.trajectories.design.collision import Clearance
+from dynident.trajectories.design.limits import Slopes, State
+from dynident.trajectories.motions import Samples
 
 ROBOT = load_robot("rx90")
 SCENE = Scene(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.trajectories.criterion import Criterion, Kind, condition_numbers
+from dynident.trajectories.design.criterion import Criterion, Kind, condition_numbers
 
 DRAW = np.random.default_rng(0)
 W = DRAW.standard_normal((60, 6)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7, 1.5])

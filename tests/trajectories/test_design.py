@@ -17,6 +17,7 @@ from dynident.tests.trajectories.design_problems import (
     SCENE,
     STRONG,
     TORQUE,
+    limited,
     problem,
 )
 from dynident.trajectories import (
@@ -28,19 +29,18 @@ from dynident.trajectories import (
     FourierShape,
     Goal,
     JointBounds,
-    Step,
     Trapezoid,
     ViaPoints,
     ViaPointShape,
     build_design,
-    floor_of,
-    parameter_vector,
     random_via_points,
     score_motion,
     solve_design,
 )
-from dynident.trajectories.lagrangian import Multipliers
-from dynident.trajectories.samples import Samples
+from dynident.trajectories.design import Step, floor_under
+from dynident.trajectories.design.settle import Multipliers
+from dynident.trajectories.motions import Samples
+from dynident.trajectories.simulation import parameter_vector
 
 
 @pytest.mark.parametrize("fixed", [pytest.param(None, marks=pytest.mark.long), 1.25])
@@ -113,7 +113,7 @@ def test_every_limit_is_kept_at_a_millisecond(guarded: Design) -> None:
 
 def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
     """Per second, against resting motions at the limits, which need not even keep the torques."""
-    robot = guarded.problem.bounds.on(ROBOT)
+    robot = limited(ROBOT, guarded.problem.bounds)
     random = [
         score_motion(guarded.problem, random_via_points(robot, 14, seed, speed=1.0).motion(100.0))
         for seed in range(20)
@@ -137,9 +137,29 @@ def test_condition_number_of_a_design_and_its_floor() -> None:
     assert design.feasible
     assert design.learnt.condition_number < 18.0
     assert design.score.value == pytest.approx(np.log(design.learnt.condition_number), abs=1e-6)
-    floor = floor_of(design, states=60, effort=1)
+    floor = floor_under(design.problem, design.score.value, states=60, effort=1)
     assert 8.0 < np.exp(floor.value) < 11.0
     assert floor.gap == pytest.approx(design.score.value - floor.value)
+
+
+def test_a_longest_duration_binds() -> None:
+    task = build_design(ROBOT, BlendShape(4, samples=6), GOALS["payload"], duration=4.0)
+    design = solve_design(task, seed=0, starts=1)
+    assert isinstance(design.plan, BlendedPoints)
+    assert design.feasible
+    assert design.plan.duration <= 4.0
+    assert score_motion(task, design.motion(997.0)).feasible
+
+
+def test_what_goes_wrong_in_a_search_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not taken for a step that is too long."""
+
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("broken criterion")
+
+    monkeypatch.setattr(DesignProblem, "evaluate", broken)
+    with pytest.raises(ZeroDivisionError, match="broken criterion"):
+        solve_design(build_design(ROBOT, FourierShape(2, 4.0, samples=20), GOALS["payload"]), starts=1)
 
 
 def test_same_seed_same_motion() -> None:

@@ -10,20 +10,20 @@ from dynident.common.errors import InputError
 from dynident.model import INERTIAL, Robot, inverse_dynamics
 from dynident.model.kernel import Kernel
 from dynident.tests.conftest import CROOKED
-from dynident.tests.trajectories.design_problems import BOUNDS, GOALS, ROBOT, SCENE, SHAPES, problem
-from dynident.trajectories import (
-    Earlier,
-    FourierShape,
-    Goal,
-    JointBounds,
-    Loads,
-    ViaPointShape,
-    build_design,
-    parameter_vector,
+from dynident.tests.trajectories.design_problems import (
+    BOUNDS,
+    GOALS,
+    ROBOT,
+    SCENE,
+    SHAPES,
+    constraint_jacobian,
+    constraint_values,
+    problem,
 )
-from dynident.trajectories.criterion import Kind
-from dynident.trajectories.free_via_points import FreeViaPoints
-from dynident.trajectories.lagrangian import Multipliers
+from dynident.trajectories import Earlier, FourierShape, Goal, JointBounds, Loads, ViaPointShape, build_design
+from dynident.trajectories.design.criterion import Kind
+from dynident.trajectories.design.settle import Multipliers
+from dynident.trajectories.simulation import parameter_vector
 
 
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
@@ -57,11 +57,11 @@ def test_fixed_durations_leave_no_other(rx90: Robot) -> None:
 
 def test_limits_have_exact_jacobians() -> None:
     task = problem("d", "via", duration=12.0)
-    task = replace(task, family=FreeViaPoints(ROBOT, BOUNDS, 3, samples=3))
+    task = replace(task, family=ViaPointShape(3, samples=3).family(ROBOT, BOUNDS))
     draw = np.random.default_rng(1)
     x = task.family.random(draw) + 0.05 * draw.standard_normal(task.family.size)
-    J, direction, step = task.constraint_jacobian(x, 0.5), draw.standard_normal(task.family.size), 1e-5
-    ahead, behind = (task.constraint_values(x + s * direction, 0.5) for s in (step, -step))
+    J, direction, step = constraint_jacobian(task, x, 0.5), draw.standard_normal(task.family.size), 1e-5
+    ahead, behind = (constraint_values(task, x + s * direction, 0.5) for s in (step, -step))
     difference = (ahead - behind) / (2.0 * step)
     assert J.shape == (len(difference), task.family.size)
     assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()

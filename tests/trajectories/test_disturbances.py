@@ -5,20 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.model import Motion, load_robot
-from dynident.trajectories import (
+from dynident.trajectories import Disturbances, Experiment, Task, plan_point_to_point, run_experiment
+from dynident.trajectories.motions import random_points
+from dynident.trajectories.simulation import (
     RX90_DISTURBANCES,
     RX90_SLOW_NOISE,
-    Disturbances,
-    Experiment,
-    Task,
     mean_friction,
     no_disturbances,
-    plan_point_to_point,
-    random_points,
     relative_disturbances,
-    run_experiment,
 )
-from dynident.trajectories.disturbances import draw_friction, draw_robot_errors, record
+from dynident.trajectories.simulation.disturbances import draw_friction, draw_robot_errors, record
 
 RX90 = load_robot("rx90")
 T = np.arange(200_000) / 250.0
@@ -125,8 +121,6 @@ def test_mean_friction_goes_by_time(experiment: Experiment) -> None:
 
 
 def test_levels_can_be_scaled_and_are_checked() -> None:
-    assert RX90_DISTURBANCES.scaled(0.0).white == (0.0,) * 6
-    assert RX90_DISTURBANCES.scaled(0.5).friction == 0.5 * RX90_DISTURBANCES.friction
     assert relative_disturbances(np.array([100.0, 10.0]), 0.1).white == (10.0, 1.0)
     with pytest.raises(ValueError, match="one number per joint"):
         Disturbances((1.0,), (0.0, 0.0), (0.0,))

@@ -1,42 +1,78 @@
 """Motions near a pose: limits, held joints, prediction against simulation, gradients."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Motion, load_robot, payload_regressor
+from dynident.model import InertialParameters, Motion, Robot, load_robot, payload_regressor
 from dynident.model.kernel import Kernel
-from dynident.trajectories import JointBounds, NearDesign, NearRequest, design_near, predicted_spread, second_pose
-from dynident.trajectories.near import near_problem
-from dynident.trajectories.near_motion import FreeNearMotion
+from dynident.model.payload_spread import PayloadSpread
+from dynident.trajectories import (
+    Design,
+    DesignProblem,
+    FourierShape,
+    JointBounds,
+    NearGoal,
+    NearMotion,
+    NearShape,
+    build_design,
+    solve_design,
+)
+from dynident.trajectories.design import second_pose
 
 BODY = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], np.diag([0.01, 0.01, 0.005]))
 POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
+OTHER = POSE + np.radians([0, 0, 0, 0, 90, 0])
 NOISE = np.array([1.73, 3.01, 1.10, 0.37, 0.38, 0.31])
 
 
-def request(joints: tuple[int, ...] = (2, 3, 5, 6), **changes: Any) -> NearRequest:
-    robot = load_robot("ur10e")
-    made = NearRequest(robot, POSE, joints, np.full(len(joints), np.radians(30.0)), 30.0, NOISE, 10.0, BODY)
-    return replace(made, **changes)
+class Asked(NamedTuple):
+    robot: Robot
+    shape: NearShape
+    goal: NearGoal
+
+    @property
+    def bounds(self) -> JointBounds:
+        """Without torque limits: the description holds no parameters."""
+        return JointBounds.of(self.robot, torque=[np.inf] * self.robot.n)
+
+    def problem(self) -> DesignProblem:
+        return build_design(self.robot, self.shape, self.goal, bounds=self.bounds)
+
+    def solved(self, seed: int = 0) -> "Solved":
+        design = solve_design(self.problem(), seed=seed, starts=1)
+        assert isinstance(design.plan, NearMotion)
+        spread = self.goal.predicted(self.robot, design.plan, self.shape.joints)
+        return Solved(design, design.plan, spread)
+
+
+class Solved(NamedTuple):
+    design: Design
+    motion: NearMotion
+    spread: PayloadSpread
+
+
+def asked(joints: tuple[int, ...] = (2, 3, 5, 6), mass_sigma: float | None = None, **changes: Any) -> Asked:
+    shape = NearShape(POSE[None], joints, np.full(len(joints), np.radians(30.0)), 30.0)
+    return Asked(load_robot("ur10e"), replace(shape, **changes), NearGoal(NOISE, 10.0, BODY, mass_sigma))
 
 
 @pytest.fixture(scope="module")
-def design() -> NearDesign:
-    return design_near(request())
+def design() -> Solved:
+    return asked().solved()
 
 
-def test_designed_motions_reach_the_figures(design: NearDesign) -> None:
+def test_designed_motions_reach_the_figures(design: Solved) -> None:
     """At least as good as the best of 60 random motions: 0.045 kg and 4.1 mm."""
     assert design.spread.mass <= 0.045
     assert design.spread.com.max() <= 4.1e-3
     assert design.design.evaluations < 2000  # about a millisecond each
 
 
-def test_every_limit_is_kept_and_the_others_are_held(design: NearDesign) -> None:
+def test_every_limit_is_kept_and_the_others_are_held(design: Solved) -> None:
     motion, bounds = design.motion.motion(500.0), JointBounds.of(load_robot("ur10e"))
     assert np.abs(motion.q[:, [0, 3]] - POSE[[0, 3]]).max() == 0.0
     assert np.abs(motion.q - POSE).max() <= np.radians(30.0) * (1.0 + 1e-9)
@@ -53,11 +89,11 @@ def derivatives(motion: Motion) -> tuple[Array, Array]:
 
 
 def test_two_poses_and_the_way_between() -> None:
-    asked = request((3, 5, 6))
-    second = second_pose(asked)
+    one = asked((3, 5, 6))
+    second = second_pose(one.robot, one.shape, one.goal)
     assert second is not None
     assert np.flatnonzero(np.abs(second - POSE) > 1e-6).tolist() == [4, 5]
-    found = design_near(replace(asked, second=second))
+    found = asked((3, 5, 6), poses=np.array([POSE, second])).solved()
     assert found.spread.mass <= 0.075
     assert found.spread.com.max() <= 6.5e-3
     motion, bounds = found.motion.motion(1000.0), JointBounds.of(load_robot("ur10e"))
@@ -71,7 +107,7 @@ def test_two_poses_and_the_way_between() -> None:
     assert 0.0 < between.mean() * found.motion.duration < 2.0 * found.motion.transfer
 
 
-def test_the_rehearsal_goes_the_same_way_slowly(design: NearDesign) -> None:
+def test_the_rehearsal_goes_the_same_way_slowly(design: Solved) -> None:
     slow = design.motion.slowed(0.1)
     t = np.linspace(0.0, design.motion.period, 50)
     q, qd, _ = design.motion.at(t)
@@ -81,7 +117,7 @@ def test_the_rehearsal_goes_the_same_way_slowly(design: NearDesign) -> None:
     assert slow.duration == pytest.approx(10.0 * design.motion.period)
 
 
-def test_the_prediction_is_the_scatter_of_least_squares(design: NearDesign) -> None:
+def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
     """200 noisy runs solved by plain least squares with a constant and a sign column for each moving joint."""
     robot, rate = load_robot("ur10e"), 10.0
     motion, moving = design.motion.motion(rate), [1, 2, 4, 5]
@@ -99,21 +135,21 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: NearDesign) -> N
     draw = np.random.default_rng(0).standard_normal((len(y), 200))
     found = np.linalg.lstsq(A, y[:, None] + draw, rcond=None)[0]
     mass, com = found[9].std(), (found[6:9] / found[9]).std(axis=1)
-    spread = predicted_spread(robot, motion, (2, 3, 5, 6), NOISE, rate, BODY)
+    spread = NearGoal(NOISE, rate, BODY).predicted(robot, design.motion, (2, 3, 5, 6), sample_rate=rate)
     assert spread.mass == pytest.approx(mass, rel=0.15)
     assert spread.com == pytest.approx(com, rel=0.15)
 
 
 @pytest.mark.parametrize("mass_sigma", [None, 0.5])
 def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
-    design: NearDesign, mass_sigma: float | None
+    design: Solved, mass_sigma: float | None
 ) -> None:
     """The same motion sampled ten times as often tells no more; a fourth of the independent samples tells half."""
     robot, joints = load_robot("ur10e"), (2, 3, 5, 6)
 
     def mass(sampled: float, rate: float) -> float:
-        motion = design.motion.motion(sampled)
-        return predicted_spread(robot, motion, joints, NOISE, rate, BODY, mass_sigma).mass
+        goal = NearGoal(NOISE, rate, BODY, mass_sigma)
+        return goal.predicted(robot, design.motion, joints, sample_rate=sampled).mass
 
     assert mass(100.0, 10.0) == pytest.approx(mass(10.0, 10.0), rel=0.03)
     if mass_sigma is None:
@@ -122,8 +158,7 @@ def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
 
 
 def test_a_scale_sharpens_the_centre_of_mass() -> None:
-    asked = request((3, 5, 6))
-    free, weighed = design_near(asked), design_near(replace(asked, mass_sigma=0.02))
+    free, weighed = asked((3, 5, 6)).solved(), asked((3, 5, 6), mass_sigma=0.02).solved()
     assert weighed.spread.mass <= 0.02
     assert weighed.spread.com.max() < 0.7 * free.spread.com.max()
 
@@ -131,25 +166,23 @@ def test_a_scale_sharpens_the_centre_of_mass() -> None:
 @pytest.mark.parametrize("joints", [(5, 6), (6,)])
 def test_mass_not_visible(joints: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="mass not visible near this pose"):
-        design_near(request(joints))
+        asked(joints).problem()
 
 
 def test_with_a_known_mass_the_wrist_alone_will_do() -> None:
-    found = design_near(request((5, 6), mass_sigma=0.02))
+    found = asked((5, 6), mass_sigma=0.02).solved()
     assert found.spread.mass == pytest.approx(0.02)
     assert np.isfinite(found.spread.com).all()
 
 
 def test_the_same_seed_gives_the_same_motion() -> None:
-    asked = request((3, 5), duration=10.0)
-    first, second = (design_near(asked, seed=3).motion for _ in range(2))
+    first, second = (asked((3, 5), duration=10.0).solved(seed=3).motion for _ in range(2))
     assert np.array_equal(first.a, second.a)
     assert np.array_equal(first.b, second.b)
 
 
 def test_the_gradient_is_that_of_differences() -> None:
-    asked = request((2, 5), duration=9.0, second=POSE + np.radians([0, 0, 0, 0, 90, 0]))
-    problem = near_problem(asked, asked.visibility)
+    problem = asked((2, 5), duration=9.0, poses=np.array([POSE, OTHER])).problem()
     x = problem.family.random(np.random.default_rng(1))
     value, slope = problem.evaluate(x, 1.0, 0.5)
     assert np.isfinite(value)
@@ -160,16 +193,31 @@ def test_the_gradient_is_that_of_differences() -> None:
 
 
 def test_the_family_is_linear() -> None:
-    bounds = JointBounds.of(load_robot("ur10e"))
-    family = FreeNearMotion(
-        bounds, np.array([POSE]), (1, 4), np.array([0.5, 0.4]), harmonics=3, period=4.0, repeats=1, transfer=0.0
-    )
-    x = family.random(np.random.default_rng(0))
-    q, qd, qdd = family.jacobian(x).dense()
-    here = family.sample(x)
-    assert POSE + q @ x == pytest.approx(here.q, abs=1e-12)
-    assert qd @ x == pytest.approx(here.qd, abs=1e-12)
-    assert qdd @ x == pytest.approx(here.qdd, abs=1e-10)
+    """States are sums of columns: what each entry of x does by itself."""
+    family = asked((2, 5), duration=4.0).problem().family
+    x, still = family.random(np.random.default_rng(0)), np.zeros(family.size)
+    here, pose = family.sample(x), family.sample(still)
+    assert np.abs(pose.q - POSE).max() < 1e-12
+    columns = [family.sample(unit) for unit in np.eye(family.size)]
+    for field, atol in ((1, 1e-12), (2, 1e-12), (3, 1e-10)):
+        total = pose[field] + sum(a * (c[field] - pose[field]) for a, c in zip(x, columns, strict=True))
+        assert total == pytest.approx(here[field], abs=atol)
+
+
+def test_a_range_binds_about_each_pose() -> None:
+    """The limit of positions follows the poses; joints that are held have room, wherever they stand."""
+    problem = asked((3, 5), duration=9.0, poses=np.array([POSE, OTHER])).problem()
+    samples = problem.family.sample(problem.family.random(np.random.default_rng(0)))
+    values = problem.limits[0].values(problem.state(problem.family.random(np.random.default_rng(0)), 0.1))
+    away = np.abs(samples.q - np.repeat([POSE, OTHER], len(samples.q) // 2, axis=0))
+    assert np.abs(values)[:, [2, 4]] == pytest.approx(away[:, [2, 4]] / np.radians(30.0))
+    assert np.abs(values[:, [0, 1, 3, 5]]).max() < 1e-12
+
+
+def test_the_goal_is_for_motions_near_a_pose() -> None:
+    robot, _, goal = asked()
+    with pytest.raises(InputError, match="give a NearShape"):
+        build_design(robot, FourierShape(), goal, bounds=asked().bounds)
 
 
 @pytest.mark.parametrize(
@@ -177,11 +225,11 @@ def test_the_family_is_linear() -> None:
     [
         ({"duration": 0.0}, "positive one"),
         ({"ranges": np.array([0.1])}, "the range must be"),
-        ({"pose": POSE + 10.0}, "within the limits"),
-        ({"pose": POSE[:3]}, "6 positions"),
-        ({"second": POSE + np.radians([0, 0, 0, 0, 90, 0]), "duration": 2.0}, "longer --duration"),
+        ({"poses": POSE[None] + 10.0}, "within the limits"),
+        ({"poses": POSE[None, :3]}, "6 positions"),
+        ({"poses": np.array([POSE, OTHER]), "duration": 2.0}, "longer --duration"),
     ],
 )
 def test_wrong_requests_are_one_line(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        design_near(request(**changes))
+        asked(**changes).problem()

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from dynident.model import Joint, Limits, Robot, load_robot
 from dynident.tests.report.motions.motion_parsers import trapezoid_time
-from dynident.trajectories import PointToPoint, plan_point_to_point, plan_stops, random_points
+from dynident.trajectories import PointToPoint, plan_point_to_point
+from dynident.trajectories.motions import plan_stops, random_points
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -5,7 +5,8 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import load_robot
-from dynident.trajectories import SampledTrajectory, plan_point_to_point, random_points
+from dynident.trajectories import SampledTrajectory, plan_point_to_point
+from dynident.trajectories.motions import random_points
 
 RX90 = load_robot("rx90")
 T = np.linspace(0.0, 2.0, 201)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 from dynident.common.errors import InputError
-from dynident.trajectories import Capsule, HalfSpace, Scene, read_scene
+from dynident.trajectories import Scene, read_scene
+from dynident.trajectories.design import Capsule, HalfSpace
 
 WHOLE = """
 clearance = 0.02

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.commands.demo.paper import paper_tables
-from dynident.tests.trajectories.design_problems import BOUNDS, ROBOT
+from dynident.tests.trajectories.design_problems import BOUNDS, ROBOT, limited
 from dynident.trajectories import (
     DesignProblem,
     FourierShape,
@@ -15,7 +15,7 @@ from dynident.trajectories import (
     score_motion,
     solve_design,
 )
-from dynident.trajectories.criterion import Kind
+from dynident.trajectories.design.criterion import Kind
 
 TABLE2 = {name: printed.value for name, printed in paper_tables().table2_robot.items()}
 SPEEDS = 0.95 ** np.arange(30)
@@ -30,7 +30,7 @@ def problem() -> DesignProblem:
 
 def random_scores(problem: DesignProblem, count: int) -> list[Score]:
     """At rest in each point, as fast as all limits allow, in steps of 5 %."""
-    robot = problem.bounds.on(ROBOT)
+    robot = limited(ROBOT, problem.bounds)
     found = []
     for seed in range(count):
         motions = (random_via_points(robot, 14, seed, speed, 0.75).motion(100.0) for speed in SPEEDS)

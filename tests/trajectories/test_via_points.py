@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from dynident.model import Joint, Robot, load_robot
-from dynident.trajectories import ViaPoints, random_via_points, shortest_durations
+from dynident.trajectories import ViaPoints, random_via_points
+from dynident.trajectories.motions import shortest_durations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

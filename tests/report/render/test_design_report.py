@@ -23,7 +23,7 @@ def test_designed_and_judged(tmp_path: Path) -> None:
     assert "The motion keeps every limit." in page.texts["p"]
     assert not [value for _, key, value in page.attributes if key in ("src", "href") and value.startswith("http")]
 
-    assert main([*QUICK[:-4], "--evaluate", str(samples), "--report", str(judged)]) == 0
+    assert main(["score", str(samples), *QUICK[1:-4], "--report", str(judged)]) == 0
     page = read(judged.read_text(encoding="utf-8"))
     assert "moving" not in page.ids
     assert "motion.csv" in " ".join(page.texts["td"])

@@ -1,0 +1,55 @@
+"""The search for a motion and the floor under it, with what is said about them on the way."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+from rich.console import Console
+
+from .. import trajectories
+from ..common.errors import InputError
+
+
+def best_motion(
+    problem: trajectories.DesignProblem,
+    seed: int,
+    starts: int | None,
+    words: Callable[[float | None], str] = lambda best: "",
+) -> trajectories.Design:
+    """The best motion that keeps every limit.
+
+    Args:
+        problem: what is asked.
+        seed: of the random starts.
+        starts: number of random starts; None for the criterion's own.
+        words: what is said of the best criterion so far; None before there is one.
+
+    Raises:
+        InputError: if there is none; says which limit is missed and by how much.
+    """
+    with Console(stderr=True).status("building") as status:
+
+        def show(step: trajectories.design.Step) -> None:
+            status.update(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
+
+        design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
+    if not design.feasible:
+        stopped = "interrupted: " if design.interrupted else ""
+        missed = "; ".join(design.score.violations)
+        raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
+    if design.interrupted:
+        print("dynident: note: interrupted: this is the best motion so far; it keeps every limit", file=sys.stderr)
+    return design
+
+
+def floor_of(
+    problem: trajectories.DesignProblem, score: trajectories.Score, seed: int
+) -> trajectories.design.Floor | None:
+    """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
+    try:
+        with Console(stderr=True).status("estimating the floor"):
+            return trajectories.floor_under(problem, score.value, seed=seed)
+    except KeyboardInterrupt:
+        print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
+        return None

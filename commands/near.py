@@ -1,0 +1,266 @@
+"""``dynident near``: a short motion about a pose, for ``dynident weigh``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import model, report, trajectories
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..common.files import write_text
+from . import COMMANDS
+from .arguments import ANSWERED, chosen_robot, robot_argument
+from .motion_pages import FIGURE_RATE, motion_provenance
+from .motion_search import best_motion
+from .options import LimitOptions, MotionFiles, NoiseOptions
+from .options.goals import RATE
+from .options.reading import Options, in_si
+from .report import write_page
+from .values import gains_list, positive, positive_number, whole
+from .weigh import joint_list
+
+_NOISE = 0.007
+"""Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
+_NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
+_DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
+_REHEARSAL = 0.1  # of the speed
+
+
+@dataclass(frozen=True)
+class NearOptions(Options):
+    """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
+
+    pose: tuple[float, ...]
+    second_pose: str | None
+    joints: tuple[int, ...]
+    range: tuple[float, ...] | None
+    duration: float
+    mass: float | None
+    mass_sigma: float | None
+    expected_mass: float | None
+
+    @staticmethod
+    def declare(parser: argparse.ArgumentParser) -> Any:
+        """Add them to the command.
+
+        Returns:
+            The group of what is known of the payload.
+        """
+        group = parser.add_argument_group("motion")
+        group.add_argument(
+            "--pose",
+            type=gains_list,
+            required=True,
+            metavar="Q1,Q2,..",
+            help="where it stands [deg or m]; =-90,.. with minus",
+        )
+        group.add_argument(
+            "--second-pose",
+            metavar="auto|Q1,Q2,..",
+            help="do it again at another wrist pose, outside the range: one that helps, or this one",
+        )
+        group.add_argument(
+            "--joints", type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
+        )
+        group.add_argument(
+            "--range",
+            type=gains_list,
+            metavar="R|R1,R2,..",
+            help=f"to either side [deg or m] (default: {_RANGE:g})",
+        )
+        group.add_argument(
+            "--duration", type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}"
+        )
+        group = parser.add_argument_group("payload")
+        group.add_argument("--mass", type=positive_number, metavar="KG", help="the payload was weighed")
+        group.add_argument(
+            "--mass-sigma", type=positive_number, metavar="KG", help="standard deviation of the scale"
+        )
+        group.add_argument(
+            "--expected-mass",
+            type=positive_number,
+            metavar="KG",
+            help=f"about its mass, not weighed (default: {_MASS:g})",
+        )
+        return group
+
+    def check(self, robot: model.Robot) -> None:
+        """Refuse what does not go together.
+
+        Raises:
+            InputError: one line.
+        """
+        if (self.mass is None) != (self.mass_sigma is None):
+            raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
+        if self.mass is not None:
+            self.refuse("expected_mass", "is for a payload that was not weighed: leave it out with --mass")
+        if max(self.joints) > robot.n:
+            raise InputError(f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints")
+
+    def ranges(self, robot: model.Robot) -> Array:
+        """A range for each moving joint [rad or m]."""
+        given, joints = self.range or (_RANGE,), self.joints
+        if len(given) not in (1, len(joints)):
+            raise InputError(
+                f"--range has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
+            )
+        turning = [robot.joints[joint - 1].revolute for joint in joints]
+        if len(given) == 1 and not all(turning):
+            raise InputError(
+                "--range: give one number for each joint, in deg where it turns and in m where it slides"
+            )
+        each = given * len(joints) if len(given) == 1 else given
+        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
+
+    @property
+    def expected(self) -> model.InertialParameters:
+        """About what the payload is."""
+        mass = self.mass or self.expected_mass or _MASS
+        return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
+
+
+@dataclass(frozen=True)
+class NearFiles(MotionFiles):
+    """Formats of the motion, and the file of its rehearsal."""
+
+    rehearsal: str | None
+
+    def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
+        """Write the motion, its rehearsal and the JSON."""
+        robot, head = result.robot, report.near_head
+        self.write(report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0)))
+        path = self.rehearsal
+        if path is None and self.csv:
+            beside = Path(self.csv)
+            path = str(beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
+        if path:
+            slow = result.motion.slowed(_REHEARSAL)
+            written = report.motions.WrittenMotion(robot, slow, bounds, head(result, _REHEARSAL))
+            write_text(path, report.motions.csv_text(written, self.rate))
+        if self.json:
+            report.documents.write_json(
+                self.json, report.documents.near_document(result.design, result.motion, *result[1:])
+            )
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    parser = commands.add_parser(
+        "near",
+        help=COMMANDS["near"],
+        epilog="A Fourier series, which VAL3's moves cannot follow: take --csv, --ros2 or --urscript.",
+    )
+    robot_argument(parser)
+    NoiseOptions.add_to(NearOptions.declare(parser), f"(default: {RATE:g}), with --torque-noise")
+    LimitOptions.declare(parser, heaviest=False)
+    group = parser.add_argument_group("search")
+    group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
+    group.add_argument("--starts", type=positive, default=1, metavar="K", help="random starts (default: 1)")
+    files = MotionFiles.declare(parser, "--csv, --ros2 and --rehearsal")
+    files.add_argument(
+        "--rehearsal", metavar="F.csv", help="the same way once at a tenth of the speed (default: beside --csv)"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Visibility first, then the design."""
+    options, limits, noise = NearOptions.of(arguments), LimitOptions.of(arguments), NoiseOptions.of(arguments)
+    files, robot = NearFiles.of(arguments), chosen_robot(arguments)
+    options.check(robot)
+    if noise.torque_noise is None:
+        noise.refuse("independent_rate", "has no effect without --torque-noise")
+    files.check(robot, "rehearsal")
+    robot, known = limits.known(robot)
+    bounds = limits.bounds(robot)
+    goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
+    shape, hint = _shape(options, robot, goal, bounds, arguments.seed)
+    visibility = shape.visibility(robot)
+    screen: list[report.Block] = [report.visibility_table(visibility)]
+    report.print_blocks(screen)
+    trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
+    limited, loads = _torques(robot, known, bounds, options.expected)
+    scene = limits.read_scene()
+    problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
+    design = best_motion(problem, arguments.seed, arguments.starts)
+    result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
+    notes = report.near_notes(result)
+    if hint is not None:
+        notes.append(report.second_pose_note(shape.poses[0], hint))
+    screen += [report.prediction_table(result.spread, options.expected), report.Notes(notes)]
+    report.print_blocks(screen[1:])
+    files.write_all(result, bounds)
+    samples = design.motion(FIGURE_RATE)
+    write_page(arguments, lambda: report.near_page(result, samples, screen, motion_provenance(arguments)))
+    return ANSWERED
+
+
+def _shape(
+    options: NearOptions,
+    robot: model.Robot,
+    goal: trajectories.NearGoal,
+    bounds: trajectories.JointBounds,
+    seed: int,
+) -> tuple[trajectories.NearShape, Array | None]:
+    """What is asked of the motion, and a second pose that would help where none was asked for."""
+    first = in_si(options.pose, robot)
+    shape = trajectories.NearShape(first[None], options.joints, options.ranges(robot), options.duration)
+    shape.check(robot, bounds)
+    if options.second_pose is None:
+        visible = options.mass_sigma is not None or shape.visibility(robot).mass_visible
+        return shape, trajectories.design.second_pose(robot, shape, goal, bounds, seed) if visible else None
+    if options.second_pose == "auto":
+        second = trajectories.design.second_pose(robot, shape, goal, bounds, seed)
+        if second is None:
+            print("dynident: note: no second pose would tell much more: there is one pose only", file=sys.stderr)
+            return shape, None
+    else:
+        try:
+            second = in_si(gains_list(options.second_pose), robot)
+        except argparse.ArgumentTypeError as error:
+            raise InputError(f"--second-pose: {error}; or write auto") from None
+    shape = replace(shape, poses=np.array([first, second]))
+    shape.check(robot, bounds)
+    return shape, None
+
+
+def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float]:
+    """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
+    noise = options.sigma(bounds)
+    if noise is not None:
+        if noise.shape != (robot.n,) or not (noise > 0.0).all():
+            raise InputError(f"--torque-noise: robot {robot.name!r} needs {robot.n} positive numbers")
+        return noise, options.independent_rate or RATE
+    if robot.name == "rx90":
+        print("dynident: note: no --torque-noise: that of the paper's RX90 is assumed", file=sys.stderr)
+        return np.array(trajectories.RX90_NOISE), _PAPER_RATE
+    limits = np.array([joint.limits.torque for joint in robot.joints])
+    if not np.isfinite(limits).all():
+        raise InputError(
+            f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give --torque-noise"
+        )
+    print(
+        f"dynident: note: no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed",
+        file=sys.stderr,
+    )
+    return _NOISE * limits, _NOISE_RATE
+
+
+def _torques(
+    robot: model.Robot,
+    known: Mapping[str, float],
+    bounds: trajectories.JointBounds,
+    expected: model.InertialParameters,
+) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
+    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown."""
+    parameters = known or robot.parameters
+    if parameters and np.isfinite(bounds.torque).any():
+        return bounds, trajectories.Loads(parameters, expected)
+    return replace(bounds, torque=np.full(robot.n, np.inf)), None

@@ -1,0 +1,154 @@
+"""Options of what a motion is to teach, and of the noise through which it is learnt."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ... import estimation, model, trajectories
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..values import fraction, gains_list, names_list, positive_number
+from .reading import Options
+
+_CRITERIA = ("d", "a", "cond", "cond-scaled")
+RATE = 100.0
+"""Hz: independent samples where nothing else is said."""
+
+
+@dataclass(frozen=True)
+class NoiseOptions(Options):
+    """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
+
+    torque_noise: float | tuple[float, ...] | None
+    independent_rate: float | None
+
+    @staticmethod
+    def add_to(group: Any, rate: str) -> None:
+        """Add them to a group of a command; ``rate``: what is said of the rate's default."""
+        group.add_argument(
+            "--torque-noise",
+            type=_noise_level,
+            metavar="S1,S2,..",
+            help="sigma per joint [N·m or N], or 10%% of the limits",
+        )
+        group.add_argument(
+            "--independent-rate", type=positive_number, metavar="HZ", help=f"independent samples a second {rate}"
+        )
+
+    def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
+        """Standard deviations per joint as asked for."""
+        if isinstance(self.torque_noise, float):
+            if not np.isfinite(bounds.torque).all():
+                raise InputError(
+                    "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
+                )
+            return np.asarray(self.torque_noise * bounds.torque)
+        return None if self.torque_noise is None else np.array(self.torque_noise)
+
+
+@dataclass(frozen=True)
+class GoalOptions(NoiseOptions):
+    """Which parameters, by which criterion, beside what is known already."""
+
+    criterion: trajectories.design.Kind
+    columns: tuple[str, ...] | None
+    parameters: tuple[str, ...] | None
+    payload_only: bool
+    data_from: Sequence[str] | None
+    data_length: float | None
+
+    @staticmethod
+    def declare(parser: argparse.ArgumentParser) -> None:
+        """Add them to a command."""
+        group = parser.add_argument_group("what to learn")
+        group.add_argument(
+            "--criterion",
+            choices=_CRITERIA,
+            default="d",
+            help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",
+        )
+        group.add_argument(
+            "--columns", type=names_list, metavar="NAME,..", help="parameters to be estimated (default: base)"
+        )
+        group.add_argument(
+            "--parameters", type=names_list, metavar="NAME,..", help="those that count, for d and a (default: all)"
+        )
+        group.add_argument("--payload-only", action="store_true", help="the payload's ten, the robot being known")
+        group.add_argument(
+            "--data-from",
+            action="append",
+            metavar="F",
+            help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); "
+            "repeatable",
+        )
+        group.add_argument("--data-length", type=positive_number, metavar="S", help="of the recording to come")
+        NoiseOptions.add_to(group, "(default: 100)")
+
+    def goal(
+        self,
+        robot: model.Robot,
+        bounds: trajectories.JointBounds,
+        reference: Mapping[str, float],
+        motion_length: float | None,
+    ) -> trajectories.Goal:
+        """The goal.
+
+        Args:
+            robot: the robot.
+            bounds: limits of its joints.
+            reference: values that standard deviations are relative to.
+            motion_length: how long the motion will take [s], where it is known.
+
+        Raises:
+            InputError: for earlier recordings that do not fit, or without the length of the next one.
+        """
+        if self.data_from and self.data_length is None and motion_length is None:
+            raise InputError("--data-from needs --data-length: how long will be recorded next?")
+        noise, earlier, length = self._noise(bounds), None, self.data_length
+        if self.data_from:
+            earlier, length = self._earlier(robot, noise), length or motion_length
+        return trajectories.Goal(
+            self.criterion,
+            columns=self.columns,
+            payload_only=self.payload_only,
+            interest=self.parameters,
+            reference=reference if self.criterion == "a" else None,
+            noise=noise,
+            rate=self.independent_rate or RATE,
+            data_length=length,
+            earlier=earlier,
+        )
+
+    def _noise(self, bounds: trajectories.JointBounds) -> Array | None:
+        """Torque noise as asked for, else that of the earlier recordings."""
+        noise = self.sigma(bounds)
+        if noise is None and self.data_from:
+            noise = estimation.files.recorded_noise(self.data_from[0])
+        if noise is None:
+            print("dynident: note: no --torque-noise: 1 N·m (or N) in every joint is assumed", file=sys.stderr)
+        return noise
+
+    def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:
+        paths, weighted = self.data_from or (), self.criterion in ("d", "a")
+        if weighted and noise is None:
+            raise InputError(f"{paths[0]}: carries no weights: give --torque-noise")
+        parts = [estimation.files.read_information(path, noise if weighted else None) for path in paths]
+        if self.payload_only:
+            parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
+        columns = parts[0].columns
+        for path, other in zip(paths, parts, strict=True):
+            if set(other.columns) != set(columns):
+                raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
+        rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
+        return trajectories.Earlier(columns, np.vstack(rows))
+
+
+def _noise_level(text: str) -> Any:
+    """A share of the torque limits, "10%" (a float); or a number per joint (a tuple)."""
+    return fraction(text) if text.strip().endswith("%") else gains_list(text)

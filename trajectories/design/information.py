@@ -1,0 +1,125 @@
+"""The observation matrix on samples of a motion, its Gram matrix, and one adjoint for all gradients.
+
+For criterion C with spectral gradient M = dC/dG and G = W' diag(w) W, dC/dW = 2 w W M. Torques are linear in W as
+well, so that the slopes of torque limits join the same seed; reverse mode of the regressor then gives the slopes
+in q, qd and qdd at about the cost of a few evaluations. W'W itself is never differentiated.
+"""
+
+import functools
+from collections.abc import Sequence
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import Robot, regressor
+from ...model.kernel import Kernel
+from ...model.regressors import smooth_regressor
+from ..motions.samples import Samples
+
+SPRING = "SPRING"
+"""Name of the column of the known spring torque, whose coefficient is -1."""
+
+
+class RegressorKernel:
+    """Non-zero entries of the regressor, joint by joint, and their adjoint.
+
+    Attributes:
+        columns: names of the columns, c.
+        parts: per joint, the slice of the entries and the columns they stand in.
+    """
+
+    def __init__(self, robot: Robot, columns: Sequence[str]) -> None:
+        """Generate and compile the code; ``SPRING`` may be one of the columns."""
+        self.columns = tuple(columns)
+        smooth, exact, adjoint = _functions(robot, self.columns)
+        self._smooth, self._exact, self._adjoint = Kernel(smooth), Kernel(exact), Kernel(adjoint)
+        # The matrix is transposed: column-major order then holds joint after joint.
+        ends = np.searchsorted(self._smooth.columns, np.arange(robot.n + 1))
+        self.parts = tuple((slice(int(a), int(b)), self._smooth.rows[a:b]) for a, b in pairwise(ends))
+        self._blocks = tuple(np.ix_(own, own) for _, own in self.parts)
+
+    def entries(self, samples: Samples, width: float) -> Array:
+        """Non-zero entries on N samples, (entries, N); ``width`` 0 for the exact sign."""
+        states = (samples.q, samples.qd, samples.qdd)
+        return self._smooth(*states, np.array([width])) if width > 0.0 else self._exact(*states)
+
+    def gram(self, entries: Array, weights: Array) -> Array:
+        """W' diag(w) W, c x c, with ``weights`` (n, N)."""
+        G = np.zeros((len(self.columns), len(self.columns)))
+        for (part, _), block, w in zip(self.parts, self._blocks, weights, strict=True):
+            W = entries[part]
+            G[block] += (W * w) @ W.T
+        return G
+
+    def gram_slope(self, entries: Array, weights: Array, M: Array) -> tuple[Array, Array]:
+        """Slopes of tr(M G) for fixed symmetric M: in the entries, and in the weights (n, N)."""
+        seed, by_weight = np.empty_like(entries), np.empty_like(weights)
+        for j, ((part, _), block) in enumerate(zip(self.parts, self._blocks, strict=True)):
+            MW = M[block] @ entries[part]
+            by_weight[j] = np.einsum("kn,kn->n", MW, entries[part])
+            np.multiply(MW, 2.0 * weights[j], out=seed[part])
+        return seed, by_weight
+
+    def torque(self, entries: Array, chi: Array) -> Array:
+        """W chi, shape (N, n)."""
+        return np.stack([chi[own] @ entries[part] for part, own in self.parts], axis=1)
+
+    def torque_slope(self, slope: Array, chi: Array, seed: Array) -> None:
+        """Add to ``seed`` what a slope in the torques (N, n) means for the entries."""
+        for j, (part, own) in enumerate(self.parts):
+            seed[part] += chi[own][:, None] * slope[:, j]
+
+    def state_slope(self, samples: Samples, width: float, seed: Array) -> tuple[Array, Array, Array]:
+        """Slopes in q, qd, qdd, each (N, n), from slopes in the entries."""
+        states = (samples.q, samples.qd, samples.qdd)
+        slopes = self._adjoint(*states, np.array([width]), seed.T).T
+        q, qd, qdd = np.split(slopes, 3, axis=1)
+        return q, qd, qdd
+
+    def matrix(self, samples: Samples, width: float = 0.0) -> Array:
+        """W itself, (n * N) x c, joint after joint."""
+        return self.dense(self.entries(samples, width)).reshape(-1, len(self.columns))
+
+    def dense(self, entries: Array) -> Array:
+        """W with its zeros, n x N x c."""
+        W = np.zeros((len(self.parts), entries.shape[1], len(self.columns)))
+        for rows, (part, columns) in zip(W, self.parts, strict=True):
+            rows[:, columns] = entries[part].T
+        return W
+
+
+@functools.lru_cache(maxsize=16)
+def regressor_kernel(robot: Robot, columns: tuple[str, ...]) -> RegressorKernel:
+    """The kernel of a robot and its columns, made once."""
+    return RegressorKernel(robot, columns)
+
+
+def _functions(robot: Robot, columns: tuple[str, ...]) -> tuple[ca.Function, ca.Function, ca.Function]:
+    """Smooth and exact regressor, transposed, and the smooth one's adjoint."""
+    own = [name for name in columns if name != SPRING]
+    q, qd, qdd = (ca.SX.sym(symbol, robot.n) for symbol in ("q", "qd", "qdd"))
+    width = ca.SX.sym("width")
+    phi = smooth_regressor(robot, own)(q, qd, qdd, width)
+    exact = regressor(robot, own)(q, qd, qdd)
+    if SPRING in columns:
+        known = _spring_column(robot, q)
+        phi, exact = (ca.horzcat(x, known) for x in (phi, exact))
+    order = [[*own, SPRING].index(name) for name in columns]
+    phi, exact = phi[:, order].T, exact[:, order].T
+    entries = phi.nz[:]
+    seed, state = ca.SX.sym("seed", phi.nnz()), ca.vertcat(q, qd, qdd)
+    slope = ca.cse(ca.densify(ca.jtimes(entries, state, seed, True)))
+    return (
+        ca.Function("smooth_entries", [q, qd, qdd, width], [ca.cse(phi)]),
+        ca.Function("exact_entries", [q, qd, qdd], [ca.cse(exact)]),
+        ca.Function("adjoint", [q, qd, qdd, width, seed], [slope]),
+    )
+
+
+def _spring_column(robot: Robot, q: ca.SX) -> ca.SX:
+    column = ca.SX(robot.n, 1)
+    if robot.spring is not None:
+        column[robot.spring.joint - 1] = robot.spring.torque_symbol(q[robot.spring.joint - 1])
+    return column

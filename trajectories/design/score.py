@@ -1,0 +1,157 @@
+"""How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.linear import decomposed
+from ...model import Motion, inverse_dynamics, standard_columns
+from ...model.kernel import Kernel
+from ..motions.samples import Samples
+from .criterion import condition_numbers
+from .limits import LimitCheck, State, TorqueLimit, check
+from .problem import DesignProblem
+
+FINER = 10
+"""The final check's grid is so many times finer than the optimisation's."""
+TOLERANCE = 1e-9
+"""A limit missed by less than this, in its own units, is met."""
+
+
+class Learnt(NamedTuple):
+    """What data would teach.
+
+    Attributes:
+        log_det: log det of the information matrix (d); -inf if it is singular.
+        condition_number: of W in SI units, rows unweighted; inf if W has not full rank.
+        condition_number_scaled: of W with its columns scaled to norm 1.
+        sigma: predicted standard deviation of each parameter; inf if W has not full rank.
+    """
+
+    log_det: float
+    condition_number: float
+    condition_number_scaled: float
+    sigma: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A motion judged, whatever the criterion it was designed for.
+
+    Attributes:
+        value: of the goal's criterion, for one second of data or the goal's data length: small is good.
+        limits: how near each limit comes.
+        problem: by whose goal and limits it was judged.
+        samples: of the motion.
+    """
+
+    value: float
+    limits: tuple[LimitCheck, ...]
+    problem: DesignProblem
+    samples: Samples
+
+    @property
+    def duration(self) -> float:
+        """Duration of the motion [s]."""
+        return float(self.samples.weight.sum())
+
+    @cached_property
+    def learnt(self) -> Learnt:
+        """By the motion and the earlier recordings together; computed when first asked for."""
+        return _learnt(self.problem, State(self.samples, self.problem.kernel.entries(self.samples, 0.0)))
+
+    @property
+    def max_violation(self) -> float:
+        """Largest violation of a limit, in units of the limit; 0 if all are met."""
+        return max((limit.relative for limit in self.limits), default=0.0)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all limits are met."""
+        return self.max_violation <= TOLERANCE
+
+    @property
+    def violations(self) -> tuple[str, ...]:
+        """One line for each limit that is not met."""
+        return tuple(str(limit) for limit in self.limits if limit.relative > TOLERANCE)
+
+    def relative_sigma(self, reference: dict[str, float]) -> dict[str, float]:
+        """Predicted standard deviations relative to reference values other than zero."""
+        return {
+            name: sigma / abs(reference[name]) for name, sigma in self.learnt.sigma.items() if reference.get(name)
+        }
+
+
+def score_motion(problem: DesignProblem, motion: Motion) -> Score:
+    """Judge any motion by a problem's goal and limits, such as one read back from a log."""
+    return score_samples(problem, _samples(motion))
+
+
+def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
+    """Torques on a motion [N·m or N], (N, n), by the name of each load that the design reckons with.
+
+    They are those of the torque limits; without any, those of the parameters in the robot's description; nothing
+    if it holds none.
+    """
+    limits = [limit for limit in problem.limits if isinstance(limit, TorqueLimit)]
+    if limits:
+        samples = _samples(motion)
+        state = State(samples, problem.kernel.entries(samples, 0.0))
+        return {limit.name: limit.values(state) * limit.unit for limit in limits}
+    known, names = problem.robot.parameters, standard_columns(problem.robot)
+    if not all(name in known for name in names):
+        return {}
+    dynamics, torque = Kernel(inverse_dynamics(problem.robot)), np.zeros(motion.q.shape)
+    chi = np.array([known[name] for name in names])
+    torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, chi).T
+    return {"torque": torque}
+
+
+def _samples(motion: Motion) -> Samples:
+    """A motion's samples with the time that each stands for, by the trapezoidal rule."""
+    weight = np.zeros(len(motion.t))
+    step = np.diff(motion.t)
+    weight[:-1] += 0.5 * step
+    weight[1:] += 0.5 * step
+    return Samples(weight, motion.q, motion.qd, motion.qdd)
+
+
+def score_samples(problem: DesignProblem, samples: Samples) -> Score:
+    """Judge samples of a motion."""
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    value = exact_value(problem, state)
+    checks = tuple(check(limit, state) for limit in problem.limits)
+    return Score(value, checks, problem, samples)
+
+
+def exact_value(problem: DesignProblem, state: State) -> float:
+    """The criterion without surrogate: for condition numbers the log of the number itself."""
+    weights = problem.row_weights(state.samples, problem.criterion.weighted)
+    kind = problem.criterion.kind
+    if kind in ("cond", "cond-scaled"):
+        return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
+    return problem.criterion(problem.information(state.entries, weights)).value
+
+
+def _learnt(problem: DesignProblem, state: State) -> Learnt:
+    """Knowledge from the motion together with the earlier recordings where they are in the weights needed."""
+    with_earlier = problem.criterion.weighted
+    duration = problem.goal.data_length or float(state.samples.weight.sum())
+    plain, weighted = (problem.row_weights(state.samples, noise, duration) for noise in (False, True))
+    conditions = condition_numbers(_rows(problem, state, plain, not with_earlier))
+    R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
+    if R.rank < len(problem.names):
+        return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
+    sigma = np.sqrt(np.diag(R.covariance))
+    log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
+    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)))
+
+
+def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:
+    """Rows whose Gram matrix is the information: the motion's, then the earlier recordings'."""
+    W = problem.kernel.dense(state.entries)[:, :, problem.places] * np.sqrt(weights)[:, :, None]
+    rows = W.reshape(-1, W.shape[2])
+    return np.vstack([rows, problem.earlier]) if earlier else rows

@@ -1,0 +1,235 @@
+"""Motions about a pose: a Fourier series of some joints, the others held, perhaps once more about a second pose."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...common.arrays import Array, frozen_array
+from ...common.errors import InputError
+from ...model import Robot
+from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
+from .bounds import JointBounds
+from .fourier import RestBases, fourier_basis
+from .samples import Clear, Plan, Samples, everywhere
+from .segments import QUINTIC
+from .via_points import quickest
+
+_PERIOD = 7.5  # s: about how long a series lasts before it is repeated
+_SHORTEST = 1.0  # s: at each pose
+_HARMONICS = 8
+_SAMPLES = 16  # per period of the highest harmonic while optimising
+_SPAN = 0.7  # of range, speed and acceleration that a random start uses
+_SHRINKS = 20
+_TRANSFER_SPEED = 0.5  # of the limits
+_TRANSFER_MORE = 0.01  # s: beyond the shortest transfer, so that rounding breaks no limit
+
+
+@dataclass(frozen=True)
+class NearMotion(Plan):
+    """Equal periods of a Fourier series at one or two poses, at rest before and after each.
+
+    Between poses it goes on straight lines in joint space, and at the end back to the first.
+
+    Attributes:
+        poses: where each series begins and ends [rad or m], poses x n.
+        a, b: speed amplitudes of sine and cosine terms [rad/s or m/s], poses x n x harmonics.
+        period: of the series [s].
+        repeats: periods at each pose.
+        transfer: duration of the way from one pose to the other [s]; 0 with one pose.
+    """
+
+    poses: Array
+    a: Array
+    b: Array
+    period: float
+    repeats: int
+    transfer: float
+
+    def __post_init__(self) -> None:
+        """Lock the arrays and check them."""
+        object.__setattr__(self, "poses", frozen_array(self.poses, (None, None), "poses"))
+        shape = (*self.poses.shape, None)
+        object.__setattr__(self, "a", frozen_array(self.a, shape, "a"))
+        object.__setattr__(self, "b", frozen_array(self.b, self.a.shape, "b"))
+        if not self.period > 0.0 or self.repeats < 1 or (self.transfer > 0.0) != (len(self.poses) > 1):
+            raise ValueError("a motion near a pose needs a positive period, repeats, and transfers between poses")
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest, transfers included [s]."""
+        count = len(self.poses)
+        return count * (self.repeats * self.period + self.transfer)
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after the end."""
+        t = np.clip(t, 0.0, self.duration)
+        stay, count = self.repeats * self.period, len(self.poses)
+        place = np.minimum((t / (stay + self.transfer)).astype(int), count - 1)
+        own = t - place * (stay + self.transfer)
+        q, qd, qdd = (np.empty((len(t), self.poses.shape[1])) for _ in range(3))
+        for p, pose in enumerate(self.poses):
+            here, away = (place == p) & (own <= stay), (place == p) & (own > stay)
+            q[here], qd[here], qdd[here] = self._series(p, own[here])
+            to = self.poses[(p + 1) % count]
+            q[away], qd[away], qdd[away] = self._transfer(pose, to, np.minimum(own[away] - stay, self.transfer))
+        return q, qd, qdd
+
+    def slowed(self, speed: float) -> "NearMotion":
+        """One slow period at a fraction of the speed, the same way: to be watched before the real run."""
+        slow = replace(self, a=self.a * speed, b=self.b * speed, period=self.period / speed)
+        return replace(slow, repeats=1, transfer=self.transfer / speed)
+
+    def _series(self, p: int, t: Array) -> tuple[Array, Array, Array]:
+        B, Bd, Bdd = fourier_basis(t, self.a.shape[2], self.period)
+        c = np.hstack([self.a[p], self.b[p]]).T
+        first = fourier_basis(np.zeros(1), self.a.shape[2], self.period)[0]
+        return self.poses[p] + (B - first) @ c, Bd @ c, Bdd @ c
+
+    def _transfer(self, start: Array, end: Array, t: Array) -> tuple[Array, Array, Array]:
+        B, Bd, Bdd = (b[:, -1:] for b in QUINTIC.basis(t / self.transfer))
+        way = (end - start)[None]
+        return start + B * way, Bd * way / self.transfer, Bdd * way / self.transfer**2
+
+
+@dataclass(frozen=True, eq=False)
+class NearShape:
+    """A motion about one pose or two.
+
+    Attributes:
+        poses: where the robot stands [rad or m], shape (1 or 2, n).
+        joints: numbers of the joints that move.
+        ranges: how far each of them goes to either side [rad or m], shape (k,).
+        duration: of the motion, the ways between two poses included [s].
+    """
+
+    poses: Array
+    joints: tuple[int, ...]
+    ranges: Array
+    duration: float
+
+    def check(self, robot: Robot, bounds: JointBounds) -> None:
+        """Refuse what the robot cannot do.
+
+        Raises:
+            InputError: one line.
+        """
+        moving = checked_joints(robot, self.joints)
+        if len(self.ranges) != len(moving) or not (self.ranges > 0.0).all() or not np.isfinite(self.ranges).all():
+            raise InputError(f"the range must be one positive number, or one for each of {len(moving)} joints")
+        if not 0.0 < self.duration < np.inf:
+            raise InputError(f"a duration of {self.duration:g} s: give a positive one")
+        for pose in self.poses:
+            if pose.shape != (robot.n,) or not ((pose > bounds.low) & (pose < bounds.high)).all():
+                raise InputError(
+                    f"the pose {_degrees(robot, pose)} must be {robot.n} positions within the limits of "
+                    f"{robot.name}"
+                )
+
+    def family(
+        self, robot: Robot, bounds: JointBounds, duration: float | None = None, start: Array | None = None
+    ) -> "FreeNear":
+        """Motions of this shape; see ``Shape``.
+
+        Raises:
+            InputError: if the duration leaves no time beside the way between two poses.
+        """
+        self.check(robot, bounds)
+        if duration not in (None, self.duration) or start is not None:
+            raise InputError("a motion near a pose has its duration and poses in its shape: leave both out")
+        return FreeNear(bounds, self)
+
+    def visibility(self, robot: Robot) -> PayloadVisibility:
+        """What torques near the poses will show of a payload, before any motion."""
+        return payload_visibility(robot, list(self.poses), self.joints, self.ranges.tolist())
+
+
+class FreeNear:
+    """Motions about poses, of a fixed period; q, qd and qdd of the series are linear in x."""
+
+    def __init__(self, bounds: JointBounds, shape: NearShape) -> None:
+        """Share out the duration among poses, periods and the ways between poses."""
+        self._poses, self._transfer = shape.poses, 0.0
+        self._moving = moving = [joint - 1 for joint in shape.joints]
+        if len(shape.poses) > 1:
+            way = quickest(np.diff(shape.poses, axis=0), _TRANSFER_SPEED * bounds.speed, bounds.acceleration)
+            self._transfer = float(way[0]) + _TRANSFER_MORE
+        stay = shape.duration / len(shape.poses) - self._transfer
+        if stay < _SHORTEST:
+            raise InputError(
+                f"{shape.duration:g} s leave {stay:.1f} s at each pose beside the way between them: give a longer "
+                "--duration"
+            )
+        self._repeats = max(1, round(stay / _PERIOD))
+        self._period = stay / self._repeats
+        self._bases = RestBases(_HARMONICS, self._period, _SAMPLES * _HARMONICS, anchored=True)
+        self._ranges, self._limits = shape.ranges, (bounds.speed[moving], bounds.acceleration[moving])
+        # Coefficients of the order of 1 use the whole range at the first harmonics.
+        self._scale = np.minimum(bounds.speed[moving], 2.0 * np.pi / self._period * shape.ranges)
+        # The range of each moving joint about each pose, within its limits; any for joints that are held.
+        low, high = shape.poses - 1.0, shape.poses + 1.0
+        low[:, moving] = np.maximum(shape.poses[:, moving] - shape.ranges, bounds.low[moving])
+        high[:, moving] = np.minimum(shape.poses[:, moving] + shape.ranges, bounds.high[moving])
+        self.reach = low, high
+        self._shape = (len(shape.poses), len(moving), self._bases.size)
+        self.size, self.free_duration = int(np.prod(self._shape)), False
+        self.low, self.high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+
+    def random(self, draw: np.random.Generator, clear: Clear = everywhere) -> Array:
+        """Random coefficients as large as range, speed and acceleration allow."""
+        c = draw.standard_normal(self._shape)
+        states = self._at_poses(self.sample(c.ravel()))
+        for p, (q, qd, qdd) in enumerate(zip(*states[1:], strict=True)):
+            offsets = q - self._poses[p][self._moving]
+            sizes = zip((offsets, qd, qdd), (self._ranges, *self._limits), strict=True)
+            c[p] *= (_SPAN / np.max([np.abs(y).max(axis=0) / size for y, size in sizes], axis=0))[:, None]
+        x = np.asarray(c.ravel())
+        for _ in range(_SHRINKS):
+            if clear(self.sample(x).q):
+                break
+            x = 0.8 * x
+        return x
+
+    def sample(self, x: Array, finer: int = 1) -> Samples:
+        """States at even times of one period at each pose."""
+        c = self._coefficients(x)
+        poses, n, count = *self._poses.shape, len(self._bases.grid(finer)[0])
+        q, qd, qdd = np.zeros((3, poses, count, n))
+        q += self._poses[:, None]
+        for states, basis in zip((q, qd, qdd), self._bases.grid(finer), strict=True):
+            states[:, :, self._moving] += basis @ c.transpose(0, 2, 1)
+        weight = np.full(poses * count, self._period / count)
+        return Samples(weight, *(states.reshape(-1, n) for states in (q, qd, qdd)))
+
+    def pullback(self, x: Array, slope: Samples) -> Array:
+        """The Jacobian transposed times the slopes."""
+        by_pose = zip(*self._at_poses(slope), strict=True)
+        return np.concatenate(
+            [(self._bases.pulled_back(Samples(*own)) * self._scale[:, None]).ravel() for own in by_pose]
+        )
+
+    def plan(self, x: Array) -> NearMotion:
+        """The motion."""
+        c = np.zeros((*self._poses.shape, len(self._bases.null)))
+        c[:, self._moving] = self._coefficients(x)
+        a, b = np.split(c, 2, axis=2)
+        return NearMotion(self._poses, a, b, self._period, self._repeats, self._transfer)
+
+    def eased(self, x: Array, slower: float, smaller: float) -> Array:
+        """Smaller about the poses; the period stays."""
+        return np.asarray(x * (smaller / slower))
+
+    def _coefficients(self, x: Array) -> Array:
+        """a, b of the moving joints, poses x moving x 2 H."""
+        return np.asarray((x.reshape(self._shape) @ self._bases.null.T) * self._scale[:, None])
+
+    def _at_poses(self, samples: Samples) -> Samples:
+        """Samples of the moving joints, pose by pose: (poses, N), then (poses, N, moving) each."""
+        weight, *states = (part.reshape(len(self._poses), -1, *part.shape[1:]) for part in samples)
+        return Samples(weight, *(state[..., self._moving] for state in states))
+
+
+def _degrees(robot: Robot, pose: Array) -> str:
+    if len(pose) != robot.n:
+        return f"of {len(pose)} numbers"
+    shown = (np.degrees(x) if joint.revolute else x for x, joint in zip(pose, robot.joints, strict=True))
+    return ", ".join(f"{x:g}" for x in shown)

@@ -1,0 +1,197 @@
+"""Motions as a robot controller plans them: synchronised moves with trapezoidal speed that blend at via points.
+
+Every move turns all joints by the same law: a ramp to constant speed, and a ramp down. A ramp's acceleration rises
+and falls linearly over part of its time, so that torques do not jump. At a via point the next move starts before
+the last one has ended, as the VAL3 language's ``leave`` and ``reach`` have it; what both give is added.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...common.arrays import Array, frozen_array
+from ...model import Robot
+from .samples import Plan
+
+_STRETCH = 1.02  # steps in which moves too short for their ramps are made longer
+
+
+@dataclass(frozen=True)
+class PointToPoint(Plan):
+    """Moves from point to point.
+
+    Attributes:
+        points: positions [rad or m], shape (K, n).
+        durations: of the moves, from the middle of a ramp up to the middle of the ramp down [s], shape (K - 1,).
+        ramps: durations of the ramps at each point [s], shape (K,), common to the moves before and after it; or of
+            the ramps up and down of each move, shape (K - 1, 2).
+        blend: part of a ramp for which the moves before and after a via point overlap: 1 passes it at speed, 0
+            stops there.
+        smoothing: part of a ramp in which its acceleration rises, and again falls; in (0, 0.5].
+    """
+
+    points: Array
+    durations: Array
+    ramps: Array
+    blend: float = 1.0
+    smoothing: float = 0.25
+
+    def __post_init__(self) -> None:
+        """Lock the arrays and check that ramps fit into their moves."""
+        object.__setattr__(self, "points", frozen_array(self.points, (None, None), "points"))
+        count = len(self.points)
+        object.__setattr__(self, "durations", frozen_array(self.durations, (count - 1,), "durations"))
+        own = np.ndim(self.ramps) == 2
+        object.__setattr__(self, "ramps", frozen_array(self.ramps, (count - 1, 2) if own else (count,), "ramps"))
+        if count < 2 or not (self.ramps > 0.0).all():
+            raise ValueError("a motion needs two points and positive ramps")
+        if (self.durations < self._shortest * (1.0 - 1e-12)).any():
+            raise ValueError("a move is shorter than its ramps")
+        if not 0.0 <= self.blend <= 1.0 or not 0.0 < self.smoothing <= 0.5:
+            raise ValueError("blend must be in [0, 1], smoothing in (0, 0.5]")
+
+    @property
+    def _shortest(self) -> Array:
+        up, down = self._up_and_down
+        return np.asarray(0.5 * (up + down))
+
+    @property
+    def _up_and_down(self) -> tuple[Array, Array]:
+        """Ramps of each move, (K - 1,) each."""
+        if self.ramps.ndim == 2:
+            return self.ramps[:, 0], self.ramps[:, 1]
+        return self.ramps[:-1], self.ramps[1:]
+
+    @property
+    def duration(self) -> float:
+        """From rest to rest [s]."""
+        return float(self._pieces.knots[-1])
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
+        return self._pieces.at(t)
+
+    @cached_property
+    def _pieces(self) -> "_Pieces":
+        """The sum of all ramps as one piecewise cubic."""
+        speed = np.diff(self.points, axis=0) / self.durations[:, None]
+        rising, falling = self._up_and_down
+        lengths = np.concatenate([rising, falling])
+        up, down = np.zeros(len(speed)), np.zeros(len(speed))
+        start = 0.0
+        for k, (duration, shortest) in enumerate(zip(self.durations, self._shortest, strict=True)):
+            up[k], down[k] = start, start + duration - shortest + rising[k]
+            start = down[k] + (1.0 - self.blend) * falling[k]
+        starts = np.concatenate([up, down])
+        change = np.concatenate([speed, -speed])
+        corners = np.array([0.0, self.smoothing, 1.0 - self.smoothing, 1.0])
+        knots = np.unique(starts[:, None] + lengths[:, None] * corners)
+        x = (knots[:, None] - starts) / lengths
+        shapes = _ramp(x, self.smoothing)
+        q = self.points[0] + (shapes[0] * lengths) @ change
+        qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
+        steps = np.diff(knots)[:, None]
+        return _Pieces(knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])]))
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """A piecewise cubic by its values at the knots; the third derivative is constant in between."""
+
+    knots: Array
+    q: Array
+    qd: Array
+    qdd: Array
+    jerk: Array
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        t = np.clip(t, 0.0, self.knots[-1])
+        k = np.searchsorted(self.knots, t, side="right") - 1
+        h = (t - self.knots[k])[:, None]
+        jerk, qdd, qd = self.jerk[k], self.qdd[k], self.qd[k]
+        q = self.q[k] + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
+        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
+
+
+def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
+    """A ramp of unit time and height: its integral, itself and its slope (a trapezoid of height 1 / (1 - s))."""
+
+    def power(m: int) -> Array:
+        inside = np.clip(x, 0.0, 1.0)
+        parts = [np.maximum(inside - corner, 0.0) ** m for corner in (0.0, s, 1.0 - s)]
+        return np.asarray((parts[0] - parts[1] - parts[2]) / (s * (1.0 - s)))
+
+    return power(3) / 6.0 + np.maximum(x - 1.0, 0.0), power(2) / 2.0, power(1)
+
+
+def plan_point_to_point(
+    robot: Robot,
+    points: Array,
+    speed: float | Array = 0.5,
+    acceleration: float | Array = 0.5,
+    blend: float = 1.0,
+    smoothing: float = 0.25,
+) -> PointToPoint:
+    """The quickest such motion through points that keeps the speed and acceleration limits.
+
+    Args:
+        robot: its joints' limits; a joint without limits sets no bound.
+        points: positions [rad or m], shape (K, n).
+        speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
+        acceleration: fraction of the acceleration limits to use; at each point its own with shape (K, 1).
+        blend: as in ``PointToPoint``.
+        smoothing: as in ``PointToPoint``.
+
+    Raises:
+        ValueError: if no limit bounds a move, or two neighbouring points are the same.
+    """
+    step = np.diff(np.asarray(points, dtype=float), axis=0)
+    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
+    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
+    durations = (np.abs(step) / top).max(axis=1)
+    if not ((durations > 0.0).all() and np.isfinite(strong).any()):
+        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+    while True:
+        moving = step / durations[:, None]
+        before = np.vstack([np.zeros_like(step[:1]), moving])
+        after = np.vstack([moving, np.zeros_like(step[:1])])
+        # While both moves act, each with its own part of its speed, no combination accelerates more than these.
+        change = np.maximum(np.abs(after - before), np.maximum(np.abs(before), np.abs(after)))
+        ramps = (change / strong).max(axis=1)
+        short = durations < 0.5 * (ramps[:-1] + ramps[1:])
+        if not short.any():
+            return PointToPoint(points, durations, ramps, blend, smoothing)
+        durations = np.where(short, durations * _STRETCH, durations)
+
+
+def plan_stops(
+    robot: Robot,
+    points: Array,
+    speed: float | Array = 0.5,
+    acceleration: float | Array = 0.5,
+    smoothing: float = 0.25,
+) -> PointToPoint:
+    """The quickest such motion that stops at every point, each move by its own speed and acceleration.
+
+    Args:
+        robot: its joints' limits; a joint without limits sets no bound.
+        points: positions [rad or m], shape (K, n).
+        speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
+        acceleration: fraction of the acceleration limits to use; likewise.
+        smoothing: as in ``PointToPoint``.
+
+    Raises:
+        ValueError: if no limit bounds a move, or two neighbouring points are the same.
+    """
+    step = np.abs(np.diff(np.asarray(points, dtype=float), axis=0))
+    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
+    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
+    by_speed = (step / top).max(axis=1)
+    by_acceleration = (step / strong).max(axis=1)
+    # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.
+    durations = np.maximum(by_speed, np.sqrt(by_acceleration))
+    if not ((by_speed > 0.0).all() and (by_acceleration > 0.0).all()):
+        raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
+    ramps = by_acceleration / durations
+    return PointToPoint(points, durations, np.column_stack([ramps, ramps]), 0.0, smoothing)

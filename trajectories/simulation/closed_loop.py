@@ -1,0 +1,151 @@
+"""A robot under its controller: forward dynamics in closed loop, many runs side by side in one batch."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import InertialParameters, Motion, Robot, base_parameters, inverse_dynamics_base, standard_columns
+from ...model.dynamics import dry_friction_names
+from ...model.kernel import Kernel
+from ...model.motion import Measurement
+from ..motions.samples import Plan
+from .controller import Controller, mean_inertia
+from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample
+from .simulator import check_parameters, parameter_vector
+
+_SETTLE = 1.0  # s before a run starts, in which the loops take up the load
+_CHUNK = 50  # samples whose references are computed at once
+_LOST = 0.5  # rad or m from the reference: the controller has lost the robot
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run of a reference.
+
+    Attributes:
+        reference: what the robot is told to do.
+        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
+            ``dry_friction_names``; the last row holds on.
+        payload: fixed to the last link, in the robot's payload frame.
+    """
+
+    reference: Plan
+    friction: Array
+    payload: InertialParameters | None = None
+
+
+class ClosedLoop:
+    """A robot with known parameters, its controller and its gears.
+
+    Attributes:
+        robot: the robot.
+        rate: of the samples [Hz].
+        steps: of the integration (classical Runge-Kutta) per sample.
+    """
+
+    def __init__(
+        self, robot: Robot, controller: Controller | None = None, ripple: Ripple | None = None, rate: float = 250.0
+    ) -> None:
+        """Generate the code of one integration step.
+
+        Raises:
+            InputError: if the robot's description lacks standard parameters, or its links cannot exist.
+        """
+        check_parameters(robot)
+        self.robot, self.rate = robot, rate
+        self._controller = controller or Controller()
+        self._base = base_parameters(robot)
+        self._dry = dry_friction_names(robot)
+        inertia = mean_inertia(robot)
+        self.steps = steps_per_sample(robot, self._controller, inertia, rate)
+        ripple = ripple or Ripple(np.zeros(robot.n), (), np.zeros((robot.n, 0)))
+        self._settings = step_settings(1.0 / (rate * self.steps), self._controller, inertia, ripple)
+        self._step = Stepper(integration_step(robot, self._base, len(ripple.waves)))
+        self._feed_forward = Kernel(inverse_dynamics_base(robot, self._base))
+        self._bare = self._parameters(None)
+
+    def run(
+        self, runs: Sequence[Run], progress: Callable[[float], None] | None = None
+    ) -> list[tuple[Measurement, Array]]:
+        """Simulate all runs in lockstep; each comes out as if it were alone.
+
+        Returns:
+            For each run the exact motion with the motor torques, and the reference positions (N, n).
+
+        Raises:
+            InputError: if the controller loses the robot.
+        """
+        counts = np.array([int(run.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for run in runs])
+        batch = _Batch(runs, counts, self.robot.n, [self._parameters(run.payload) for run in runs])
+        first = -round(_SETTLE * self.rate)
+        for start in range(first, int(counts.max()), _CHUNK):
+            self._advance(batch, start, min(start + _CHUNK, int(counts.max())))
+            if progress:
+                progress((start - first) / (counts.max() - first))
+        return [batch.result(k, self.rate) for k in range(len(runs))]
+
+    def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
+        """Integrate the runs that have not ended over some samples."""
+        n, active = self.robot.n, np.flatnonzero(batch.counts > start).tolist()
+        wanted = self._wanted([batch.runs[k].reference for k in active], start, stop)
+        x, chi = batch.state[active], batch.chi[active]
+        for sample in range(start, stop):
+            level = batch.friction(active, sample)
+            for k in range(self.steps):
+                at = 2 * ((sample - start) * self.steps + k)
+                out = self._step(x, *wanted[at : at + 3], chi, level, self._settings)
+                if k == 0 and sample >= 0:
+                    batch.log[sample, active, : 2 * n] = x[:, : 2 * n]
+                    batch.log[sample, active, 2 * n : 4 * n] = out[3 * n :].T
+                    batch.log[sample, active, 4 * n :] = wanted[at, :, :n]
+                x = out[: 3 * n].T
+        batch.state[active] = x
+        far = np.abs(x[:, :n] - wanted[-1, :, :n])
+        if not (far < _LOST).all():
+            joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
+            raise InputError(
+                f"robot {self.robot.name!r}: its controller loses joint {joint} at {stop / self.rate:.2f} s: "
+                "make the motion slower or the payload lighter"
+            )
+
+    def _wanted(self, references: Sequence[Plan], start: int, stop: int) -> Array:
+        """Reference positions, speeds and feed-forward at every half step, (half steps, runs, 3 n)."""
+        halves = 2 * self.steps
+        t = np.arange(start * halves, stop * halves + 1) / (self.rate * halves)
+        known: dict[int, Array] = {}
+        for reference in references:
+            if id(reference) not in known:
+                q, qd, qdd = reference.at(t)
+                torque = self._controller.feed_forward * self._feed_forward(q, qd, qdd, self._bare).T
+                known[id(reference)] = np.hstack([q, qd, torque])
+        return np.stack([known[id(reference)] for reference in references], axis=1)
+
+    def _parameters(self, payload: InertialParameters | None) -> Array:
+        """Base parameters, dry friction left out."""
+        vector = parameter_vector(self.robot, self.robot.parameters, payload)
+        values = dict(zip(standard_columns(self.robot), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
+        return self._base.value(values)
+
+
+class _Batch:
+    """States and logs of the runs; rows of ``log``: q, qd, torque, qdd, reference."""
+
+    def __init__(self, runs: Sequence[Run], counts: NDArray[np.int_], n: int, chi: Sequence[Array]) -> None:
+        self.runs, self.counts, self.chi = runs, counts, np.array(chi)
+        self.state = np.zeros((len(runs), 3 * n))
+        for state, run in zip(self.state, runs, strict=True):
+            state[:n] = run.reference.at(np.zeros(1))[0][0]
+        self.log = np.zeros((int(counts.max()), len(runs), 5 * n))
+
+    def friction(self, active: Sequence[int], sample: int) -> Array:
+        rows = [self.runs[k].friction for k in active]
+        return np.array([levels[min(max(sample, 0), len(levels) - 1)] for levels in rows])
+
+    def result(self, k: int, rate: float) -> tuple[Measurement, Array]:
+        q, qd, torque, qdd, reference = np.split(self.log[: self.counts[k], k], 5, axis=1)
+        motion = Motion(np.arange(self.counts[k]) / rate, q, qd, qdd)
+        return Measurement(motion, torque), reference

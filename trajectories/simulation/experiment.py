@@ -1,0 +1,136 @@
+"""Simulated experiments: trajectories run without and with payloads, and what the controller writes down."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import InertialParameters, Recording, Robot
+from ...model.dynamics import dry_friction_names
+from ...model.motion import Measurement
+from ..motions.samples import Plan
+from .closed_loop import ClosedLoop, Run
+from .controller import Controller
+from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
+from .integrator import Ripple
+
+RATE = 250.0
+"""Hz, at which the paper's controller records."""
+
+
+class Task(NamedTuple):
+    """A trajectory to run, its name, and what the robot carries."""
+
+    name: str
+    reference: Plan
+    payload: InertialParameters | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedRun:
+    """One run: what was recorded, and what is known of it.
+
+    Attributes:
+        task: what was asked for.
+        recording: what the controller wrote.
+        exact: the motion and the motor torques without errors of measurement.
+        friction: dry friction averaged over the motion, by parameter [N·m or N].
+        tracking_error: largest distance from the reference, per joint [rad or m].
+    """
+
+    task: Task
+    recording: Recording
+    exact: Measurement
+    friction: dict[str, float]
+    tracking_error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """Runs of one robot with what disturbs it.
+
+    Attributes:
+        robot: the robot; its parameters are the truth, dry friction on average over all times.
+        disturbances: levels.
+        errors: what was drawn for the robot.
+        seed: of everything that was drawn.
+        runs: in the order of the tasks.
+    """
+
+    robot: Robot
+    disturbances: Disturbances
+    errors: RobotErrors
+    seed: int
+    runs: tuple[SimulatedRun, ...]
+
+    def again(self, disturbances: Disturbances) -> "Experiment":
+        """Runs as they were, recorded with other errors of measurement.
+
+        Raises:
+            ValueError: if the robot itself would move otherwise.
+        """
+        mine = self.disturbances
+        for name in ("ripple", "waves", "friction", "friction_memory"):
+            if getattr(mine, name) != getattr(disturbances, name):
+                raise ValueError(f"{name} acts on the moving robot: simulate again")
+        errors = draw_robot_errors(disturbances, self.seed)
+        runs = (
+            replace(run, recording=_recorded(run.task, run.exact, disturbances, errors, [self.seed, k]))
+            for k, run in enumerate(self.runs)
+        )
+        return replace(self, disturbances=disturbances, errors=errors, runs=tuple(runs))
+
+
+def run_experiment(
+    robot: Robot,
+    tasks: Sequence[Task],
+    disturbances: Disturbances,
+    seed: int = 0,
+    controller: Controller | None = None,
+    rate: float = RATE,
+    progress: Callable[[float], None] | None = None,
+) -> Experiment:
+    """Run trajectories under the controller and record them.
+
+    Args:
+        disturbances: what the robot and its recordings suffer from.
+        seed: the same seed gives the same recordings.
+        rate: of the recordings [Hz].
+        progress: told the finished share.
+
+    Raises:
+        InputError: if the robot's parameters are missing, or its controller loses it.
+    """
+    errors = draw_robot_errors(disturbances, seed)
+    ripple = Ripple(np.array(disturbances.ripple), disturbances.waves, errors.phases)
+    loop = ClosedLoop(robot, controller, ripple, rate)
+    runs = []
+    for k, task in enumerate(tasks):
+        count = int(task.reference.duration * rate) + 2
+        friction = draw_friction(robot, disturbances, count, rate, [seed, k])
+        runs.append(Run(task.reference, friction, task.payload))
+    results = loop.run(runs, progress)
+    finished = []
+    for k, (task, run, (exact, reference)) in enumerate(zip(tasks, runs, results, strict=True)):
+        recording = _recorded(task, exact, disturbances, errors, [seed, k])
+        mean = run.friction[: len(exact.motion.t)].mean(axis=0)
+        levels = dict(zip(dry_friction_names(robot), mean.tolist(), strict=True))
+        distance = np.abs(exact.motion.q - reference).max(axis=0)
+        finished.append(SimulatedRun(task, recording, exact, levels, distance))
+    return Experiment(robot, disturbances, errors, seed, tuple(finished))
+
+
+def mean_friction(runs: Sequence[SimulatedRun]) -> dict[str, float]:
+    """Dry friction averaged over the motion of several runs, by parameter [N·m or N]."""
+    weights = [len(run.exact.motion.t) for run in runs]
+    return {
+        name: float(np.average([run.friction[name] for run in runs], weights=weights)) for name in runs[0].friction
+    }
+
+
+def _recorded(
+    task: Task, exact: Measurement, disturbances: Disturbances, errors: RobotErrors, seed: Sequence[int]
+) -> Recording:
+    return record(exact.motion, exact.torque, disturbances, errors, seed, task.name)

@@ -1,0 +1,138 @@
+"""One integration step of a robot under its controller, as one function of scalar operations."""
+
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import BaseParameters, Robot, forward_dynamics_base, mass_matrix
+from ...model.dynamics import dry_friction_names, smooth_dry_friction
+from ...model.kernel import Kernel
+from .controller import Controller, motor_torque, random_positions, speed_error
+from .simulator import parameter_vector
+
+SMOOTHING = 0.01
+"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
+_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
+_FEWEST, _FINEST = 4, 200  # steps per sample
+
+
+class Ripple(NamedTuple):
+    """Torque A sin(w q + phase) on each joint: amplitudes (n,), waves [1/rad or 1/m], phases (n, waves)."""
+
+    amplitude: Array
+    waves: tuple[int, ...]
+    phases: Array
+
+
+def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Function:
+    """``step(x, wanted, wanted_middle, wanted_end, chi, level, settings)`` by the classical Runge-Kutta method.
+
+    x holds q, qd and the controller's integral z; the three wanted hold q_r, qd_r and the feed-forward torque at
+    the start, middle and end of the step; chi the base parameters with dry friction zero; level the dry friction;
+    settings what ``step_settings`` gives. Nothing else is fixed: the code of a robot is compiled once.
+
+    Args:
+        waves: number of waves of the ripple.
+
+    Returns:
+        Function to x after the step, then motor torque and acceleration at its start, 5 n x 1.
+    """
+    n = robot.n
+    x = ca.SX.sym("x", 3 * n)
+    wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+    chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
+    settings = ca.SX.sym("settings", 4 + 2 * n + waves * (n + 1))
+    h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
+        settings, np.cumsum([0, 1, 1, 1, 1, n, n, waves, n * waves]).tolist()
+    )
+    forward, friction = forward_dynamics_base(robot, base), smooth_dry_friction(robot, SMOOTHING)
+
+    def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+        q, qd, z = ca.vertsplit(x, n)
+        error = speed_error(q, qd, wanted, kp)
+        torque = motor_torque(error, z, wanted, J, kv, ki)
+        ripple = ca.SX.zeros(n)
+        for k in range(waves):
+            ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
+        return ca.vertcat(qd, forward(q, qd, torque + ripple - friction(qd, level), chi), error), torque
+
+    k1, torque = slope(x, wanted[0])
+    k2, _ = slope(x + 0.5 * h * k1, wanted[1])
+    k3, _ = slope(x + 0.5 * h * k2, wanted[1])
+    k4, _ = slope(x + h * k3, wanted[2])
+    after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
+    return ca.Function("step", [x, *wanted, chi, level, settings], [out])
+
+
+def step_settings(h: float, controller: Controller, inertia: Array, ripple: Ripple) -> Array:
+    """What all runs share: step [s], gains, the controller's inertia, ripple."""
+    gains = [h, controller.position, controller.speed, controller.integral]
+    return np.concatenate([gains, inertia, ripple.amplitude, ripple.waves, ripple.phases.T.ravel()])
+
+
+class Stepper:
+    """Calls the integration step for a batch of runs: compiled, or by CasADi's own machine.
+
+    NumPy's way through a function, one call an operation, would take far longer for so few runs at once.
+    """
+
+    def __init__(self, step: ca.Function) -> None:
+        """Compile the step if there is a compiler."""
+        self._step = step
+        self._kernel = Kernel(step)
+        self._mapped: dict[int, ca.Function] = {}
+
+    def __call__(self, *inputs: Array) -> Array:
+        """One step; inputs (runs, size), the last one shared by all runs.
+
+        Returns:
+            Shape (5 n, runs).
+        """
+        if self._kernel.compiled:
+            return self._kernel(*inputs)
+        runs = len(inputs[0])
+        if runs not in self._mapped:
+            shared = [self._step.n_in() - 1]
+            self._mapped[runs] = self._step.map(f"step{runs}", "serial", runs, shared, [])
+        buffer: Any
+        buffer, trigger = self._mapped[runs].buffer()
+        arrays: list[Any] = [np.ascontiguousarray(x) for x in inputs]  # rows here are CasADi's columns
+        out: Any = np.empty((runs, self._step.numel_out(0)))
+        for k, x in enumerate(arrays):
+            buffer.set_arg(k, memoryview(x))
+        buffer.set_res(0, memoryview(out))
+        trigger()
+        return np.asarray(out.T)
+
+
+def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate: float) -> int:
+    """So many that the stiffest mode, dry friction about rest, is integrated stably.
+
+    Raises:
+        InputError: if the robot's links cannot exist or its friction is too stiff.
+    """
+    chi = parameter_vector(robot, robot.parameters)
+    friction, names = smooth_dry_friction(robot, SMOOTHING), dry_friction_names(robot)
+    qd, level = ca.SX.sym("qd", robot.n), [robot.parameters[name] for name in names]
+    slope = np.array(ca.Function("slope", [qd], [ca.densify(ca.jacobian(friction(qd, level), qd))])(0.0))
+    damping = slope + np.diag(inertia * (controller.speed + controller.position))
+    fastest, A = 0.0, mass_matrix(robot)
+    for q in random_positions(robot, 20):
+        matrix = np.array(A(q, chi))
+        if np.linalg.eigvalsh(matrix)[0] <= 0.0:
+            raise InputError(
+                f"robot {robot.name!r} cannot move: its parameters give an inertia matrix that is not positive "
+                "definite: correct the inertias in its description"
+            )
+        fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
+    steps = max(_FEWEST, int(np.ceil(fastest / rate / _STABLE)))
+    if steps > _FINEST:
+        raise InputError(
+            f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "
+            "are its rotor inertias (IA) missing?"
+        )
+    return steps
