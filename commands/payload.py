@@ -71,13 +71,8 @@ def add_parser(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    if not arguments.unloaded and not arguments.robot_parameters:
-        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
-    if arguments.free_friction and arguments.method not in ("1", "all"):
-        raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
     rule = essential_rule(arguments)
-    if rule is not None and arguments.method not in ("4", "all"):
-        raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
+    _check(arguments, rule is not None)
     constraints = constraints_of(arguments)
     stored = estimation.files.read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
     robot, processing = settings(arguments, stored)
@@ -118,6 +113,16 @@ def run(arguments: argparse.Namespace) -> int:
         lambda: estimation.answers.payload_system(problem, loaded, unloaded, processing),
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _check(arguments: argparse.Namespace, essential: bool) -> None:
+    """Refuse options that the methods asked for cannot use."""
+    if not arguments.unloaded and not arguments.robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if arguments.free_friction and arguments.method not in ("1", "all"):
+        raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    if essential and arguments.method not in ("4", "all"):
+        raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
 
 
 def _page(

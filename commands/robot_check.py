@@ -51,11 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
         check = (
             estimation.diagnosis.rank_readings(robot, recordings, processing, status.update) if recordings else None
         )
-    for log in poses:
-        for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ())):
-            print(line)
-    for line in lines(check) if check else ["No torques or currents: the pose alone is compared."]:
-        print(line)
+    text = [line for log in poses for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ()))]
+    text += lines(check) if check else ["No torques or currents: the pose alone is compared."]
+    print(*text, sep="\n")
     if arguments.json:
         logs = [report.documents.pose_document(*log) for log in poses]
         report.documents.write_json(arguments.json, report.documents.robot_check_document(robot, logs, check))

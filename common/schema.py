@@ -302,23 +302,30 @@ def words(kind: Any) -> str:
 def _words(node: inspect.Type, many: bool = False) -> str:
     match node:
         case inspect.UnionType(types=types):
-            return " or ".join(_words(one, many) for one in types if not isinstance(one, inspect.NoneType))
+            return " or ".join(_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
         case inspect.FloatType() | inspect.IntType():
-            kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
-            bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"
-            bound = bound if node.gt is None else f" above {node.gt:g}"
-            return (f"{kind}s" if many else f"a {kind}") + bound
-        case inspect.TupleType(item_types=items):
-            return f"{'lists' if many else 'a list'} of {len(items)} {_words(items[0], True)}"
-        case inspect.VarTupleType(item_type=item, min_length=least):
-            fewest = f", at least {least}" if least else ""
-            return f"{'lists' if many else 'a list'} of {_words(item, True)}{fewest}"
+            return _number_words(node, many)
+        case inspect.TupleType() | inspect.VarTupleType():
+            return f"{'lists' if many else 'a list'} of {_items_words(node)}"
         case inspect.LiteralType(values=values):
             return " or ".join(map(repr, values))
-        case inspect.StrType():
-            return "texts" if many else "text"
-        case inspect.BoolType():
-            return "true or false"
-        case inspect.Metadata(extra_json_schema=told) if told:
-            return str(told["description"])
-    return "tables" if many else "a table"
+        case inspect.Metadata(extra_json_schema=schema) if schema:
+            return str(schema["description"])
+    plain = {inspect.StrType: ("text", "texts"), inspect.BoolType: ("true or false",) * 2}
+    return plain.get(type(node), ("a table", "tables"))[many]
+
+
+def _number_words(node: inspect.FloatType | inspect.IntType, many: bool) -> str:
+    """A number with its lower bound."""
+    kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
+    bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"
+    bound = bound if node.gt is None else f" above {node.gt:g}"
+    return (f"{kind}s" if many else f"a {kind}") + bound
+
+
+def _items_words(node: inspect.TupleType | inspect.VarTupleType) -> str:
+    """What a list holds, and how many."""
+    if isinstance(node, inspect.TupleType):
+        return f"{len(node.item_types)} {_words(node.item_types[0], True)}"
+    fewest = f", at least {node.min_length}" if node.min_length else ""
+    return _words(node.item_type, True) + fewest

@@ -143,8 +143,7 @@ def answer_weighing(
         InputError: "mass not visible" where neither torques nor a scale show the mass.
         SolverError: if no payload holds the constraints.
     """
-    scales = [c for c in constraints if isinstance(c, KnownMass)]
-    scale = scales[0] if scales else None
+    scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     found = solve_weighing(problem, scale)
     repeats = repeats_of(problem, scale)
     by_joints = weigh_by_joints(problem, found.estimate.weights)
@@ -161,12 +160,11 @@ def answer_weighing(
         ten = np.array(constrained.body.vector)
     spread = payload_spread(ten, scaled[:, 1:], found.places)
     wide = allowing(spread, model.degrees_of_freedom)
+    moments = np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan)
     judged = {
         "mass": judge_mass(ten[9], wide, found.from_scale),
         "centre of mass": judge_com(ten, wide),
-        "inertia": judge_inertia(
-            np.diag(constrained.body.inertia_com) if constrained else np.full(3, np.nan), wide
-        ),
+        "inertia": judge_inertia(moments, wide),
     }
     weighed = Weighed(
         mass=model["M_L"],

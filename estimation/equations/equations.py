@@ -4,6 +4,7 @@ import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -224,11 +225,7 @@ def merged(parts: Iterable[Equations]) -> Equations:
     """All equations of several parts with the same parameters; the merge is one more QR. Blocks are kept."""
     parts = list(parts)
     first = parts[0]
-    for other in parts[1:]:
-        if other.columns != first.columns:
-            raise ValueError("equations with different columns cannot be merged")
-        if [torque[:2] for torque in other.shared] != [torque[:2] for torque in first.shared]:
-            raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
+    _check_alike(parts)
     if len(parts) == 1:
         return first
     factors, shared = [], list[SharedTorque]()
@@ -237,15 +234,26 @@ def merged(parts: Iterable[Equations]) -> Equations:
         factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
         factors.append(factor)
         shared += refilled(first.shared, j, others)
+    blocks = tuple(chain.from_iterable(part.blocks for part in parts)) if all(part.blocks for part in parts) else ()
     return Equations(
         first.columns,
         tuple(factors),
         tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
         tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
         tuple(shared),
-        tuple(block for part in parts for block in part.blocks) if all(part.blocks for part in parts) else (),
+        blocks,
         max(part.block_length for part in parts),
     )
+
+
+def _check_alike(parts: Sequence[Equations]) -> None:
+    """Refuse parts that are not of the same parameters of the same drives."""
+    first, *others = parts
+    if any(other.columns != first.columns for other in others):
+        raise ValueError("equations with different columns cannot be merged")
+    joints = [torque[:2] for torque in first.shared]
+    if any([torque[:2] for torque in other.shared] != joints for other in others):
+        raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
 
 
 def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:

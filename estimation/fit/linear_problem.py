@@ -7,6 +7,7 @@ and the part of the covariance that no block of time shows.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -185,18 +186,16 @@ def gain_sensitivity(
             the same drives, so with the same errors.
         held: as of ``LinearProblem``.
     """
-    gone = {name for names, _ in known for name in names}
+    gone = set(chain.from_iterable(names for names, _ in known))
     columns = [name for name in equations.columns if name not in gone]
     places, c, n = [equations.columns.index(name) for name in columns], len(columns), len(equations.factors)
-    torques = [
-        np.column_stack(parts) for parts in zip(*(motor_torques(equations, j) for j in range(n)), strict=True)
-    ]
+    motors = (motor_torques(equations, j) for j in range(n))
+    torques = map(np.column_stack, zip(*motors, strict=True))
+    parts = [([equations.columns.index(name) for name in names], derivatives) for names, derivatives in known]
     rows = []
     for factor, torque, weight in zip(equations.factors, torques, weights, strict=True):
-        for names, derivatives in known:
-            torque = torque - factor[:, [equations.columns.index(name) for name in names]] @ derivatives
-        rows.append(weight * np.column_stack([factor[:, places], torque]))
-    for name, sigma in (held or {}).items():
-        rows.append(np.eye(1, c + n, columns.index(name)) / sigma)
+        taken = sum((factor[:, where] @ derivatives for where, derivatives in parts), np.zeros_like(torque))
+        rows.append(weight * np.column_stack([factor[:, places], torque - taken]))
+    rows += [np.eye(1, c + n, columns.index(name)) / sigma for name, sigma in (held or {}).items()]
     R = triangular(np.vstack(rows))
     return np.asarray(solve_triangular(R[:c, :c], R[:c, c:]))

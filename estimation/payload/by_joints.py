@@ -158,38 +158,51 @@ def joints_view(
     sought += [_share_of(joint) for joint in joints]
     equations = JointEquations.of(whole, weights)
     numbers = [number(equations) for number in sought]
-    there = [k for k, number in enumerate(numbers) if number is not None]
-    variance = np.array([number.variance if number else np.nan for number in numbers])
-    values = np.array([number.value if number else 0.0 for number in numbers])
-
-    def again(part: LinearProblem) -> Array:
-        """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
-        left, found = JointEquations.of(part, weights), values.copy()
-        for k in there:
-            number = sought[k](left)
-            found[k] = number.value if number else values[k]
-        return found
-
-    dof = float("inf")
-    try:
-        robust = jackknife(again, parts(), values, 0.0)
-    except InputError:  # too few blocks
-        variance = WITHOUT_BLOCKS**2 * variance
-    else:
-        lasting = np.array([number.lasting if number else np.nan for number in numbers])
-        variance = np.maximum(variance, np.diag(robust.covariance) + lasting)
-        dof = max(float(robust.degrees_of_freedom), 1.0)
-    found = [
+    variance, dof = _variances(sought, numbers, parts, weights)
+    pairs = [
         (number.value if number else None, float(sigma))
         for number, sigma in zip(numbers, np.sqrt(variance), strict=True)
     ]
     k = len(groups)
     masses = [
         JointsMass(group, mass, sigma, dof) if mass is not None else JointsMass(group, None)
-        for group, (mass, sigma) in zip(groups, found[:k], strict=True)
+        for group, (mass, sigma) in zip(groups, pairs[:k], strict=True)
     ]
-    shares = [JointShare(joint, *own) for joint, own in zip(joints, found[k:], strict=True)]
+    shares = [JointShare(joint, *pair) for joint, pair in zip(joints, pairs[k:], strict=True)]
     return ByJoints(tuple(masses), tuple(shares))
+
+
+def _variances(
+    sought: "Sequence[Callable[[JointEquations], _Number | None]]",
+    numbers: "Sequence[_Number | None]",
+    parts: Callable[[], Sequence[Sequence[LinearProblem]]],
+    weights: Array,
+) -> tuple[Array, float]:
+    """Variances of the numbers, nan where there is none, and their degrees of freedom.
+
+    The larger of the formula's and the jackknife's; without blocks the formula's, widened.
+    """
+    there = [k for k, number in enumerate(numbers) if number is not None]
+    variance = np.array([number.variance if number else np.nan for number in numbers])
+    values = np.array([number.value if number else 0.0 for number in numbers])
+
+    def again(part: LinearProblem) -> Array:
+        """The numbers by what is left; one that it leaves undetermined counts as unchanged."""
+        left, anew = JointEquations.of(part, weights), values.copy()
+        for k in there:
+            number = sought[k](left)
+            anew[k] = number.value if number else values[k]
+        return anew
+
+    try:
+        robust = jackknife(again, parts(), values, 0.0)
+    except InputError:  # too few blocks
+        return WITHOUT_BLOCKS**2 * variance, float("inf")
+    lasting = np.array([number.lasting if number else np.nan for number in numbers])
+    return (
+        np.maximum(variance, np.diag(robust.covariance) + lasting),
+        max(float(robust.degrees_of_freedom), 1.0),
+    )
 
 
 class _Number(NamedTuple):

@@ -15,7 +15,7 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer, Pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import block_edges, cut_pieces, in_blocks, left_over, length_by_residuals, span
+from ..fit.blocks import Residuals, block_edges, cut_pieces, in_blocks, left_over, length_by_residuals, span
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -88,6 +88,17 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
 
 
+def _long_edges(recordings: Sequence[Residuals]) -> list[Array]:
+    """Ends of a few long stretches of the recordings with payload."""
+    stretches = max(1, _STRETCHES // len(recordings))
+    return [block_edges(recording, np.ptp(span(recording)) / stretches) for recording in recordings]
+
+
+def _partners_edges(edges: Sequence[Array], pairs: Sequence[PairedMeasurement]) -> list[Array]:
+    """Ends of the blocks on the clocks of the recordings without payload; empty without pairs."""
+    return [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
+
+
 def payload_equations(
     robot: Robot,
     base: BaseParameters,
@@ -109,12 +120,7 @@ def payload_equations(
         blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
     """
     if not blocks:
-        observer = Observer(robot, base.columns)
-        return PayloadEquations(
-            loaded_problem(robot, base, loaded, processing),
-            merged(reduced_measurement(observer, data, processing) for data in unloaded) if unloaded else None,
-            difference_problem(robot, [pair[:2] for pair in pairs], processing) if pairs else None,
-        )
+        return _whole(robot, base, loaded, unloaded, pairs, processing)
     own = [(data, None) for data in loaded]
     changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
     with_payload, with_pieces = recorded(loaded_observer(robot, base), own, processing)
@@ -131,14 +137,28 @@ def payload_equations(
     length = length_by_residuals(groups)
     edges = [block_edges(recording, length) for recording in groups[0]]
     if without is not None:
-        shifted = [ends - pair.lag for ends, pair in zip(edges, pairs, strict=True)] if pairs else []
-        others = shifted or [block_edges(recording, length) for recording in groups[1]]
-        without = in_blocks(without, bare_pieces, others, length)
+        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in groups[1]]
+        without = in_blocks(without, bare_pieces, ends, length)
     if difference is not None:
         difference = in_blocks(difference, change_pieces, edges, length)
-    long = [block_edges(one, np.ptp(span(one)) / max(1, _STRETCHES // len(loaded))) for one in groups[0]]
+    stretches = _cut(with_pieces, _long_edges(groups[0]))
+    return PayloadEquations(in_blocks(with_payload, with_pieces, edges, length), without, difference, stretches)
+
+
+def _whole(
+    robot: Robot,
+    base: BaseParameters,
+    loaded: Sequence[Measurement],
+    unloaded: Sequence[Measurement],
+    pairs: Sequence[PairedMeasurement],
+    processing: Processing,
+) -> PayloadEquations:
+    """Equations that are not cut in blocks."""
+    observer = Observer(robot, base.columns)
     return PayloadEquations(
-        in_blocks(with_payload, with_pieces, edges, length), without, difference, _cut(with_pieces, long)
+        loaded_problem(robot, base, loaded, processing),
+        merged(reduced_measurement(observer, data, processing) for data in unloaded) if unloaded else None,
+        difference_problem(robot, [pair[:2] for pair in pairs], processing) if pairs else None,
     )
 
 

@@ -101,18 +101,26 @@ def read_following(
         there = [name for name in names if name in raw.names]
         if not there and not any(one[0] == wanted for one in log_map.references):
             continue
-        if len(there) < len(names):
-            missing = ", ".join(name for name in names if name not in there)
-            raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
+        _check_all_there(path, names, there)
         table = np.vstack(list(raw.blocks(names)))
-        if not np.isfinite(table).all():
-            raise InputError(
-                f"{path}: {names[0]} .. hold cells that are not finite numbers: mend or remove the rows"
-            )
+        _check_finite(path, names[0], table)
         values = log_map.converted(log_map.reference(wanted), table)
         missed = values - recording.q if kind == "following error" else recording.torque - values
         return Following(kind, Recording(recording.t, recording.q, missed, None, recording.source))
     return Following("torque", recording)
+
+
+def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str]) -> None:
+    """Refuse a reference of some joints only."""
+    if len(there) < len(names):
+        missing = ", ".join(name for name in names if name not in there)
+        raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
+
+
+def _check_finite(path: str | Path, first: str, table: Array) -> None:
+    """Refuse a reference with cells that are no numbers."""
+    if not np.isfinite(table).all():
+        raise InputError(f"{path}: {first} .. hold cells that are not finite numbers: mend or remove the rows")
 
 
 def following_change(

@@ -203,32 +203,18 @@ def payload_problem(
     progress("base parameters")
     base = base_parameters(robot)
     check_visible(robot, base)
-    check_recordings(robot, loaded)
+    for recordings in filter(None, (loaded, unloaded)):
+        check_recordings(robot, recordings)
+        check_lengths(recordings, processing)
+        check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
-    check_lengths(loaded, processing)
-    check_moving(robot, base, loaded)
-    alone: list[Measurement] = []
-    if unloaded:
-        check_recordings(robot, unloaded)
-        check_moving(robot, base, unloaded)
-        check_lengths(unloaded, processing)
-        alone = filtered(unloaded, processing, progress)
+    alone = filtered(unloaded, processing, progress)
     measured = filtered(loaded, processing, progress)
-    pairs: tuple[AlignedPair, ...] = ()
-    together: list[PairedMeasurement] = []
-    reason = "no recordings without payload"
-    if unloaded:
-        progress("aligning recordings with and without payload")
-        try:
-            pairs = _paired(loaded, unloaded, processing)
-            together = [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)]
-            reason = ""
-        except InputError as error:
-            pairs, reason = (), str(error)
-    no_blocks = FORMULA_ONLY if robust and known is not None and known.robust is None else ""
+    pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)
+    no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
     progress("cutting into blocks" if robust else "reducing")
     equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
-    if equations.unloaded is not None and equations.unloaded.equations == 0:
+    if equations.unloaded and equations.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     return PayloadProblem(
         robot,
@@ -244,6 +230,24 @@ def payload_problem(
         no_blocks,
         Source(tuple(loaded), tuple(unloaded), processing),
     )
+
+
+def _together(
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    measured: Sequence[Measurement],
+    processing: Processing,
+    progress: Progress,
+) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
+    """Pairs of one trajectory for method 3, filtered; none, and why, where there are none."""
+    if not unloaded:
+        return (), [], "no recordings without payload"
+    progress("aligning recordings with and without payload")
+    try:
+        pairs = _paired(loaded, unloaded, processing)
+        return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
+    except InputError as error:
+        return (), [], str(error)
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:

@@ -152,16 +152,7 @@ def difference_weighing(
     processing = processing or robot.processing
     _check(robot, [*loaded, *unloaded], processing)
     check_apart(loaded, unloaded)
-    if len(unloaded) not in (1, len(loaded)):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
-            "for each in the same order"
-        )
-    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
-    pairs = []
-    for bare, own in zip(partners, loaded, strict=True):
-        progress(f"aligning {own.source}")
-        pairs.append(aligned(bare, own, processing.rate, processing.max_mismatch))
+    pairs = _aligned_pairs(loaded, unloaded, processing, progress)
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = _moving([both[1] for both in measured], processing, joints, robot)
     observer = _observer(robot, None)
@@ -182,6 +173,27 @@ def difference_weighing(
     held = held_offsets(observations, coulomb)
     runs, length = _runs([pair.loaded.source for pair in pairs], observations, held, ripples)
     return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
+
+
+def _aligned_pairs(
+    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing, progress: Progress
+) -> list[AlignedPair]:
+    """Each recording with payload beside its partner without, in one time.
+
+    Raises:
+        InputError: if there is neither one partner for all nor one for each, or a pair is not one motion.
+    """
+    if len(unloaded) not in (1, len(loaded)):
+        raise InputError(
+            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
+            "for each in the same order"
+        )
+    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
+    pairs = []
+    for bare, recording in zip(partners, loaded, strict=True):
+        progress(f"aligning {recording.source}")
+        pairs.append(aligned(bare, recording, processing.rate, processing.max_mismatch))
+    return pairs
 
 
 def known_robot_weighing(
