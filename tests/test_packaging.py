@@ -79,10 +79,10 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def shipped() -> set[str]:
     """Files of the packages and their data, as the repository has them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-    files = set()
+    files, data = set(), project["package-data"]
     for package in project["packages"]:
         folder = ROOT / Path(*package.split(".")[1:])
-        for glob in ("*.py", *project["package-data"].get(package, ())):
+        for glob in ("*.py", *data["*"], *data.get(package, ())):
             files |= {f"dynident/{path.relative_to(ROOT).as_posix()}" for path in folder.glob(glob)}
     return files
 

