@@ -135,8 +135,7 @@ class Equations:
         Raises:
             InputError: if there are fewer than two blocks.
         """
-        if len(self.blocks) < 2:
-            raise InputError("robust standard deviations need two blocks of time at least: record longer")
+        check_blocks(len(self.blocks))
         after: list[list[Equations]] = [[]]
         for block in reversed(self.blocks[1:]):
             after.append([merged([block, *after[-1]])])
@@ -221,8 +220,23 @@ def triangular(rows: Array) -> Array:
     return compressed(rows)[0]
 
 
-def merged(parts: Iterable[Equations]) -> Equations:
-    """All equations of several parts with the same parameters; the merge is one more QR. Blocks are kept."""
+def check_blocks(count: int) -> None:
+    """Refuse blocks of time that are too few to leave one out.
+
+    Raises:
+        InputError: says so.
+    """
+    if count < 2:
+        raise InputError("robust standard deviations need two blocks of time at least: record longer")
+
+
+def merged(parts: Iterable[Equations], compress: bool = True) -> Equations:
+    """All equations of several parts with the same parameters, their blocks kept.
+
+    Args:
+        parts: what is merged.
+        compress: by one more QR; otherwise the factors only stand one below the other.
+    """
     parts = list(parts)
     first = parts[0]
     _check_alike(parts)
@@ -231,7 +245,8 @@ def merged(parts: Iterable[Equations]) -> Equations:
     factors, shared = [], list[SharedTorque]()
     for j in range(len(first.factors)):
         rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
-        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        width = len(first.columns) + 1
+        factor, others = compressed(rows, rows.shape[1] - width) if compress else np.hsplit(rows, [width])
         factors.append(factor)
         shared += refilled(first.shared, j, others)
     blocks = tuple(chain.from_iterable(part.blocks for part in parts)) if all(part.blocks for part in parts) else ()

@@ -4,7 +4,7 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -110,13 +110,13 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """
     n = problem.robot.n
 
-    def posed(part: PayloadProblem) -> LinearProblem:
-        return from_difference(part) if part.difference is not None else from_robot(part)
-
     def parts() -> list[list[LinearProblem]]:
-        return [[posed(part) for part in group] for group in problem.without_blocks]
+        if problem.paired:
+            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
+        return [[from_robot(part) for part in group] for group in problem.without_blocks]
 
-    return joints_view(posed(problem), parts, weights, joint_groups(n), range(1, n + 1))
+    whole = from_difference(problem) if problem.difference is not None else from_robot(problem)
+    return joints_view(whole, parts, weights, joint_groups(n), range(1, n + 1))
 
 
 def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:

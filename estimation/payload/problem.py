@@ -13,9 +13,10 @@ from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import Equations, merged
+from ..equations.equations import Equations, check_blocks, merged
 from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
+from ..fit.left_out import left_out
 from ..fit.linear_problem import Known, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
@@ -99,8 +100,12 @@ class PayloadProblem:
         """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        parts = [replace(part, blocks=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)]
-        return merged(parts)
+        bare = self.unloaded.renamed(self.loaded.columns)
+        both = merged([bare, self.loaded])
+        if not self.paired:
+            return both
+        pairs = zip(bare.blocks, self.loaded.blocks, strict=True)
+        return replace(both, blocks=tuple(merged(pair, compress=False) for pair in pairs))
 
     @cached_property
     def robot_known(self) -> Known:
@@ -120,7 +125,27 @@ class PayloadProblem:
             nothing,
             bare.degrees_of_freedom,
             lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.blocks else None,
         )
+
+    @cached_property
+    def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
+
+        Blocks that share no motion are left out one recording at a time: two groups then.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        if not self.loaded.blocks:
+            raise InputError(self.no_blocks or "robust standard deviations need recordings in blocks of time")
+        loaded, unloaded = (range(len(part.blocks)) if part else range(0) for part in (self.loaded, self.unloaded))
+        for blocks in filter(None, (loaded, unloaded)):
+            check_blocks(len(blocks))
+        if self.paired:
+            return (tuple(zip(loaded, unloaded, strict=True)),)
+        groups = tuple((b, -1) for b in loaded), tuple((-1, b) for b in unloaded)
+        return groups if unloaded else groups[:1]
 
     @cached_property
     def without_blocks(self) -> "tuple[tuple[PayloadProblem, ...], ...]":
