@@ -9,7 +9,7 @@ from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
-from ..equations.equations import Equations, check_blocks
+from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
@@ -156,8 +156,7 @@ def _with_robust(problem: Equations, estimates: Sequence[Estimate]) -> list[Esti
     Raises:
         InputError: if the data without one block do not determine the parameters.
     """
-    check_blocks(len(problem.blocks))
-    pairs = [(b, -1) for b in range(len(problem.blocks))]
+    pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
 
     def robust(estimate: Estimate) -> RobustCovariance:
         part = LinearProblem(problem.select(estimate.names), estimate.names)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ..equations.equations import Equations
+from ..equations.equations import Equations, WithoutEach
 from .least_squares import checked
 
 _HELD = 1e-6
@@ -52,21 +52,25 @@ def left_out(equations: Equations, columns: Sequence[str], weights: Array, known
     Raises:
         InputError: if what is left does not determine the parameters.
     """
-    names, c = tuple(columns), len(columns)
+    names, less = tuple(columns), equations.leave_one_out
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
-    rows = _weighted(equations.blocks, weights)[:, :, places]
-    held = np.array([(part.equations, sum(part.effective_rows)) for part in (equations, *equations.blocks)])
-    held[1:] = held[0] - held[1:]
-
+    held = _counts([equations])
     root, whole = _solved(_weighted([equations], weights)[0][:, places], names, held[0])
-    share, parts = _downdated(root, whole, rows)
-    few = (held[1:, 0] < c) | (held[1:, 1] <= c)
-    for b in np.flatnonzero((share < _HELD) | few):
-        _, others = _solved(np.delete(rows, b, axis=0).reshape(-1, len(places)), names, held[1 + b])
-        for array, value in zip(parts, others, strict=True):
-            array[b] = value
+    if isinstance(less, WithoutEach):
+        counts = held - _counts(less.blocks)
+        parts = _downdated(root, whole, _weighted(less.blocks, weights)[:, :, places], names, counts)
+    else:
+        counts = _counts(less)
+        rows = _weighted(less, weights)[:, :, places]
+        solutions = [_solved(part, names, count)[1] for part, count in zip(rows, counts, strict=True)]
+        parts = _Solution(*map(np.array, zip(*solutions, strict=True)))
     x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
-    return LeftOut(x, covariance, squares / (np.roll(held[:, 1:], -1, axis=0) - c))
+    return LeftOut(x, covariance, squares / (np.vstack([counts, held])[:, 1:] - len(names)))
+
+
+def _counts(parts: Sequence[Equations]) -> Array:
+    """Number of equations, and of those with independent noise, of each part."""
+    return np.array([(part.equations, sum(part.effective_rows)) for part in parts])
 
 
 def _solved(rows: Array, names: tuple[str, ...], held: Array) -> tuple[Array, _Solution]:
@@ -77,9 +81,17 @@ def _solved(rows: Array, names: tuple[str, ...], held: Array) -> tuple[Array, _S
     return root, _Solution(root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
 
 
-def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
-    """Bound from below on the share that the others hold of any direction, (B,); their solutions, B of each."""
-    c = len(root)
+def _downdated(root: Array, whole: _Solution, rows: Array, names: tuple[str, ...], left: Array) -> _Solution:
+    """Solutions without each block, from the whole one.
+
+    Args:
+        root: R^-1 of all equations.
+        whole: their solution.
+        rows: of the blocks, B x k x (c + m).
+        names: of the parameters.
+        left: numbers of equations without each block, B x 2.
+    """
+    c = len(names)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole.x
     back = Q.transpose(0, 2, 1)
     try:
@@ -89,8 +101,13 @@ def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solu
     pull = back @ errors
     change = inverse @ pull
     squares = whole.squares - np.sum(errors**2, axis=1) - np.sum(pull * change, axis=1)
-    share = 1.0 / np.linalg.norm(inverse, axis=(1, 2))
-    return share, _Solution(whole.x - root @ change, root @ inverse @ root.T, squares)
+    parts = _Solution(whole.x - root @ change, root @ inverse @ root.T, squares)
+    little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
+    for b in np.flatnonzero(little | (left[:, 0] < c) | (left[:, 1] <= c)):
+        others = np.delete(rows, b, axis=0).reshape(-1, rows.shape[2])
+        for array, value in zip(parts, _solved(others, names, left[b])[1], strict=True):
+            array[b] = value
+    return parts
 
 
 def _weighted(blocks: Sequence[Equations], weights: Array) -> Array:
