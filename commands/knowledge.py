@@ -76,6 +76,23 @@ def constraints_of(arguments: argparse.Namespace) -> list[estimation.possible.Co
     return found
 
 
+def friction_argument(parser: argparse.ArgumentParser, of: str) -> None:
+    """``--friction-change``; ``of``: where it counts."""
+    parser.add_argument(
+        "--friction-change",
+        type=relative,
+        metavar="SHARE",
+        help=f"{of}: by how much friction under load may differ from the robot's own, 1 sigma, 0 for not at all "
+        "(default: 10%%)",
+    )
+
+
+def friction_change(arguments: argparse.Namespace) -> float:
+    """What was said of it, or the default."""
+    told: float | None = arguments.friction_change
+    return estimation.payload.FRICTION_CHANGE if told is None else told
+
+
 def gain_errors_of(
     arguments: argparse.Namespace,
     robot: model.Robot,

@@ -11,6 +11,7 @@ from .excited import excitation as excitation
 from .gain_recordings import GainRecordings as GainRecordings
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
+from .linear_problem import Held as Held
 from .linear_problem import Known as Known
 from .linear_problem import LinearProblem as LinearProblem
 from .linear_problem import gain_sensitivity as gain_sensitivity
