@@ -14,8 +14,7 @@ from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
-from ..fit.excited import Excitation, excitation
-from ..fit.least_squares import weighted
+from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.robust import RobustCovariance, jackknife
 from ..robot.equations import base_problem

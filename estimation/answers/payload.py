@@ -13,7 +13,7 @@ from ..equations.equations import Equations
 from ..fit.drive_gains import GainErrors
 from ..fit.essential import Elimination, StopRule
 from ..fit.estimate import Fit, fit
-from ..fit.excited import Excitation, excitation
+from ..fit.least_squares import Excitation, excitation
 from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, combined, essential_combined, identify_payload, usable_methods
@@ -21,7 +21,7 @@ from ..payload.problem import PayloadProblem
 from ..payload.result import PayloadEstimate
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint
-from ..possible.scaling import POSSIBLE
+from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
 from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values

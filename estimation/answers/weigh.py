@@ -27,8 +27,8 @@ from ..payload.short_motion import WeighProblem
 from ..payload.stand_in import StandIn
 from ..payload.weighing import solve_weighing, weigh_by_joints
 from ..possible.constraints import Constraint, KnownMass
+from ..possible.payload import POSSIBLE
 from ..possible.result import Weighing
-from ..possible.scaling import POSSIBLE
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,8 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot
-from .misfit import Model, compiled
+from .misfit import Model, Sample, compiled
 from .poses import quick_residual
-from .sample import Sample
 
 _FEWEST = 100  # moving samples of a recording
 _ROUNDS = 6

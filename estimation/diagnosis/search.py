@@ -6,8 +6,7 @@ from typing import NamedTuple
 from ...model import Robot
 from ..payload.problem import Source
 from .finding import Finding
-from .misfit import Model
-from .sample import Sample
+from .misfit import Model, Sample
 from .suspects import FAMILIES, Suspect
 
 CONVINCING = 0.8

@@ -1,4 +1,5 @@
 from .drive_gains import NOT_TOLD as NOT_TOLD
+from .drive_gains import GainRecordings as GainRecordings
 from .essential import Elimination as Elimination
 from .essential import EliminationPath as EliminationPath
 from .essential import StopRule as StopRule
@@ -6,9 +7,8 @@ from .essential import eliminate as eliminate
 from .estimate import Fit as Fit
 from .estimate import error_model as error_model
 from .estimate import fit as fit
-from .excited import Excitation as Excitation
-from .excited import excitation as excitation
-from .gain_recordings import GainRecordings as GainRecordings
+from .least_squares import Excitation as Excitation
+from .least_squares import excitation as excitation
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
 from .linear_problem import Known as Known

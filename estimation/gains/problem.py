@@ -13,7 +13,7 @@ from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.gain_recordings import GainRecordings
+from ..fit.drive_gains import GainRecordings
 from ..payload.problem import PayloadProblem, payload_problem
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass

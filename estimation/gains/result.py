@@ -10,8 +10,8 @@ from ...model import InertialParameters, Robot, standard_columns, standard_regre
 from ...model.base import random_states
 from ...model.kernel import Kernel
 from ...model.names import parameter_kind
+from ..fit.drive_gains import GainRecordings
 from ..fit.estimate import Estimate, Fit
-from ..fit.gain_recordings import GainRecordings
 from ..fit.robust import RobustCovariance
 from .known_load import KnownLoad
 

@@ -12,9 +12,8 @@ from ..fit.drive_gains import GainErrors
 from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import Tested, solve_constrained, tested
+from ..possible.payload import POSSIBLE, Tested, solve_constrained, tested
 from ..possible.result import CONFLICT, Possible, Weighing
-from ..possible.scaling import POSSIBLE
 from .result import PayloadEstimate
 
 

@@ -18,8 +18,7 @@ from ...model import Motion, Recording, Robot
 from ..fit.robust import student95
 from ..recordings.columns import Naming
 from ..recordings.map import LogMap
-from ..recordings.opening import open_log
-from ..recordings.read import read_recording
+from ..recordings.read import open_log, read_recording
 from ..signals.alignment import aligned
 from ..signals.rows import moving_parts
 

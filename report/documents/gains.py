@@ -2,7 +2,7 @@
 
 from ...estimation.files import StoredGains
 from ...estimation.files.parts import ProcessingDocument, RobustDocument
-from ...estimation.files.stored_gains import GainsTable, LoadDocument
+from ...estimation.files.stored import GainsTable, LoadDocument
 from ...estimation.gains import DriveGains
 from ...model import INERTIAL, Processing
 from .parts import recordings_document, residual_document

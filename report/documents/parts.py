@@ -16,7 +16,7 @@ from ...estimation.files.parts import (
     RobustDocument,
 )
 from ...estimation.fit import Elimination, Fit, RobustCovariance
-from ...estimation.fit.gain_recordings import GainRecordings
+from ...estimation.fit.drive_gains import GainRecordings
 from ...model import Processing, Robot
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
 from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
-from dynident.estimation.fit.gain_recordings import GainRecordings
+from dynident.estimation.fit.drive_gains import GainRecordings
 from dynident.estimation.payload import PayloadEstimate
 from dynident.estimation.possible import PossibleRobot, PriorRobot
 from dynident.model import InertialParameters, Processing

@@ -10,8 +10,7 @@ import pytest
 from dynident import __version__
 from dynident.common.schema import Document, convert
 from dynident.estimation.diagnosis import Finding, robot_verdict
-from dynident.estimation.diagnosis.facts import JointFacts, TimeFacts
-from dynident.estimation.diagnosis.log_check import Excited
+from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
