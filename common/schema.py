@@ -238,7 +238,7 @@ def _array(kind: Any, values: Any) -> Any:
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     """What an error of msgspec speaks of: the key, and what would do there."""
     text, _, path = str(error).partition(" - at `$")
-    key, advice = "", ""
+    key, advice, cause = "", "", error.__cause__
     for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
         kind = chosen(kind, data)
         if index.isdigit():
@@ -255,8 +255,10 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     for word, told in (("required", _missing), ("unknown", _unknown)):
         if found := re.search(rf"{word} field `(.*)`", text):
             return WrongKeyError(f"{key}.{found[1]}"[1:], told(chosen(kind, data), found[1]))
+    if isinstance(cause, WrongKeyError):
+        return WrongKeyError(f"{key}.{cause.key}"[1:], cause.problem)
     problem = advice or f"must be {words(kind)}"
-    problem = text if error.__cause__ else f"{problem}, got {repr(data)[:40]}"
+    problem = text if cause else f"{problem}, got {repr(data)[:40]}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 

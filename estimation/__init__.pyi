@@ -35,5 +35,5 @@ from .possible.constraints import PossibleBody as PossibleBody
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
 from .recordings.map import LogMap as LogMap
-from .recordings.map_file import read_log_map as read_log_map
+from .recordings.map import read_log_map as read_log_map
 from .recordings.read import read_recording as read_recording

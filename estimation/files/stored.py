@@ -1,4 +1,4 @@
-"""The documents of ``dynident identify`` and ``dynident gains``: identified once, then payloads are weighed with them."""
+"""The documents of ``dynident identify`` and ``dynident gains``, which later runs read."""
 
 from functools import cached_property
 from pathlib import Path

@@ -1,4 +1,6 @@
 from .map import FilePart as FilePart
+from .map import Gears as Gears
+from .map import Time as Time
 from .map import with_flags as with_flags
 from .poses import read_tool_poses as read_tool_poses
 from .quantity import Quantity as Quantity

@@ -64,7 +64,7 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
         path = folder / part.name
         if not path.is_file():
             raise InputError(f"{path}: no such file; {log_map.source} needs it")
-        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part.layout))
+        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part))
 
     def blocks(columns: Sequence[str]) -> Iterator[Array]:
         shares = [(log, [name for name in columns if name in log.names]) for log in logs]
@@ -167,9 +167,9 @@ def _pieces(raw: RawLog, columns: Columns, log_map: LogMap) -> Iterator[tuple[Ar
     for values in raw.finite_blocks(columns.all):
         time, position, velocity, load = np.split(values, [first, first + n, values.shape[1] - n], axis=1)
         if columns.time:
-            t = time[:, 0] * factor("time", log_map.time_unit)
+            t = time[:, 0] * factor("time", log_map.time.unit)
         else:
-            t = (row + np.arange(len(values))) / (log_map.rate or 1.0)
+            t = (row + np.arange(len(values))) / (log_map.time.rate or 1.0)
         speeds = [log_map.si("velocity", velocity)] if columns.velocity else []
         yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds
         row += len(values)

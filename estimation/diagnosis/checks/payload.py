@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia: sign, uncertainty, agreement, and what was known beforehand against the data."""
+"""Mass, centre of mass and inertia: sign, uncertainty, agreement, and what was known beforehand."""
 
 from collections.abc import Iterator
 from itertools import combinations
