@@ -18,7 +18,7 @@ from .answers.weigh import WeighAnswer as WeighAnswer
 from .answers.weigh import answer_weighing as answer_weighing
 from .diagnosis.finding import Verdict as Verdict
 from .equations.equations import PAYLOAD as PAYLOAD
-from .fit.drive_gains import GainErrors as GainErrors
+from .fit.drive_gains import Gains as Gains
 from .fit.essential import SigmaBound as SigmaBound
 from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.estimate import Estimate as Estimate

@@ -10,7 +10,7 @@ from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import judge
 from ..equations.equations import Equations
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import Excitation, excitation
@@ -102,7 +102,7 @@ def answer_payload(
     held_out: Sequence[Recording] = (),
     processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
     essential: StopRule | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.

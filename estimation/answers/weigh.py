@@ -15,7 +15,7 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
 from ..diagnosis.verdict import judge
 from ..equations.equations import merged
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
@@ -56,7 +56,7 @@ class WeighAnswer:
     model: Estimate
     constrained: ConstrainedPayload | None
     scale: KnownMass | None
-    gains: GainErrors | None
+    gains: Gains | None
     spread: PayloadSpread
     judged: dict[str, Judged]
     agreement: tuple[Agreement, ...]
@@ -126,7 +126,7 @@ def answer_weighing(
     problem: WeighProblem,
     *,
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
     stand_in: StandIn | None = None,
     others: Sequence[WeighProblem] = (),
 ) -> WeighAnswer:

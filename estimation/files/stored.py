@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
 from ...model import Robot
-from ..fit.drive_gains import GainErrors, GainRecordings
+from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import RobustCovariance
 from .parts import (
@@ -20,7 +19,6 @@ from .parts import (
     ParameterDocument,
     PossibleRobotDocument,
     ProcessingDocument,
-    Recordings,
     ResidualDocument,
     RobustDocument,
     Ten,
@@ -58,64 +56,32 @@ class StoredGains(Document, frozen=True):
     drive_gains: GainsTable
     processing: ProcessingDocument | UnsetType = UNSET
     load: LoadDocument | UnsetType = UNSET
-    fingerprints: Recordings | UnsetType = field(default=UNSET, name="recordings")
+    fingerprints: Fingerprints | UnsetType = field(default=UNSET, name="recordings")
     robust: RobustDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET
 
-    @property
-    def values(self) -> Array:
-        """Gains [N·m/A or N/A], shape (n,)."""
-        return self.drive_gains.values
 
-    @property
-    def relative_covariance(self) -> Array:
-        """Of ln K, n x n."""
-        return self.drive_gains.relative_covariance
-
-    @property
-    def relative_sigma(self) -> Array:
-        """Relative standard deviations, shape (n,)."""
-        return np.sqrt(np.maximum(np.diag(self.relative_covariance), 0.0))
-
-    @property
-    def mass(self) -> float:
-        """Mass of the known payload [kg]; nan in files of older versions."""
-        load = present(self.load)
-        return (present(load.known) or {}).get("M_L", float("nan")) if load else float("nan")
-
-    @property
-    def recordings(self) -> GainRecordings:
-        """Recordings that the gains were identified from; empty in files of older versions."""
-        return GainRecordings.read(present(self.fingerprints))
-
-    def check(self, robot: Robot, path: str | Path) -> None:
-        """Refuse gains of another robot.
-
-        Raises:
-            InputError: names both.
-        """
-        if self.robot != robot.name or len(self.values) != robot.n:
-            raise InputError(
-                f"{path}: gains of {self.robot!r} with {len(self.values)} joints do not belong to {robot.name!r} "
-                f"with {robot.n}: identify gains for it"
-            )
-
-
-def read_stored_gains(path: str | Path) -> StoredGains:
+def read_stored_gains(path: str | Path) -> Gains:
     """Read the ``--json`` of ``dynident gains``.
 
     Raises:
         InputError: if the file holds no gains; the key at fault is named.
     """
     stored = read_json(path, StoredGains, _OF_GAINS)
-    values, C = stored.values, stored.relative_covariance
+    values, C, load = stored.drive_gains.values, stored.drive_gains.relative_covariance, present(stored.load)
     with naming(path, _OF_GAINS):
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
         n, scale = len(values), max(float(np.trace(C)), 1e-300)
         if C.shape != (n, n) or not np.allclose(C, C.T, atol=1e-12) or np.linalg.eigvalsh(C)[0] < -1e-9 * scale:
             raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {n} gains")
-    return stored
+    return Gains(
+        identified=C.tolist(),
+        recordings=present(stored.fingerprints) or {},
+        mass=(present(load.known) or {}).get("M_L") if load else None,
+        values=tuple(values.tolist()),
+        robot=stored.robot,
+    )
 
 
 _OF_ROBOT = "give the --json of 'dynident identify'"
@@ -161,14 +127,13 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
         return present(self.processing.drive_gains) or None
 
     @cached_property
-    def gains(self) -> GainErrors | None:
+    def gains(self) -> Gains | None:
         """Uncertainty of the drive gains that was given then; None where they were taken as exact."""
         told = self.gain_sigma
         if told is None:
             return None
-        recordings = GainRecordings.read(present(told.recordings))
-        identified = present(told.identified) or ()
-        return GainErrors(told.per_joint, told.common, identified, recordings, present(told.mass))
+        recordings, identified = present(told.recordings) or {}, present(told.identified) or ()
+        return Gains(told.per_joint, told.common, identified, recordings, present(told.mass))
 
     @cached_property
     def estimate(self) -> Estimate:

@@ -1,5 +1,4 @@
 from .drive_gains import NOT_TOLD as NOT_TOLD
-from .drive_gains import GainRecordings as GainRecordings
 from .essential import Elimination as Elimination
 from .essential import EliminationPath as EliminationPath
 from .essential import StopRule as StopRule

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import InertialParameters
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
@@ -33,7 +33,7 @@ class ConstrainedPayload:
     free: PayloadEstimate
     result: Possible
     intervals: Intervals
-    gains: GainErrors | None
+    gains: Gains | None
     tested: tuple[Tested, ...]
 
     @property
@@ -94,7 +94,7 @@ class ConstrainedPayload:
 
 
 def constrain_payload(
-    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: GainErrors | None = None
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
     """The nearest payload that holds the constraints, with intervals.
 

@@ -19,7 +19,7 @@ from dynident.estimation.files import (
     read_stored_payload,
     read_stored_robot,
 )
-from dynident.estimation.gains import known_load, read_known_load
+from dynident.estimation.gains import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
@@ -116,7 +116,7 @@ FILES = [
     toml("robot", FULL, RobotTable, load_robot),
     toml("scene", WHOLE, SceneTable, read_scene),
     toml("map", MAP, LogMap, read_log_map),
-    toml("load", LOAD, known_load.LoadTable, read_known_load),
+    toml("load", LOAD, KnownLoad, read_known_load),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
     toml("ten", TEN, payload_file.TenTable, read_payload),
     *stored(),
