@@ -3,13 +3,13 @@ from . import motions as motions
 from . import simulation as simulation
 from .design.build import Loads as Loads
 from .design.build import build_design as build_design
-from .design.collision import Scene as Scene
 from .design.floor import floor_under as floor_under
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.near_goal import NearGoal as NearGoal
 from .design.problem import DesignProblem as DesignProblem
-from .design.scene_file import read_scene as read_scene
+from .design.scene import Scene as Scene
+from .design.scene import read_scene as read_scene
 from .design.score import Score as Score
 from .design.score import score_motion as score_motion
 from .design.search import Design as Design

@@ -31,7 +31,7 @@ from dynident.tests.report import made
 from dynident.tests.report.written import written
 from dynident.tests.trajectories.test_scene_file import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.design.scene_file import SceneTable
+from dynident.trajectories.design import Scene
 
 MAP = """
 title = "a log"
@@ -115,7 +115,7 @@ def stored() -> Iterator[File]:
 
 FILES = [
     toml("robot", FULL, RobotTable, load_robot),
-    toml("scene", WHOLE, SceneTable, read_scene),
+    toml("scene", WHOLE, Scene, read_scene),
     toml("map", MAP, map_file.MapTable, read_log_map),
     toml("load", LOAD, known_load.LoadTable, read_known_load),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),

@@ -12,7 +12,7 @@ from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
-from .limits import LimitCheck, State, TorqueLimit, check
+from .limits import LimitCheck, State, check
 from .problem import DesignProblem
 
 FINER = 10
@@ -96,7 +96,7 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     They are those of the torque limits; without any, those of the parameters in the robot's description; nothing
     if it holds none.
     """
-    limits = [limit for limit in problem.limits if isinstance(limit, TorqueLimit)]
+    limits = [limit for limit in problem.limits if limit.kind == "torque"]
     if limits:
         samples = _samples(motion)
         state = State(samples, problem.kernel.entries(samples, 0.0))
