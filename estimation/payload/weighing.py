@@ -34,7 +34,7 @@ def solve_weighing(problem: WeighProblem, scale: KnownMass | None = None) -> Pay
     visibility = problem.visibility
     check_mass(visibility, scale is not None)
     used = None if visibility.mass_visible else scale
-    resolved = visibility.resolved(used is not None)
+    places, A, by_mass = visibility.resolved(used is not None)
     names = tuple(PAYLOAD[k] for k in visibility.chosen)
     mass, by_scale = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
 
@@ -42,18 +42,18 @@ def solve_weighing(problem: WeighProblem, scale: KnownMass | None = None) -> Pay
         return problem.posed(equations, names)
 
     def told(equations: Equations) -> Array:
-        return np.asarray(resolved.A @ posed(equations).values(estimate.weights) + resolved.b * mass)
+        return np.asarray(A @ posed(equations).values(estimate.weights) + by_mass * mass)
 
     whole = posed(problem.problem)
     visible = whole.solved()
     visible = replace(visible, fit=fit(whole.unknown, visible.values))
-    estimate = visible.mapped(resolved.A, [PAYLOAD[k] for k in resolved.places], resolved.b * mass)
-    shared = by_scale * np.outer(resolved.b, resolved.b)
+    estimate = visible.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+    shared = by_scale * np.outer(by_mass, by_mass)
     estimate, reason = replace(estimate, covariance=estimate.covariance + shared), ""
     try:
         robust = jackknife(told, [problem.without_blocks], estimate.values, problem.block_length)
         # No block of time shows what is known from elsewhere.
-        lasting = shared + resolved.A @ whole.lasting(estimate.weights) @ resolved.A.T
+        lasting = shared + A @ whole.lasting(estimate.weights) @ A.T
         estimate = replace(estimate, robust=replace(robust, covariance=robust.covariance + lasting))
     except InputError as error:
         reason = str(error)

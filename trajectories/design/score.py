@@ -133,7 +133,7 @@ def exact_value(problem: DesignProblem, state: State) -> float:
     kind = problem.criterion.kind
     if kind in ("cond", "cond-scaled"):
         return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
-    return problem.criterion(problem.information(state.entries, weights)).value
+    return problem.criterion(problem.information(state.entries, weights))[0]
 
 
 def _learnt(problem: DesignProblem, state: State) -> Learnt:
