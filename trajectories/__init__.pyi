@@ -28,10 +28,10 @@ from .motions.segments import Trapezoid as Trapezoid
 from .motions.via_points import ViaPoints as ViaPoints
 from .motions.via_points import ViaPointShape as ViaPointShape
 from .motions.via_points import random_via_points as random_via_points
+from .simulation.closed_loop import Task as Task
 from .simulation.controller import Controller as Controller
 from .simulation.disturbances import Disturbances as Disturbances
 from .simulation.experiment import Experiment as Experiment
-from .simulation.experiment import Task as Task
 from .simulation.experiment import run_experiment as run_experiment
 from .simulation.simulator import RX90_NOISE as RX90_NOISE
 from .simulation.simulator import Simulator as Simulator

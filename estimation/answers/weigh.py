@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters
-from ...model.payload_spread import PayloadSpread, payload_spread
+from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
