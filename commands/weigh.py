@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
         problem, others = _problems(arguments, robot, processing, loaded, unloaded, stored, status.update)
         status.update("estimating")
         try:
-            answer = estimation.answer_weighing(
+            answer = estimation.answer_payload(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
         except estimation.SolverError as error:
@@ -91,14 +91,14 @@ def run(arguments: argparse.Namespace) -> int:
     report.print_blocks(report.weigh_screen(answer, measured, arguments.details))
     if arguments.json:
         report.documents.write_json(
-            arguments.json, report.documents.weigh_document(answer, processing, arguments.drive_gains)
+            arguments.json, report.documents.payload_document(answer, processing, arguments.drive_gains)
         )
     write_page(arguments, lambda: _page(arguments, answer, processing))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
 def _page(
-    arguments: argparse.Namespace, answer: estimation.WeighAnswer, processing: model.Processing
+    arguments: argparse.Namespace, answer: estimation.PayloadAnswer, processing: model.Processing
 ) -> report.Page:
     """The report.
 
@@ -112,7 +112,7 @@ def _page(
         "robot's parameters": [arguments.robot_parameters] if arguments.robot_parameters else [],
     }
     settings_told = settings_in_words(answer.problem.robot, processing, gains)
-    document = report.documents.weigh_document(answer, processing, gains)
+    document = report.documents.payload_document(answer, processing, gains)
     page = report.weigh_page(answer, document, provenance(arguments, files, settings_told))
     if arguments.plots and not page.drawings():
         raise InputError("--plots: no joints see the mass, there is nothing to draw")
@@ -127,7 +127,7 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
     progress: Callable[[str], None],
-) -> tuple[estimation.payload.WeighProblem, list[estimation.payload.WeighProblem]]:
+) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     problems = []
     if unloaded:

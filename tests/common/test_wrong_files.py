@@ -14,7 +14,6 @@ from dynident.estimation.files import (
     StoredGains,
     StoredPayload,
     StoredRobot,
-    StoredWeighing,
     read_stored_gains,
     read_stored_payload,
     read_stored_robot,
@@ -109,8 +108,8 @@ def stored() -> Iterator[File]:
     payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5), ["warned"]))
     yield File("payload.json", payload, StoredPayload, read_stored_payload)
     for name, all_ten in (("weigh", True), ("weigh_part", False)):
-        weighing = written(documents.weigh_document(made.weighing(all_ten), made.PROCESSING, None))
-        yield File(f"{name}.json", weighing, StoredWeighing, read_stored_payload)
+        weighing = written(documents.payload_document(made.weighing(all_ten), made.PROCESSING, None))
+        yield File(f"{name}.json", weighing, StoredPayload, read_stored_payload)
 
 
 FILES = [

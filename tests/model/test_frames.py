@@ -77,6 +77,8 @@ def test_tool_frames_add_up(rx90: Robot) -> None:
     one = with_tool(rx90, tool, "gripper")
     two = with_tool(one, tool, "finger")
     assert two.flange == tool @ tool
+    other = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
+    assert with_tool(one, other, "finger").flange == tool @ other != other @ tool  # a tool stands in the flange
     assert (one.last_frame, one.payload_frame, two.payload_frame) == ("frame 6 (modified DH)", "gripper", "finger")
     assert rx90.last_frame == rx90.payload_frame
 
