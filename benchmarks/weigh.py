@@ -20,7 +20,7 @@ from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, a
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
-from dynident.model.payload_spread import PayloadSpread
+from dynident.model.inertia import PayloadSpread
 from dynident.trajectories import (
     Design,
     JointBounds,

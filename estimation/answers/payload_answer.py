@@ -8,7 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import InertialParameters, Processing, Recording
-from ...model.payload_spread import PayloadSpread, payload_spread
+from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
 from ..fit.drive_gains import Gains

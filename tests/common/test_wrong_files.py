@@ -29,7 +29,7 @@ from dynident.tests.report import made
 from dynident.tests.report.written import written
 from dynident.tests.trajectories.test_scene_file import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.design.scene_file import SceneTable
+from dynident.trajectories.design import Scene
 
 MAP = """
 title = "a log"
@@ -113,7 +113,7 @@ def stored() -> Iterator[File]:
 
 FILES = [
     toml("robot", FULL, RobotTable, load_robot),
-    toml("scene", WHOLE, SceneTable, read_scene),
+    toml("scene", WHOLE, Scene, read_scene),
     toml("map", MAP, LogMap, read_log_map),
     toml("load", LOAD, KnownLoad, read_known_load),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),

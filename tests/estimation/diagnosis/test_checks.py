@@ -24,7 +24,7 @@ from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, rob
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
-from dynident.model.payload_spread import PayloadSpread
+from dynident.model.inertia import PayloadSpread
 from dynident.tests.estimation.diagnosis.made import (
     BODY,
     MOMENTS,
