@@ -105,9 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     controller = trajectories.simulation.CONTROLLERS[arguments.controller]
     if arguments.sag is not None:
         if payload is None or controller.integral > 0.0:
-            raise InputError(
-                "--sag: give --payload, and --controller proportional or gravity: another never sags"
-            )
+            raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
         controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * arguments.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(
