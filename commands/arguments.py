@@ -156,7 +156,7 @@ def read_gains(arguments: argparse.Namespace, robot: model.Robot) -> None:
         arguments.gains_file = given
         stored = estimation.files.read_stored_gains(given)
         stored.check(robot, given)
-        arguments.drive_gains = tuple(float(value) for value in stored.values)
+        arguments.drive_gains = stored.values
         arguments.stored_gains = stored
 
 

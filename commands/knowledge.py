@@ -76,6 +76,23 @@ def constraints_of(arguments: argparse.Namespace) -> list[estimation.possible.Co
     return found
 
 
+def friction_argument(parser: argparse.ArgumentParser, of: str) -> None:
+    """``--friction-change``; ``of``: where it counts."""
+    parser.add_argument(
+        "--friction-change",
+        type=relative,
+        metavar="SHARE",
+        help=f"{of}: by how much friction under load may differ from the robot's own, 1 sigma, 0 for not at all "
+        "(default: 10%%)",
+    )
+
+
+def friction_change(arguments: argparse.Namespace) -> float:
+    """What was said of it, or the default."""
+    told: float | None = arguments.friction_change
+    return estimation.payload.FRICTION_CHANGE if told is None else told
+
+
 def gain_errors_of(
     arguments: argparse.Namespace,
     robot: model.Robot,
@@ -83,7 +100,7 @@ def gain_errors_of(
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None = None,
     compared: bool = False,
-) -> estimation.GainErrors | None:
+) -> estimation.Gains | None:
     """The uncertainty of the drive gains; None where nothing is said of it.
 
     What is said now, by options or a file of gains, goes before what was said when the robot was identified: the
@@ -113,21 +130,21 @@ def gain_errors_of(
     if stored is not None and stored.estimate.gain_sensitivity is None and not compared:
         raise InputError(estimation.fit.NOT_TOLD)
     # The same gains, even if they are told by numbers now.
-    source = then if then is not None and not any(gains.recordings) else gains
-    used = source.recordings.notes(loaded, unloaded, source.mass)
+    source = then if then is not None and not any(gains.recordings.values()) else gains
+    used = source.reused(loaded, unloaded)
     return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
 
 
-def _told_now(arguments: argparse.Namespace) -> estimation.GainErrors | None:
+def _told_now(arguments: argparse.Namespace) -> estimation.Gains | None:
     """The uncertainty by options or a file of gains."""
     file = arguments.stored_gains
     if arguments.gain_sigma is None and arguments.gain_sigma_common is None and file is None:
         return None
-    told = estimation.GainErrors(arguments.gain_sigma or (0.0,), arguments.gain_sigma_common or 0.0)
-    if file is None:
-        return told
-    mass = None if math.isnan(file.mass) else file.mass
-    return replace(told, identified=file.relative_covariance.tolist(), recordings=file.recordings, mass=mass)
+    return replace(
+        file or estimation.Gains(),
+        per_joint=arguments.gain_sigma or (0.0,),
+        common=arguments.gain_sigma_common or 0.0,
+    )
 
 
 def six(text: str) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ from .arguments import (
     robot_argument,
     settings,
 )
-from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+from .knowledge import constraints_of, friction_argument, friction_change, gain_errors_of, knowledge_arguments
 from .report import provenance, report_arguments, settings_in_words, write_page
 from .results import result_arguments, write_results
 
@@ -51,6 +51,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--robot-parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)")
     parser.add_argument("--method", choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
     parser.add_argument("--free-friction", action="store_true", help="method 1: estimate friction anew under load")
+    friction_argument(parser, "method 4 and --robot-parameters")
     parser.add_argument(
         "--max-mismatch", type=float, metavar="RAD", help="method 3: largest difference of position"
     )
@@ -83,7 +84,16 @@ def run(arguments: argparse.Namespace) -> int:
     gain_errors = gain_errors_of(arguments, robot, loaded, unloaded, stored)
     known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
-        problem = estimation.payload_problem(robot, loaded, unloaded, known, processing, status.update, robust=True)
+        problem = estimation.payload_problem(
+            robot,
+            loaded,
+            unloaded,
+            known,
+            processing,
+            status.update,
+            robust=True,
+            friction_change=friction_change(arguments),
+        )
         status.update("estimating")
         methods = None if arguments.method == "all" else (int(arguments.method),)
         try:
@@ -121,6 +131,12 @@ def _check(arguments: argparse.Namespace, essential: bool) -> None:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if arguments.free_friction and arguments.method not in ("1", "all"):
         raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+    if (
+        arguments.friction_change is not None
+        and not arguments.robot_parameters
+        and arguments.method not in ("4", "all")
+    ):
+        raise InputError("--friction-change belongs to method 4 and to --robot-parameters: neither is asked for")
     if essential and arguments.method not in ("4", "all"):
         raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
 

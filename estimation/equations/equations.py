@@ -77,6 +77,11 @@ class Equations:
         parts = each(self.leave_one_out, lambda part: part.renamed(columns))
         return replace(self, columns=tuple(columns), factors=tuple(factors), leave_one_out=parts)
 
+    def called(self, columns: Sequence[str]) -> "Equations":
+        """These equations with other names for the same parameters."""
+        parts = each(self.leave_one_out, lambda part: part.called(columns))
+        return replace(self, columns=tuple(columns), leave_one_out=parts)
+
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
 

@@ -6,7 +6,7 @@ direction, 1 where the block says nothing. Where a block holds next to all of on
 equations are then factored anew.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +40,13 @@ class _Solution(NamedTuple):
     squares: Array
 
 
-def left_out(equations: Equations, columns: Sequence[str], weights: Array, known: Sequence[str] = ()) -> LeftOut:
+def left_out(
+    equations: Equations,
+    columns: Sequence[str],
+    weights: Array,
+    known: Sequence[str] = (),
+    held: Mapping[str, float] | None = None,
+) -> LeftOut:
     """Solve without each of the equations' blocks in turn.
 
     Args:
@@ -48,24 +54,30 @@ def left_out(equations: Equations, columns: Sequence[str], weights: Array, known
         columns: whose parameters are solved for.
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
+        held: weights of further equations: that parameters are zero.
 
     Raises:
         InputError: if what is left does not determine the parameters.
     """
     names, less = tuple(columns), equations.leave_one_out
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
-    held = _counts([equations])
-    root, whole = _solved(_weighted([equations], weights)[0][:, places], names, held[0])
+    near = np.array(
+        [weight * np.eye(1, len(places), names.index(name))[0] for name, weight in (held or {}).items()]
+    )
+    near = near.reshape(-1, len(places))
+    count = _counts([equations]) + len(near)
+    root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
     if isinstance(less, WithoutEach):
-        counts = held - _counts(less.blocks)
-        parts = _downdated(root, whole, _weighted(less.blocks, weights)[:, :, places], names, counts)
+        counts, rows = count - _counts(less.blocks), _weighted(less.blocks, weights)[:, :, places]
+        parts = _downdated(root, whole, rows, near, names, counts)
     else:
-        counts = _counts(less)
-        rows = _weighted(less, weights)[:, :, places]
-        solutions = [_solved(part, names, count)[1] for part, count in zip(rows, counts, strict=True)]
+        counts, rows = _counts(less) + len(near), _weighted(less, weights)[:, :, places]
+        solutions = [
+            _solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)
+        ]
         parts = _Solution(*map(np.array, zip(*solutions, strict=True)))
     x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
-    return LeftOut(x, covariance, squares / (np.vstack([counts, held])[:, 1:] - len(names)))
+    return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
 
 
 def _counts(parts: Sequence[Equations]) -> Array:
@@ -81,13 +93,16 @@ def _solved(rows: Array, names: tuple[str, ...], held: Array) -> tuple[Array, _S
     return root, _Solution(root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
 
 
-def _downdated(root: Array, whole: _Solution, rows: Array, names: tuple[str, ...], left: Array) -> _Solution:
+def _downdated(
+    root: Array, whole: _Solution, rows: Array, near: Array, names: tuple[str, ...], left: Array
+) -> _Solution:
     """Solutions without each block, from the whole one.
 
     Args:
         root: R^-1 of all equations.
         whole: their solution.
         rows: of the blocks, B x k x (c + m).
+        near: those that no block holds.
         names: of the parameters.
         left: numbers of equations without each block, B x 2.
     """
@@ -104,7 +119,7 @@ def _downdated(root: Array, whole: _Solution, rows: Array, names: tuple[str, ...
     parts = _Solution(whole.x - root @ change, root @ inverse @ root.T, squares)
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
     for b in np.flatnonzero(little | (left[:, 0] < c) | (left[:, 1] <= c)):
-        others = np.delete(rows, b, axis=0).reshape(-1, rows.shape[2])
+        others = np.vstack([*np.delete(rows, b, axis=0), near])
         for array, value in zip(parts, _solved(others, names, left[b])[1], strict=True):
             array[b] = value
     return parts

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
-from ...model.payload_spread import PayloadSpread, payload_spread
+from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations, each
 from ..fit.estimate import Estimate
 

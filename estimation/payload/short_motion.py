@@ -13,7 +13,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Processing
 from ...model.motion import Measurement
-from ...model.visibility import PayloadVisibility, Resolved
+from ...model.visibility import PayloadVisibility
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
 from ..possible.constraints import KnownMass
@@ -95,10 +95,10 @@ class ShortMotion:
         Nothing that the torques leave open is filled in.
         """
         used = self.needed(scale)
-        told: Resolved = self.visibility.resolved(used is not None)
+        places, A, by_mass = self.visibility.resolved(used is not None)
         mass, variance = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
-        found = estimate.mapped(told.A, [PAYLOAD[k] for k in told.places], told.b * mass)
-        shared = variance * np.outer(told.b, told.b)
+        found = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+        shared = variance * np.outer(by_mass, by_mass)
         robust = found.robust
         if robust is not None:
             robust = replace(robust, covariance=robust.covariance + shared)
