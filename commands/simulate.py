@@ -55,6 +55,20 @@ def add_parser(commands: Any) -> None:
         metavar="SHARE",
         help="of the drive gains, such as 0.02 (default: 0)",
     )
+    parser.add_argument(
+        "--controller",
+        choices=("integral", "proportional", "gravity"),
+        default="integral",
+        help="its loops: with integral action, without it, or without it and with gravity compensation only "
+        "(default: integral)",
+    )
+    parser.add_argument(
+        "--sag",
+        type=sag,
+        metavar="MRAD",
+        help="loops without integral action so soft that the payload pulls the worst joint off its path by this "
+        "(root mean square; default: stiff ones)",
+    )
     parser.add_argument("--rate", type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
     parser.add_argument("--seed", type=whole, default=0, help="of all that is drawn (default: 0)")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder of the recordings and of truth.toml")
@@ -69,6 +83,14 @@ def rate(text: str) -> float:
     return value
 
 
+def sag(text: str) -> float:
+    """A position error in mrad."""
+    value = number(text)
+    if not 0.0 < value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and at most 100 mrad")
+    return value
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     robot = chosen_robot(arguments)
@@ -80,7 +102,13 @@ def run(arguments: argparse.Namespace) -> int:
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
         tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = trajectories.Controller()
+    controller = trajectories.simulation.CONTROLLERS[arguments.controller]
+    if arguments.sag is not None:
+        if payload is None or controller.integral > 0.0:
+            raise InputError(
+                "--sag: give --payload, and --controller proportional or gravity: another never sags"
+            )
+        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * arguments.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(
             robot, tasks, disturbances, arguments.seed, controller, arguments.rate, progress

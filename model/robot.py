@@ -20,6 +20,11 @@ SNAP_ANGLE = 1e-4
 SNAP_LENGTH = 1e-6
 """m: a length shorter than this is taken as zero."""
 
+SOURCED = ("position", "speed", "acceleration", "torque", "mass", "rated_payload", "flange", "joint_names")
+"""What of a description has a source of its own: where its number stands, or "assumed: .." and how."""
+ASSUMED = "assumed"
+"""How the source of a number begins that no source gives."""
+
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 """The ten inertial parameters of a body, in the order of (6)."""
 
@@ -110,6 +115,8 @@ class Robot:
         flange: where that frame stands in frame n.
         base: where the base, as the maker or a URDF counts it, stands in frame 0.
         rated_payload: largest payload by the data sheet [kg].
+        mass: of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
+        sources: of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
         links: names and frames of the file the robot was read from, if it has its own.
         processing: how recordings of this robot are treated unless told otherwise.
         parameters: known standard parameters by name ("XX1", "M3", "FV2"), where the robot has them.
@@ -125,6 +132,8 @@ class Robot:
     flange: Pose = Pose()
     base: Pose = Pose()
     rated_payload: float = math.inf
+    mass: float | None = None
+    sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     links: Links | None = None
     processing: Processing = Processing()
     parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
@@ -139,12 +148,15 @@ class Robot:
             raise ValueError("gravity must be three finite numbers")
         if not self.rated_payload > 0.0:
             raise ValueError("rated payload must be positive")
+        if self.mass is not None and not 0.0 < self.mass < math.inf:
+            raise ValueError("mass must be positive")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "snapped", tuple(notes))
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
 
     @property

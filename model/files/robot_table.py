@@ -184,6 +184,19 @@ class ProcessingTable(Table, frozen=True):
     max_mismatch: Real = Processing.max_mismatch
 
 
+class SourcesTable(Table, frozen=True):
+    """Where numbers come from; "assumed: .." and how, where no source gives them."""
+
+    position: str = ""
+    speed: str = ""
+    acceleration: str = ""
+    torque: str = ""
+    mass: str = ""
+    rated_payload: str = ""
+    flange: str = ""
+    joint_names: str = ""
+
+
 class RobotTable(Table, frozen=True, kw_only=True):
     """A robot."""
 
@@ -195,6 +208,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
     source: str = ""
     gravity: Triple = Robot.gravity
     rated_payload_kg: Real | None = None
+    mass_kg: Real | None = None
+    sources: SourcesTable = SourcesTable()
     flange: PoseTable = PoseTable()
     base: PoseTable = PoseTable()
     lengths: dict[str, Real] = field(default_factory=dict)
@@ -215,6 +230,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
             source=source,
             gravity=robot.gravity,
             rated_payload_kg=robot.rated_payload if math.isfinite(robot.rated_payload) else None,
+            mass_kg=robot.mass,
+            sources=SourcesTable(**robot.sources),
             flange=PoseTable.of(robot.flange),
             base=PoseTable.of(robot.base),
             lengths={name: value for name, value in lengths if value != 0.0},
@@ -248,6 +265,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 self.flange.pose(),
                 self.base.pose(),
                 math.inf if self.rated_payload_kg is None else self.rated_payload_kg,
+                self.mass_kg,
+                {name: text for name, text in structs.asdict(self.sources).items() if text},
                 processing=processing,
                 parameters=self.parameters,
                 title=self.title,

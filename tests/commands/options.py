@@ -247,6 +247,8 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--noise": "--noise none",
         "--gain-error": "--gain-error 0.1",
         "--rate": "--rate 100",
+        "--controller": "--controller gravity",
+        "--sag": "--payload box.toml --controller proportional | --sag 4",
         "--seed": "--seed 7",
         "--out": "--out other",
     },

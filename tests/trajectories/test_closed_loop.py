@@ -21,7 +21,7 @@ from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions import random_points
-from dynident.trajectories.simulation import ClosedLoop, Ripple, Run
+from dynident.trajectories.simulation import CONTROLLERS, ClosedLoop, Ripple, Run
 from dynident.trajectories.simulation.integrator import SMOOTHING
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
@@ -125,6 +125,31 @@ def test_tracking_differs_by_a_milliradian_under_load(pair: list[tuple[Measureme
         assert np.abs(data.motion.q - reference).max() < 3e-3
 
 
+@pytest.mark.parametrize("kind", ["proportional", "gravity"])
+@pytest.mark.parametrize("sag", [2e-3, 4e-3, 9e-3])
+def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Robot, kind: str, sag: float) -> None:
+    """The worst joint sags by what was asked for: a controller with an integral keeps within a hundredth of it."""
+    reference, payload = motion(rx90, 0), paper_tables().payload
+    soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
+    runs = [Run(reference, friction(rx90)), Run(reference, friction(rx90), payload)]
+    (bare, _), (loaded, _) = ClosedLoop(rx90, soft, ripple(rx90, 0.0)).run(runs)
+    apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
+    assert apart.max() == pytest.approx(sag, rel=0.2)
+
+
+def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
+    """At rest both controllers do the same, in motion the one that knows of weights alone lags behind."""
+    still = SampledTrajectory(np.linspace(0.0, 0.4, 41), np.tile(motion(rx90, 1).points[0], (41, 1)))
+    errors = {}
+    for kind in ("proportional", "gravity"):
+        loop = ClosedLoop(rx90, CONTROLLERS[kind], ripple(rx90, 0.0))
+        runs = [Run(still, friction(rx90)), Run(motion(rx90, 1, 2), friction(rx90))]
+        (rest, _), (moving, wanted) = loop.run(runs)
+        assert np.abs(rest.motion.q - still.q[0]).max() < 1e-6
+        errors[kind] = np.abs(moving.motion.q - wanted).max()
+    assert errors["gravity"] > 3.0 * errors["proportional"]
+
+
 @pytest.mark.long
 def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
     run = Run(motion(rx90, 1), friction(rx90))
@@ -191,3 +216,7 @@ def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:
         limp.run([Run(motion(rx90, 1), friction(rx90))])
     with pytest.raises(ValueError, match="gains must be positive"):
         Controller(position=0.0)
+    with pytest.raises(ValueError, match="'motion' or 'gravity'"):
+        replace(Controller(), compensates="nothing")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="does not sag"):
+        Controller().sagging(rx90, paper_tables().payload, [motion(rx90, 1)], 1e-3)

@@ -1,5 +1,6 @@
 from .closed_loop import ClosedLoop as ClosedLoop
 from .closed_loop import Run as Run
+from .controller import CONTROLLERS as CONTROLLERS
 from .controller import Controller as Controller
 from .disturbances import RX90_DISTURBANCES as RX90_DISTURBANCES
 from .disturbances import RX90_SLOW_NOISE as RX90_SLOW_NOISE

@@ -120,8 +120,9 @@ class ClosedLoop:
         for reference in references:
             if id(reference) not in known:
                 q, qd, qdd = reference.at(t)
-                torque = self._controller.feed_forward * self._feed_forward(q, qd, qdd, self._bare).T
-                known[id(reference)] = np.hstack([q, qd, torque])
+                moving = float(self._controller.compensates == "motion")
+                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                known[id(reference)] = np.hstack([q, qd, self._controller.feed_forward * torque])
         return np.stack([known[id(reference)] for reference in references], axis=1)
 
     def _parameters(self, payload: InertialParameters | None) -> Array:
