@@ -1,48 +1,18 @@
-"""Figures of the experiment: torques of one, errors of the payload and whether intervals hold in many."""
+"""Errors of the payload and whether intervals hold, in many experiments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynident.report import legend, panels, save_figure
 
-from ...common.arrays import Array
-from ...estimation.equations import Observation
-from ...report import legend, panels, save_figure
 from .repetition import Repetition
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _SHOWN = ("M", "MZ", "XX", "YY", "ZZ")
-
-
-def save_torques(
-    path: str | Path, observation: Observation, curves: Sequence[tuple[str, Array]], title: str
-) -> None:
-    """Measured and predicted torques of every joint, one below the other.
-
-    Args:
-        path: file; its ending chooses the format.
-        observation: measured torques Y and the columns W.
-        curves: (label, parameters chi of ``observation.columns``) of each prediction W chi.
-        title: above the figure.
-    """
-    n = len(observation.Y)
-    figure, columns = panels((8.0, 1.6 * n + 0.8), n, 1, (0.75, 0.1, 0.4, 0.8), (0.0, 0.15), sharex=True)
-    axes = columns[:, 0]
-    styles = ("-", "--", ":", "-.")
-    for j, axis in enumerate(axes):
-        t = observation.t[j]
-        axis.plot(t, observation.Y[j], ".", color="0.6", markersize=3, label="measured")
-        for k, (label, chi) in enumerate(curves):
-            axis.plot(t, observation.W[j] @ chi, styles[k % 4], linewidth=1.1, label=label)
-        axis.set_ylabel(f"joint {j + 1} [N·m]")
-        axis.grid(visible=True, alpha=0.3)
-    legend(figure, [axes[0]], "lower center")
-    axes[-1].set_xlabel("time [s]")
-    figure.suptitle(title)
-    save_figure(figure, path)
 
 
 def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repetition]]) -> None:
