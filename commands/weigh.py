@@ -85,14 +85,14 @@ def run(
         problem, others = _problems(asked, setup, loaded, unloaded, stored, status.update)
         status.update("estimating")
         try:
-            answer = estimation.answer_weighing(
+            answer = estimation.answer_payload(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
     measured = stand_in is not None and answer.stand_in is None
     report.print_blocks(report.weigh_screen(answer, measured, asked.details))
-    document = report.documents.weigh_document(answer, setup.processing, setup.gains)
+    document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
 
     def page() -> report.Page:
@@ -112,7 +112,7 @@ def _problems(
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
     progress: Callable[[str], None],
-) -> tuple[estimation.payload.WeighProblem, list[estimation.payload.WeighProblem]]:
+) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     robot, processing, problems = setup.robot, setup.processing, []
     if unloaded:

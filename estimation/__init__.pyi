@@ -12,10 +12,8 @@ from . import signals as signals
 from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
 from .answers.identification import identify as identify
-from .answers.payload import PayloadAnswer as PayloadAnswer
 from .answers.payload import answer_payload as answer_payload
-from .answers.weigh import WeighAnswer as WeighAnswer
-from .answers.weigh import answer_weighing as answer_weighing
+from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .diagnosis.finding import Verdict as Verdict
 from .equations.equations import PAYLOAD as PAYLOAD
 from .fit.drive_gains import GainErrors as GainErrors

@@ -5,5 +5,4 @@ from .stored import read_stored_robot as read_stored_robot
 from .stored_gains import StoredGains as StoredGains
 from .stored_gains import read_stored_gains as read_stored_gains
 from .stored_payload import StoredPayload as StoredPayload
-from .stored_payload import StoredWeighing as StoredWeighing
 from .stored_payload import read_stored_payload as read_stored_payload

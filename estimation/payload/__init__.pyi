@@ -26,7 +26,6 @@ from .repeats import Repeats as Repeats
 from .result import PayloadEstimate as PayloadEstimate
 from .result import frame_change as frame_change
 from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE
-from .short_motion import WeighProblem as WeighProblem
-from .short_motion import difference_weighing as difference_weighing
-from .short_motion import known_robot_weighing as known_robot_weighing
-from .weighing import solve_weighing as solve_weighing
+from .short_motion import ShortMotion as ShortMotion
+from .weighing import difference_weighing as difference_weighing
+from .weighing import known_robot_weighing as known_robot_weighing

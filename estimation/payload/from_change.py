@@ -17,6 +17,7 @@ from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import gain_sensitivity
 from .problem import PayloadProblem
+from .result import frame_change, in_payload_frame
 
 _DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")
 
@@ -50,7 +51,10 @@ class ChangeOfParameters:
             values=step.x,
             covariance=step.covariance,
             degrees_of_freedom=min(self.before.degrees_of_freedom, after.degrees_of_freedom),
-            fit=fit(self.problem.loaded, np.concatenate([self.before.values, step.x])),
+            fit=fit(
+                in_payload_frame(self.problem.robot, self.problem.loaded),
+                np.concatenate([self.before.values, step.x]),
+            ),
             weights=after.weights,
             gain_sensitivity=self._gain_sensitivity(after, step),
         )
@@ -73,9 +77,10 @@ class ChangeOfParameters:
 
     @cached_property
     def _map(self) -> Array:
-        """G_L: how the inertial base parameters change with the payload's ten."""
-        columns = self.problem.base.columns
-        return payload_map(self.problem)[[columns.index(name) for name in self._inertial]]
+        """G_L: how the inertial base parameters change with the payload's ten, in the payload's frame."""
+        columns, robot = self.problem.base.columns, self.problem.robot
+        change = payload_map(self.problem)[[columns.index(name) for name in self._inertial]]
+        return change if robot.flange.is_identity else change @ frame_change(robot.flange)
 
     def _step(self, after: Estimate) -> _Step:
         chi_a, C_a = self.before.select(self._inertial)
@@ -112,7 +117,7 @@ def from_change(problem: PayloadProblem) -> ChangeOfParameters:
 
 
 def payload_map(problem: PayloadProblem) -> Array:
-    """G_L: how the base parameters change with the payload's ten; N_b x 10."""
+    """G_L: how the base parameters change with the payload's ten in frame n; N_b x 10."""
     return problem.base.effect_of(payload_columns(problem.robot))
 
 

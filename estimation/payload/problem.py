@@ -13,7 +13,7 @@ from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import Equations, merged
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
 from ..fit.linear_problem import Known, gain_sensitivity
@@ -22,6 +22,7 @@ from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import measurement
 from .equations import PairedMeasurement, payload_equations
+from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
     "the stored robot parameters have the formula's standard deviations only: identify the robot again with this "
@@ -46,7 +47,8 @@ class PayloadProblem:
     Attributes:
         robot: the robot.
         base: its base parameters; their columns make up W.
-        loaded: equations [W W_L] of (22) with payload; columns base, then ``PAYLOAD``.
+        loaded: equations [W W_L] of (22) with payload; columns base, then ``PAYLOAD``. Of a short motion whose
+            torque without payload was subtracted those of ``difference``.
         unloaded: equations W without payload, for methods 1, 2 and 4.
         known: the robot's parameters from an earlier identification, for method 1 without ``unloaded``.
         difference: equations W_L of (29) for method 3, if a pair on one trajectory is there.
@@ -57,6 +59,7 @@ class PayloadProblem:
         no_blocks: why there are no blocks of time although they were asked for.
         source: the recordings themselves, in which the verdict looks for causes.
         robot_weights: weights of the joints without payload, taken as given; estimated by default.
+        short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
 
     robot: Robot
@@ -72,19 +75,25 @@ class PayloadProblem:
     no_blocks: str = ""
     source: Source | None = None
     robot_weights: Sequence[float] | None = None
+    short: ShortMotion | None = None
 
     def __post_init__(self) -> None:
         """Refuse another model's robot, and blocks of one motion that are not as many."""
         if self.known is not None:
             check_known(self.robot, self.base, self.known)
-        parts = (self.loaded, self.unloaded, self.difference)
-        if self.paired and self.loaded.blocks and len({len(part.blocks) for part in parts if part is not None}) > 1:
+        counts = {len(part.leave_one_out) for part in (self.loaded, self.unloaded, self.difference) if part}
+        if self.paired and self.loaded.leave_one_out and len(counts) > 1:
             raise ValueError("paired blocks must be as many without and with payload")
 
     @property
     def paired(self) -> bool:
         """Whether the blocks with and without payload are of one motion."""
-        return self.difference is not None and bool(self.difference.blocks)
+        return self.difference is not None and bool(self.difference.leave_one_out)
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """The parameters that are solved for: all ten, or those that stand for what a short motion shows."""
+        return PAYLOAD if self.short is None else self.short.chosen
 
     @cached_property
     def bare(self) -> Estimate | None:
@@ -94,19 +103,28 @@ class PayloadProblem:
         weights = np.array(self.robot_weights) if self.robot_weights is not None else None
         return weighted(self.unloaded, weights)
 
+    @property
+    def alone(self) -> Estimate | None:
+        """The robot's own parameters: those without payload, else those known from an earlier identification."""
+        return self.bare or self.known
+
     @cached_property
     def both(self) -> Equations:
         """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        parts = [replace(part, blocks=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)]
+        parts = [
+            replace(part, leave_one_out=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)
+        ]
         return merged(parts)
 
     @cached_property
     def robot_known(self) -> Known:
         """The robot's parameters for method 1: from an earlier identification, else without payload."""
         if self.known is not None:
-            return known_robot(self.known)
+            known = known_robot(self.known)
+            # Next to a short motion the robot's errors weigh too much for the formula's, which are too small.
+            return known if self.short is None else known._replace(covariance=known.lasting)
         bare, unloaded = self.bare, self.unloaded
         if bare is None or unloaded is None:
             raise InputError(
@@ -131,21 +149,20 @@ class PayloadProblem:
         Raises:
             InputError: if there are fewer than two blocks.
         """
-        if not self.loaded.blocks:
+        if not self.loaded.leave_one_out:
             raise InputError(self.no_blocks or "robust standard deviations need recordings in blocks of time")
-        bare = self.bare
-        whole = replace(self, robot_weights=tuple(bare.weights) if bare is not None else None, stretches=())
-        loaded, unloaded, difference = self.loaded.without_blocks(), self.unloaded, self.difference
-        if unloaded is None or not unloaded.blocks:
-            return (tuple(replace(whole, loaded=part) for part in loaded),)
-        if difference is None or not difference.blocks:
-            without = unloaded.without_blocks()
-            return (
-                tuple(replace(whole, loaded=part) for part in loaded),
-                tuple(replace(whole, unloaded=part) for part in without),
+        weights = tuple(self.bare.weights) if self.bare is not None else None
+        whole = replace(self, robot_weights=weights, stretches=())
+        cut = {"loaded": self.loaded, "unloaded": self.unloaded, "difference": self.difference}
+        parts = {name: part.without_blocks() for name, part in cut.items() if part and part.leave_one_out}
+        together = [tuple(parts)] if self.paired else [(name,) for name in parts]
+        return tuple(
+            tuple(
+                replace(whole, **dict(zip(names, left, strict=True)))
+                for left in zip(*(parts[name] for name in names), strict=True)
             )
-        both = zip(loaded, unloaded.without_blocks(), difference.without_blocks(), strict=True)
-        return (tuple(replace(whole, loaded=a, unloaded=b, difference=c) for a, b, c in both),)
+            for names in together
+        )
 
 
 def known_robot(robot: Estimate) -> Known:

@@ -15,14 +15,14 @@ from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import gain_sensitivity
 from dynident.estimation.payload import (
     PayloadEstimate,
-    WeighProblem,
     constrain_payload,
     difference_weighing,
-    solve_weighing,
 )
 from dynident.estimation.payload.methods import method_of
+from dynident.estimation.payload.short_motion import friction_free
 from dynident.estimation.robot.equations import base_problem
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
+from dynident.tests.estimation.payload.recordings import short
 from dynident.trajectories import Simulator
 from numpy.typing import ArrayLike
 
@@ -188,17 +188,16 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
     """Each motor's error alone, offsets and weights held as they were."""
     simulator, recordings = arm
 
-    def weighing(factors: ArrayLike) -> WeighProblem:
+    def weighing(factors: ArrayLike) -> PayloadProblem:
         bare, loaded = recordings(factors)
         return difference_weighing(simulator.robot, [loaded], [bare])
 
     problem = weighing(np.ones(6))
-    found = solve_weighing(problem)
+    found, motion = identify_payload(problem, 3), short(problem)
     assert found.complete
 
     def solved(factors: Array) -> Array:
-        (run,) = weighing(factors).runs
-        equations = replace(run, held=problem.held).problem.select(PAYLOAD)
+        equations = friction_free(short(weighing(factors)).runs, motion.held).select(PAYLOAD)
         return weighted(equations, found.estimate.weights).values
 
     expected = brute(solved)

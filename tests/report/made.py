@@ -181,11 +181,13 @@ def payload() -> Any:
         pairs=pairs(),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
+        short=None,
     )
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
-        recommended=SimpleNamespace(method=3), by_joints=by_joints(), elimination=elimination(),
-        left_out={2: "no pair"}, verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
+        recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
+        elimination=elimination(), left_out={2: "no pair"},
+        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
     )  # fmt: skip
 
 
@@ -196,15 +198,19 @@ def weighing(possible: bool) -> Any:
     found = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
-    problem = SimpleNamespace(
-        robot=ROBOT, joints=(1, 2), method=1, pairs=pairs(), rate=98.5, torque_rms=np.array([11.0, 12.0, 13.0]),
-        problem=SimpleNamespace(
-            equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
-        ),
-        visibility=visibility,
+    short = SimpleNamespace(
+        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
         held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
         runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
     )  # fmt: skip
+    problem = SimpleNamespace(
+        robot=ROBOT, pairs=pairs(), rate=98.5, unloaded=None,
+        loaded=SimpleNamespace(
+            equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
+        ),
+        short=short,
+    )  # fmt: skip
+    best = possible_payload(free) if possible else None
     repeats = SimpleNamespace(
         sources=("a.csv", "b.csv"), masses=(3.03, 3.04), sigmas=(0.13, 0.14), spread=0.05, excess=1.5,
         drift=(0.001, 0.002), drifts=False,
@@ -214,11 +220,12 @@ def weighing(possible: bool) -> Any:
     names = ("mass", "centre of mass", "inertia")
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
-        problem=problem, found=found, constrained=possible_payload(free) if possible else None,
-        by_joints=by_joints(), repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
+        problem=problem, short=short, free=found, estimates=(found,), possible=best,
+        constrained=(best,) if possible else (), by_joints=by_joints(),
+        repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
         com=numbers(3), com_interval=numbers(3, 2), judged=judged,
         spread=SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
-        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),),
+        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None, robot_fit=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=()),

@@ -24,9 +24,10 @@ class Controller:
     motor torque = J (kv (v - qd) + ki z) + feed-forward, with v = qd_r + kp (q_r - q) and z' = v - qd.
 
     The feed-forward is the model's torque on the reference motion: the bare robot's, without dry friction, for a
-    controller knows neither the payload nor how stiff the gears are today. Without an integral nobody takes up what
-    the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops see the exact
-    positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the recorded noise.
+    controller knows neither the payload nor how stiff the gears are today. Without an integral nothing takes up
+    what the payload adds: the arm sags until the position error holds it, by its torque / (J kp kv). The loops
+    see the exact positions and speeds: a step of the encoder of 1e-5 rad changes the torque by far less than the
+    recorded noise.
 
     Attributes:
         position: kp [1/s].

@@ -16,6 +16,7 @@ from dynident.estimation.diagnosis.quantities import (
     MASS_SIGMA,
     Agreement,
     Judged,
+    allowing,
     judge_com,
 )
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
@@ -23,7 +24,7 @@ from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, rob
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
-from dynident.model.payload_spread import PayloadSpread
+from dynident.model.inertia import PayloadSpread
 from dynident.tests.estimation.diagnosis.made import (
     BODY,
     MOMENTS,
@@ -476,3 +477,13 @@ def test_what_is_told_of_findings() -> None:
     assert verdict_of([vague, cause, bad]).reasons == ("cause", "bad")
     assert verdict_of([vague, bad, cause], brief=False).reasons == ("bad", "cause", "vague")
     assert verdict_of([vague, bad]).level == "do_not_use"
+
+
+def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
+    """Half of a 95 % interval over 1.96: 12.7 over 1.96 with one degree of freedom."""
+    plain = PayloadSpread(0.02, np.array([1e-3, 2e-3, 3e-3]), np.full((3, 3), 4e-4))
+    wide = allowing(plain, 1.0)
+    for name in ("mass", "com", "inertia_com"):
+        assert getattr(wide, name) == pytest.approx(12.7062 / 1.95996 * getattr(plain, name), rel=1e-5)
+    same = allowing(plain, 1e9)
+    assert same.com == pytest.approx(plain.com)
