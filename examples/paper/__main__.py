@@ -1,8 +1,7 @@
 """The simulated experiment again and again: what spread and coverage each method really has.
 
-Run: ``python -m dynident.examples.paper 50`` writes ``simulated_experiment.md``, its figure and its numbers
-as JSON into ``--out``. Each experiment is recorded with the noise of the paper's robot, with noise that has a memory,
-and with wrong drive gains.
+Run: ``python -m dynident.examples.paper 50`` writes ``simulated_experiment.md``, its figure and its numbers as JSON.
+Each experiment is recorded with the noise of the paper's robot, with noise that has a memory, and with wrong gains.
 """
 
 from __future__ import annotations
