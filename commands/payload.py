@@ -13,9 +13,9 @@ from . import ANSWERED, DO_NOT_USE
 from .options import (
     EssentialOptions,
     FramedRobotOptions,
+    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
-    Options,
     PairOptions,
     TableOptions,
     add_command,
@@ -24,7 +24,7 @@ from .options import (
 
 
 @dataclass(frozen=True)
-class _Payload(Options):
+class _Payload(FrictionOptions):
     """Recordings, and by which methods they are answered."""
 
     unloaded: tuple[str, ...] = option(
@@ -62,6 +62,8 @@ class _Payload(Options):
             )
         if self.free_friction and self.method not in ("1", "all"):
             raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+        if not self.robot_parameters and self.method not in ("4", "all"):
+            self.refuse("friction_change", "belongs to method 4 and to --robot-parameters: neither is asked for")
         if essential and self.method not in ("4", "all"):
             raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
 
@@ -100,7 +102,14 @@ def run(
     known = stored.estimate if stored else None
     with Console(stderr=True).status("reading") as status:
         problem = estimation.payload_problem(
-            setup.robot, loaded, unloaded, known, setup.processing, status.update, robust=True
+            setup.robot,
+            loaded,
+            unloaded,
+            known,
+            setup.processing,
+            status.update,
+            robust=True,
+            friction_change=asked.change,
         )
         status.update("estimating")
         methods = None if asked.method == "all" else (int(asked.method),)

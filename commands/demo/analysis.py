@@ -58,7 +58,9 @@ def reduced_experiment(
 ) -> estimation.PayloadProblem:
     """The equations of all runs but those of the held-out trajectory."""
     used = [run.recording for run in experiment.runs[:-2]]
-    return estimation.payload_problem(experiment.robot, used[1::2], used[::2], progress=progress, robust=True)
+    return estimation.payload_problem(
+        experiment.robot, used[1::2], used[::2], progress=progress, robust=True, friction_change=0.0
+    )
 
 
 def robust_joint(problem: estimation.PayloadProblem) -> estimation.Estimate:

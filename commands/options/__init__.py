@@ -1,7 +1,7 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
 from .goals import GoalOptions, NoiseOptions
-from .knowledge import GainOptions, KnowledgeOptions
+from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions
@@ -14,6 +14,7 @@ __all__ = [
     "ArmOptions",
     "EssentialOptions",
     "FramedRobotOptions",
+    "FrictionOptions",
     "GainOptions",
     "GoalOptions",
     "KnowledgeOptions",

@@ -69,6 +69,23 @@ class KnowledgeOptions(Options):
 
 
 @dataclass(frozen=True)
+class FrictionOptions(Options):
+    """How far friction under load may differ from the robot's own."""
+
+    friction_change: float | None = option(
+        type=relative,
+        metavar="SHARE",
+        help="method 4 and --robot-parameters: by how much friction under load may differ from the robot's own, "
+        "1 sigma, 0 for not at all (default: 10%%)",
+    )
+
+    @property
+    def change(self) -> float:
+        """What was said of it, or the default."""
+        return estimation.payload.FRICTION_CHANGE if self.friction_change is None else self.friction_change
+
+
+@dataclass(frozen=True)
 class GainOptions(Options):
     """How sure the drive gains are."""
 
@@ -88,7 +105,7 @@ class GainOptions(Options):
         unloaded: Sequence[model.Recording],
         stored: estimation.files.StoredRobot | None = None,
         compared: bool = False,
-    ) -> estimation.GainErrors | None:
+    ) -> estimation.Gains | None:
         """The uncertainty of the drive gains; None where nothing is said of it.
 
         What is said now, by options or a file of gains, goes before what was said when the robot was identified:
@@ -117,16 +134,16 @@ class GainOptions(Options):
         if stored is not None and stored.estimate.gain_sensitivity is None and not compared:
             raise InputError(estimation.fit.NOT_TOLD)
         # The same gains, even if they are told by numbers now.
-        source = then if then is not None and not any(gains.recordings) else gains
-        used = source.recordings.notes(loaded, unloaded, source.mass)
+        source = then if then is not None and not any(gains.recordings.values()) else gains
+        used = source.reused(loaded, unloaded)
         return replace(gains, recordings=source.recordings, mass=source.mass, notes=(*used, *notes))
 
-    def _told_now(self, file: estimation.files.StoredGains | None) -> estimation.GainErrors | None:
+    def _told_now(self, file: estimation.Gains | None) -> estimation.Gains | None:
         """The uncertainty by options or a file of gains."""
         if self.gain_sigma is None and self.gain_sigma_common is None and file is None:
             return None
-        told = estimation.GainErrors(self.gain_sigma or (0.0,), self.gain_sigma_common or 0.0)
-        if file is None:
-            return told
-        mass = None if math.isnan(file.mass) else file.mass
-        return replace(told, identified=file.relative_covariance.tolist(), recordings=file.recordings, mass=mass)
+        return replace(
+            file or estimation.Gains(),
+            per_joint=self.gain_sigma or (0.0,),
+            common=self.gain_sigma_common or 0.0,
+        )

@@ -32,7 +32,7 @@ class Setup:
     robot: model.Robot
     processing: model.Processing
     gains: tuple[float, ...] | None
-    identified: estimation.files.StoredGains | None
+    identified: estimation.Gains | None
     log_map: estimation.LogMap
     told: set[str] = field(default_factory=set)
 
@@ -95,13 +95,13 @@ class LogOptions(Options):
         given = estimation.read_log_map(self.log_map) if self.log_map else estimation.LogMap(source="command line")
         return estimation.recordings.with_flags(given, self.joints, self.units, self.signs, self.topic)
 
-    def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.files.StoredGains | None]:
+    def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
         """Torque per current, and what a file of gains says besides."""
         if not isinstance(self.drive_gains, str):
             return self.drive_gains, None
         stored = estimation.files.read_stored_gains(self.drive_gains)
         stored.check(robot, self.drive_gains)
-        return tuple(float(value) for value in stored.values), stored
+        return stored.values, stored
 
 
 @dataclass(frozen=True)

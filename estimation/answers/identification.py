@@ -11,11 +11,10 @@ from ...model import BaseParameters, Processing, Recording, Robot, base_paramete
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
-from ..fit.excited import Excitation, excitation
-from ..fit.least_squares import weighted
+from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.robust import RobustCovariance, jackknife
 from ..robot.equations import base_problem
@@ -48,7 +47,7 @@ class Identification:
     elimination: Elimination
     validation: Fit | None
     without_robust: str = ""
-    gains: GainErrors | None = None
+    gains: Gains | None = None
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
@@ -92,7 +91,7 @@ def identify(
     progress: Progress = silent,
     robust: bool = False,
     essential: StopRule | None = None,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -142,7 +141,7 @@ def identify(
     )
 
 
-def _with_gains(problem: Equations, estimate: Estimate, gains: GainErrors | None) -> Estimate:
+def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> Estimate:
     """An estimate with what it owes to each motor's torque, and how sure that is."""
     return replace(
         estimate,

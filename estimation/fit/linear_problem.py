@@ -37,6 +37,22 @@ class Known(NamedTuple):
     gain_sensitivity: Callable[[], Array | None] = lambda: None
 
 
+class Held(NamedTuple):
+    """How a parameter is held near zero.
+
+    ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
+    white noise would give what the recordings say of it. One more equation counts for as much as that allows.
+    """
+
+    sigma: float
+    inflation: float = 1.0
+
+    @property
+    def weight(self) -> float:
+        """Of the equation, in units of weighted rows."""
+        return float(np.sqrt(self.inflation)) / self.sigma
+
+
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
     """Equations and the roles of their columns; a column without a role is free, estimated beside the wanted ones.
@@ -45,14 +61,14 @@ class LinearProblem:
         equations: in all the columns.
         wanted: the parameters that are asked for.
         known: parameters known from elsewhere, group by group.
-        held: standard deviations of parameters that are near zero: one more equation for each.
+        held: parameters that are near zero: one more equation for each.
         shown: equations in the same columns whose torques the fit is told of; all by default.
     """
 
     equations: Equations
     wanted: tuple[str, ...]
     known: tuple[Known, ...] = ()
-    held: Mapping[str, float] = field(default_factory=dict)
+    held: Mapping[str, Held] = field(default_factory=dict)
     shown: Equations | None = None
 
     @cached_property
@@ -114,7 +130,8 @@ class LinearProblem:
             c = len(self.unknown.columns)
             inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
             places = [self.unknown.columns.index(name) for name in self.held]
-            moved = (inverse @ inverse.T)[self._places][:, places] / np.array(list(self.held.values()))
+            pull = np.array([held.weight**2 * held.sigma for held in self.held.values()])
+            moved = (inverse @ inverse.T)[self._places][:, places] * pull
             total += moved @ moved.T
         return total
 
@@ -125,11 +142,10 @@ class LinearProblem:
     def _stacked(self, weights: Array) -> Array:
         """Weighted factor of all joints in the unknown columns, the held ones' equations below."""
         rows = self.unknown.stacked(weights)
-        for name, sigma in self.held.items():
-            own = np.zeros((1, rows.shape[1]))
-            own[0, self.unknown.columns.index(name)] = 1.0 / sigma
-            rows = np.vstack([rows, own])
-        return rows
+        places = [self.unknown.columns.index(name) for name in self.held]
+        own = np.zeros((len(places), rows.shape[1]))
+        own[range(len(places)), places] = [held.weight for held in self.held.values()]
+        return np.vstack([rows, own])
 
     def _factor(self, weights: Array) -> Array:
         return checked(self._stacked(weights), self.unknown.columns, *self._rows)
@@ -173,7 +189,7 @@ def gain_sensitivity(
     equations: Equations,
     weights: Array,
     known: Sequence[tuple[Sequence[str], Array]] = (),
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, Held] | None = None,
 ) -> Array:
     """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
@@ -196,6 +212,6 @@ def gain_sensitivity(
     for factor, torque, weight in zip(equations.factors, torques, weights, strict=True):
         taken = sum((factor[:, where] @ derivatives for where, derivatives in parts), np.zeros_like(torque))
         rows.append(weight * np.column_stack([factor[:, places], torque - taken]))
-    rows += [np.eye(1, c + n, columns.index(name)) / sigma for name, sigma in (held or {}).items()]
+    rows += [one.weight * np.eye(1, c + n, columns.index(name)) for name, one in (held or {}).items()]
     R = triangular(np.vstack(rows))
     return np.asarray(solve_triangular(R[:c, :c], R[:c, c:]))

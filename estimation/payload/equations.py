@@ -11,6 +11,7 @@ from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
+from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer, Pieces
 from ..equations.reduction import recorded, reduced_measurement
@@ -32,12 +33,16 @@ class PairedMeasurement(NamedTuple):
 
 
 class PayloadEquations(NamedTuple):
-    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded."""
+    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
+
+    ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
+    """
 
     loaded: Equations
     unloaded: Equations | None
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
+    inflation: tuple[float, ...] = ()
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -142,7 +147,9 @@ def payload_equations(
     if difference is not None:
         difference = in_blocks(difference, change_pieces, edges, length)
     stretches = _cut(with_pieces, _long_edges(groups[0]))
-    return PayloadEquations(in_blocks(with_payload, with_pieces, edges, length), without, difference, stretches)
+    memory = tuple(inflation([(left.t[j], left.errors[j]) for left in groups[0]]) for j in range(robot.n))
+    loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, memory)
 
 
 def _whole(

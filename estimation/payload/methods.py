@@ -1,6 +1,6 @@
 """The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Protocol
@@ -11,9 +11,10 @@ from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
-from ..fit.linear_problem import Known, LinearProblem
+from ..fit.linear_problem import Held, Known, LinearProblem
 from ..fit.robust import RobustCovariance, jackknife
 from ..possible.constraints import KnownMass
+from .friction import with_changes
 from .from_change import from_change
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
@@ -43,7 +44,7 @@ def from_robot(
     """Method 1, (22) and (23): the loaded recording minus what the robot alone would need.
 
     The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
-    P = W_L^+ W.
+    P = W_L^+ W. Of a robot that was identified on another day, friction may differ within limits.
 
     Args:
         problem: with ``unloaded`` or ``known``.
@@ -53,7 +54,10 @@ def from_robot(
     robot = problem.robot_known
     if free_friction:
         robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
-    return _posed(problem, problem.loaded, (robot,), names)
+    if problem.known is None:
+        return _posed(problem, problem.loaded, (robot,), names)
+    loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)
+    return _posed(problem, loaded, (robot,), names, held)
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -68,18 +72,22 @@ def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None)
 
 
 def _posed(
-    problem: PayloadProblem, equations: Equations, known: tuple[Known, ...], names: Sequence[str] | None
+    problem: PayloadProblem,
+    equations: Equations,
+    known: tuple[Known, ...],
+    names: Sequence[str] | None,
+    held: Mapping[str, Held] | None = None,
 ) -> LinearProblem:
     """Equations in the payload's frame, of its parameters ``names`` alone."""
     wanted = problem.chosen if names is None else tuple(names)
     columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
-    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known)
+    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known, held or {})
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
-    """Method 4, (30): all recordings at once; the robot's parameters are common to both."""
-    both, loaded = (in_payload_frame(problem.robot, part) for part in (problem.both, problem.loaded))
-    return LinearProblem(both, tuple(names), shown=loaded)
+    """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
+    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:

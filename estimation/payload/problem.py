@@ -1,7 +1,7 @@
 """The payload problem: what the four methods need, reduced once."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,12 +16,13 @@ from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import Known, gain_sensitivity
+from ..fit.linear_problem import Held, Known, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import measurement
 from .equations import PairedMeasurement, payload_equations
+from .friction import FRICTION_CHANGE, friction_changes
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
@@ -59,6 +60,8 @@ class PayloadProblem:
         no_blocks: why there are no blocks of time although they were asked for.
         source: the recordings themselves, in which the verdict looks for causes.
         robot_weights: weights of the joints without payload, taken as given; estimated by default.
+        inflation: by how much the memory of each joint's errors under load raises variances.
+        friction: frictions of the robot that may be others under load, and how far.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
 
@@ -75,6 +78,8 @@ class PayloadProblem:
     no_blocks: str = ""
     source: Source | None = None
     robot_weights: Sequence[float] | None = None
+    inflation: tuple[float, ...] = ()
+    friction: Mapping[str, Held] = field(default_factory=dict)
     short: ShortMotion | None = None
 
     def __post_init__(self) -> None:
@@ -111,12 +116,14 @@ class PayloadProblem:
     @cached_property
     def both(self) -> Equations:
         """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        return self.beside(self.loaded)
+
+    def beside(self, loaded: Equations) -> Equations:
+        """Equations with payload together with those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        parts = [
-            replace(part, leave_one_out=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)
-        ]
-        return merged(parts)
+        parts = self.unloaded.renamed(loaded.columns), loaded
+        return merged(replace(part, leave_one_out=()) for part in parts)
 
     @cached_property
     def robot_known(self) -> Known:
@@ -200,6 +207,7 @@ def payload_problem(
     processing: Processing | None = None,
     progress: Progress = silent,
     robust: bool = False,
+    friction_change: float = FRICTION_CHANGE,
 ) -> PayloadProblem:
     """Process recordings with and without payload and reduce them.
 
@@ -212,6 +220,8 @@ def payload_problem(
         progress: told what is being worked on.
         robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
             not with a ``known`` robot that has none itself.
+        friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
+            robot's own (1 sigma); 0 takes it as the same.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -233,7 +243,7 @@ def payload_problem(
     equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
     if equations.unloaded and equations.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    return PayloadProblem(
+    problem = PayloadProblem(
         robot,
         base,
         equations.loaded,
@@ -246,7 +256,20 @@ def payload_problem(
         equations.stretches,
         no_blocks,
         Source(tuple(loaded), tuple(unloaded), processing),
+        inflation=equations.inflation,
     )
+    return _with_friction(problem, friction_change)
+
+
+def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
+    """With what friction may change by, where the robot's own is known."""
+    try:
+        robot = problem.alone
+    except InputError:  # by method 3 it is not needed
+        robot = None
+    if robot is None or not problem.inflation:
+        return problem
+    return replace(problem, friction=friction_changes(robot, problem.inflation, share))
 
 
 def _together(

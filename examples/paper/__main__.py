@@ -1,6 +1,6 @@
 """The simulated experiment again and again: what spread and coverage each method really has.
 
-Run: ``python -m dynident.examples.paper 50`` writes ``simulated_experiment.md``, its figure and its numbers as JSON.
+Run: ``python -m dynident.examples.paper 50`` writes ``simulated_experiment.md``, its figure and its numbers (JSON).
 Each experiment is recorded with the noise of the paper's robot, with noise that has a memory, and with wrong gains.
 """
 
