@@ -259,6 +259,5 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--trajectories": "--trajectories 4",
         "--noise": "--noise none",
         "--gain-error": "--gain-error 0.1",
-        "--repeat": "--repeat 2",
     },
 }  # fmt: skip
