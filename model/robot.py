@@ -114,6 +114,9 @@ class Robot:
         payload_frame: the frame in which a payload is given, in words.
         flange: where that frame stands in frame n.
         base: where the base, as the maker or a URDF counts it, stands in frame 0.
+        flange_pose: where the maker's flange stands in the payload's frame, if that is another frame; None where
+            they are one, or it is not known.
+        joint_names: names of the joints in other software, base to tip, one tuple for each.
         rated_payload: largest payload by the data sheet [kg].
         mass: of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
         sources: of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
@@ -133,6 +136,8 @@ class Robot:
     base: Pose = Pose()
     rated_payload: float = math.inf
     mass: float | None = None
+    flange_pose: Pose | None = None
+    joint_names: tuple[tuple[str, ...], ...] = ()
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     links: Links | None = None
     processing: Processing = Processing()
@@ -150,6 +155,8 @@ class Robot:
             raise ValueError("rated payload must be positive")
         if self.mass is not None and not 0.0 < self.mass < math.inf:
             raise ValueError("mass must be positive")
+        if any(len(names) != len(self.joints) for names in self.joint_names):
+            raise ValueError(f"joint_names: give {len(self.joints)} names, base to tip, in each list")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
