@@ -68,6 +68,11 @@ def chosen_robot(arguments: argparse.Namespace) -> model.Robot:
     return robot
 
 
+def rehearsed(robot: model.Robot) -> model.Robot:
+    """The robot with a stand-in for what is not known of its links, where its description allows one."""
+    return model.with_stand_in(robot) if model.stand_in.can_stand_in(robot) else robot
+
+
 def _shown(pose: model.Pose) -> str:
     lengths = ", ".join(f"{value:g}" for value in pose.origin)
     return f"({lengths} m; rpy {', '.join(f'{math.degrees(angle) + 0.0:g}' for angle in pose.rpy)} deg)"

@@ -12,6 +12,7 @@ import numpy as np
 from .. import model, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
+from .arguments import rehearsed
 from .options import GoalOptions, LimitOptions
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -62,6 +63,7 @@ def build_request(
         InputError: for whatever does not fit; one line.
     """
     robot, known = limits.known(robot)
+    robot = robot if known else rehearsed(robot)
     payload = _payload(heaviest) if heaviest else None
     bounds = limits.bounds(robot)
     reference = _payload_reference(robot, payload) if goal.payload_only else _reference(robot, known)

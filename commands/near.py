@@ -16,7 +16,7 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_text
 from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from .arguments import ANSWERED, chosen_robot, rehearsed, robot_argument
 from .motion_pages import FIGURE_RATE, motion_provenance
 from .motion_search import best_motion
 from .options import LimitOptions, MotionFiles, NoiseOptions
@@ -179,6 +179,7 @@ def run(arguments: argparse.Namespace) -> int:
         noise.refuse("independent_rate", "has no effect without --torque-noise")
     files.check(robot, "rehearsal")
     robot, known = limits.known(robot)
+    robot = robot if known else rehearsed(robot)
     bounds = limits.bounds(robot)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, arguments.seed)

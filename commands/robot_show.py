@@ -9,7 +9,7 @@ from typing import Any
 
 from .. import report
 from ..common.errors import InputError
-from .arguments import ANSWERED, chosen_robot, payload_frame_argument, robot_argument
+from .arguments import ANSWERED, chosen_robot, payload_frame_argument, rehearsed, robot_argument
 from .values import numbers
 
 
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     at = arguments.at or (0.0,) * robot.n
     if len(at) != robot.n:
         raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
-    report.print_blocks(report.robot_description(robot))
+    report.print_blocks(report.robot_description(rehearsed(robot)))
     if arguments.drawing:
         draw(robot, arguments.drawing, at)
     return ANSWERED

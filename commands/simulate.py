@@ -71,8 +71,7 @@ def rate(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it."""
-    robot = chosen_robot(arguments)
-    trajectories.simulation.check_parameters(robot)
+    robot = model.with_stand_in(chosen_robot(arguments))
     payload = model.read_payload(arguments.payload) if arguments.payload else None
     references = _references(robot, arguments.trajectory, arguments.seed)
     disturbances = _disturbances(robot, arguments.noise, list(references.values()))
@@ -158,3 +157,4 @@ def _write(folder: Path, experiment: Any, controller: Any) -> None:
             f"{1e3 * one.tracking_error.max():.2f} mrad"
         )
     print(f"{folder / 'truth.toml'}: what is true of them")
+    report.print_blocks([report.Notes(report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))])

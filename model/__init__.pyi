@@ -51,6 +51,7 @@ from .regressors import standard_columns as standard_columns
 from .regressors import standard_regressor as standard_regressor
 from .robot import ASSUMED as ASSUMED
 from .robot import INERTIAL as INERTIAL
+from .robot import SOURCED as SOURCED
 from .robot import Joint as Joint
 from .robot import Limits as Limits
 from .robot import Links as Links

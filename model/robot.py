@@ -20,8 +20,18 @@ SNAP_ANGLE = 1e-4
 SNAP_LENGTH = 1e-6
 """m: a length shorter than this is taken as zero."""
 
-SOURCED = ("position", "speed", "acceleration", "torque", "mass", "rated_payload", "flange", "joint_names")
-"""What of a description has a source of its own: where its number stands, or "assumed: .." and how."""
+SOURCED = {
+    "position": "position limits",
+    "speed": "speed limits",
+    "acceleration": "acceleration limits",
+    "torque": "torque limits",
+    "parameters": "links and drives of the stand-in",
+    "mass": "mass of the arm",
+    "rated_payload": "rated payload",
+    "flange": "flange",
+    "joint_names": "names of the joints",
+}
+"""What of a description has a source of its own (where its numbers stand, or "assumed: .." and how), in words."""
 ASSUMED = "assumed"
 """How the source of a number begins that no source gives."""
 
@@ -191,6 +201,14 @@ class Robot:
     def spring(self) -> Spring | None:
         """The gravity spring, if there is one."""
         return self.drives.spring
+
+    def assumed(self, *what: str) -> dict[str, str]:
+        """How the numbers were assumed that no source gives: of ``what``, or of all that is ``SOURCED``."""
+        return {
+            name: self.sources[name].removeprefix(ASSUMED).lstrip(": ")
+            for name in what or SOURCED
+            if self.sources.get(name, "").startswith(ASSUMED)
+        }
 
     def with_offsets(self, offsets: bool) -> "Robot":
         """The same robot with or without a constant friction offset per joint."""

@@ -191,6 +191,7 @@ class SourcesTable(Table, frozen=True):
     speed: str = ""
     acceleration: str = ""
     torque: str = ""
+    parameters: str = ""
     mass: str = ""
     rated_payload: str = ""
     flange: str = ""
