@@ -58,7 +58,7 @@ def _value(problem: DesignProblem, x: Array) -> float:
     own = np.ix_(problem.places, problem.places)
     weights = problem.row_weights(state.samples, problem.criterion.weighted)
     criterion: Criterion = problem.criterion
-    return criterion(problem.kernel.gram(state.entries, weights)[own], _ORDER).value
+    return criterion(problem.kernel.gram(state.entries, weights)[own], _ORDER)[0]
 
 
 def _violation(problem: DesignProblem, x: Array, finer: int) -> float:

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, KnownMass, PossibleBody, WeighAnswer, answer_weighing, read_recording
+from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, read_recording
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
-from dynident.model.payload_spread import PayloadSpread
+from dynident.model.inertia import PayloadSpread
 from dynident.trajectories import (
     Design,
     JointBounds,
@@ -139,7 +139,7 @@ def simulated_robot(name: str) -> Robot:
 
 def weighed_once(
     robot: Robot, clean: list[Recording], noise: Array, seed: int, ripple: float | None
-) -> WeighAnswer:
+) -> PayloadAnswer:
     """With white noise on both recordings; with ``ripple``, that and changed constant torques on the loaded one."""
     draw = np.random.default_rng(seed)
     noisy = [replace(one, torque=one.torque + noise * draw.standard_normal(one.torque.shape)) for one in clean]
@@ -151,7 +151,7 @@ def weighed_once(
         phases = draw.uniform(-np.pi, np.pi, (len(WAVES), robot.n))
         waves = sum(amplitude * np.sin(w * loaded.q + phase) for w, phase in zip(WAVES, phases, strict=True))
         noisy[1] = replace(loaded, torque=loaded.torque + waves)
-    return answer_weighing(difference_weighing(robot, noisy[1:], noisy[:1]))
+    return answer_payload(difference_weighing(robot, noisy[1:], noisy[:1]))
 
 
 def coverage(motions: list[Near], seeds: int, ripple: float | None) -> None:
@@ -172,7 +172,7 @@ def coverage(motions: list[Near], seeds: int, ripple: float | None) -> None:
             answer = weighed_once(robot, clean, noise, seed, ripple)
             low, high = answer.mass_interval
             held += low <= BODY.mass <= high
-            errors.append(answer.found.ten[9] - BODY.mass)
+            errors.append(answer.free.ten[9] - BODY.mass)
             sigmas.append(answer.model.sigma[9])
         print(
             f"  {case.robot} joints {','.join(map(str, case.joints))}: {100 * held / seeds:.0f} %; error of mass "
@@ -204,7 +204,7 @@ def windows(folder: Path) -> None:
         masses, held = [], 0
         for start in np.arange(first, last - length + 1e-9, step):
             both = part(bare, start, length), part(loaded, start + lag, length)
-            answer = answer_weighing(difference_weighing(robot, [both[1]], [both[0]]), gains=GainErrors((0.02,)))
+            answer = answer_payload(difference_weighing(robot, [both[1]], [both[0]]), gains=Gains((0.02,)))
             low, high = answer.mass_interval
             masses.append(answer.mass)
             held += low <= WEIGHED <= high
@@ -223,7 +223,7 @@ def timing(folder: Path) -> None:
         bare = part(read_recording(folder / "ur10e/unloaded.csv.gz", robot, GAINS), 5.0, 30.0)
         loaded = part(read_recording(folder / "ur10e/loaded_2.805kg.csv.gz", robot, GAINS), 5.0, 33.0)
         rules = (PossibleBody(), KnownMass(WEIGHED, 0.01))
-        answer_weighing(difference_weighing(robot, [loaded], [bare]), constraints=rules, gains=GainErrors((0.02,)))
+        answer_payload(difference_weighing(robot, [loaded], [bare]), constraints=rules, gains=Gains((0.02,)))
         if warm:
             print(
                 f"weigh on 30 s, warm: {time.perf_counter() - begun:.2f} s wall, {time.process_time() - cpu:.2f} "

@@ -12,7 +12,6 @@ import numpy as np
 from .. import model, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
-from .arguments import rehearsed
 from .options import GoalOptions, LimitOptions
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
@@ -48,23 +47,19 @@ class Asked(NamedTuple):
     start: Array | None = None
 
 
-def build_request(
-    robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions, heaviest: str | None
-) -> Request:
+def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions) -> Request:
     """Read all files and build the problem.
 
     Args:
         robot: the robot.
         motion: what is asked of it.
         goal, limits: options.
-        heaviest: the payload of ``--heaviest-payload``.
 
     Raises:
         InputError: for whatever does not fit; one line.
     """
     robot, known = limits.known(robot)
-    robot = robot if known else rehearsed(robot)
-    payload = _payload(heaviest) if heaviest else None
+    payload = _payload(limits.heaviest_payload) if limits.heaviest_payload else None
     bounds = limits.bounds(robot)
     reference = _payload_reference(robot, payload) if goal.payload_only else _reference(robot, known)
     problem = trajectories.build_design(

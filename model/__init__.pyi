@@ -9,8 +9,6 @@ from . import inertia as inertia
 from . import kernel as kernel
 from . import kinematics as kinematics
 from . import motion as motion
-from . import newton_euler as newton_euler
-from . import payload_spread as payload_spread
 from . import pose as pose
 from . import robot as robot
 from . import stand_in as stand_in
@@ -28,6 +26,7 @@ from .dynamics import coriolis_matrix as coriolis_matrix
 from .dynamics import forward_dynamics as forward_dynamics
 from .dynamics import forward_dynamics_base as forward_dynamics_base
 from .dynamics import gravity as gravity
+from .dynamics import inverse_dynamics as inverse_dynamics
 from .dynamics import inverse_dynamics_base as inverse_dynamics_base
 from .dynamics import mass_matrix as mass_matrix
 from .files.payload_file import read_payload as read_payload
@@ -41,7 +40,6 @@ from .kinematics import forward_kinematics as forward_kinematics
 from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
-from .newton_euler import inverse_dynamics as inverse_dynamics
 from .pose import Pose as Pose
 from .regressors import base_regressor as base_regressor
 from .regressors import essential_regressor as essential_regressor

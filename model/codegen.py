@@ -10,7 +10,7 @@ import casadi as ca
 
 from ..common.errors import InputError
 from ..common.files import write_text
-from . import dynamics, newton_euler
+from . import dynamics
 from . import regressors as regressor
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters
@@ -50,7 +50,7 @@ def _payload(robot: Robot) -> _Export:
 
 
 _EXPORTS: dict[str, Callable[[Robot], _Export]] = {
-    "inverse_dynamics": _standard(newton_euler.inverse_dynamics),
+    "inverse_dynamics": _standard(dynamics.inverse_dynamics),
     "inverse_dynamics_base": _base(dynamics.inverse_dynamics_base),
     "mass_matrix": _standard(dynamics.mass_matrix),
     "coriolis": _standard(dynamics.coriolis),

@@ -1,4 +1,4 @@
-"""What follows from the inverse dynamic model: its parts, and the direct model.
+"""The inverse dynamic model (1) by the recursive Newton-Euler algorithm, its parts, and the direct model.
 
 Gamma = A(q) qdd + C(q, qd) qd + Q(q) + drive torque. Everywhere q, qd, qdd are n x 1 (rad or m, per second,
 per second squared), chi holds the standard parameters in the order of ``standard_columns`` and torques are in
@@ -12,10 +12,21 @@ import casadi as ca
 
 from .base.parameters import BaseParameters
 from .drives import drive_terms
+from .kinematics import base_motion, joint_axis, joint_transform, next_motion
 from .names import parameter_kind
-from .newton_euler import drive_torque_symbol, inverse_dynamics, parameter_values, rigid_body_torque
-from .regressors import standard_columns
-from .robot import Robot
+from .regressors import link_wrench, standard_columns
+from .robot import INERTIAL, Robot
+
+
+def inverse_dynamics(robot: Robot) -> ca.Function:
+    """``inverse_dynamics(q, qd, qdd, chi) -> Gamma`` (1), n x 1.
+
+    Gamma is what the motors must give: the torque of a spring is already taken off.
+    """
+    q, qd, qdd, chi = _symbols(robot)
+    value = _parameter_values(robot, chi)
+    torque = _rigid_body_torque(robot, q, qd, qdd, value) + _drive_torque(robot, q, qd, qdd, value)
+    return _function("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd, "chi": chi}, torque, "Gamma")
 
 
 def inverse_dynamics_base(robot: Robot, base: BaseParameters) -> ca.Function:
@@ -57,14 +68,14 @@ def gravity(robot: Robot) -> ca.Function:
     """``gravity(q, chi) -> Q``, n x 1: torques that hold the links against gravity, without the spring."""
     q, _, _, chi = _symbols(robot)
     still = ca.SX.zeros(robot.n)
-    torque = rigid_body_torque(robot, q, still, still, parameter_values(robot, chi))
+    torque = _rigid_body_torque(robot, q, still, still, _parameter_values(robot, chi))
     return _function("gravity", {"q": q, "chi": chi}, torque, "Q")
 
 
 def drive_torque(robot: Robot) -> ca.Function:
     """``drive_torque(q, qd, chi) -> Gamma``, n x 1: friction and offsets, less the torque of the spring."""
     q, qd, _, chi = _symbols(robot)
-    torque = drive_torque_symbol(robot, q, qd, ca.SX.zeros(robot.n), parameter_values(robot, chi))
+    torque = _drive_torque(robot, q, qd, ca.SX.zeros(robot.n), _parameter_values(robot, chi))
     return _function("drive_torque", {"q": q, "qd": qd, "chi": chi}, torque, "Gamma")
 
 
@@ -139,4 +150,42 @@ def _mass_matrix(robot: Robot, q: ca.SX, chi: ca.SX) -> ca.SX:
 
 def _coriolis(robot: Robot, q: ca.SX, qd: ca.SX, chi: ca.SX) -> ca.SX:
     weightless = replace(robot, gravity=(0.0, 0.0, 0.0))
-    return rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), parameter_values(robot, chi))
+    return _rigid_body_torque(weightless, q, qd, ca.SX.zeros(robot.n), _parameter_values(robot, chi))
+
+
+def _parameter_values(robot: Robot, chi: ca.SX) -> dict[str, ca.SX]:
+    """Entries of ``chi`` (standard parameters) by name."""
+    return dict(zip(standard_columns(robot), ca.vertsplit(chi), strict=True))
+
+
+def _drive_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
+    """Rotor inertia, friction and offsets less the torque of the spring, n x 1 [N·m or N]."""
+    torque = ca.SX.zeros(robot.n)
+    for name, rows in drive_terms(robot.drives, qd, qdd).items():
+        for row, factor in rows.items():
+            torque[row] += factor * value[name]
+    if robot.spring:
+        row = robot.spring.joint - 1
+        torque[row] -= robot.spring.torque_symbol(q[row])
+    return torque
+
+
+def _rigid_body_torque(robot: Robot, q: ca.SX, qd: ca.SX, qdd: ca.SX, value: Mapping[str, ca.SX]) -> ca.SX:
+    """Torques that move the links, without drives, n x 1 [N·m or N]."""
+    motion = base_motion(robot)
+    steps = []
+    for j, joint in enumerate(robot.joints):
+        rotation, origin = joint_transform(joint, q[j])
+        axes = joint_axis(joint)
+        motion = next_motion(motion, rotation, origin, axes, qd[j], qdd[j])
+        body = ca.vertcat(*(value[f"{kind}{j + 1}"] for kind in INERTIAL))
+        force, moment = (wrench @ body for wrench in link_wrench(motion))
+        steps.append((rotation, origin, axes, force, moment))
+    torque = ca.SX.zeros(robot.n)
+    force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
+    for j, (rotation, origin, (turn, slide), own_force, own_moment) in reversed(list(enumerate(steps))):
+        force, moment = force + own_force, moment + own_moment
+        torque[j] = ca.dot(turn, moment) + ca.dot(slide, force)
+        force = rotation @ force
+        moment = rotation @ moment + ca.cross(origin, force)
+    return torque

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,24 +44,12 @@ def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
     return replace(robot, flange=robot.flange @ tool, payload_frame=name, flange_pose=maker)
 
 
-@dataclass(frozen=True)
-class LinkBody:
-    """Inertial parameters of a moving link in the frame of the file the robot was read from.
+def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict[str, InertialParameters]:
+    """Bodies of the moving links by name, base to tip, in the frames of the robot's own file; else in modified DH.
 
-    Attributes:
-        link: name of the link.
-        body: its parameters, those of links fixed to it included.
-    """
-
-    link: str
-    body: InertialParameters
-
-
-def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> tuple[LinkBody, ...]:
-    """Standard parameters as bodies in the frames of the robot's own file; else in the modified DH frames.
+    What is fixed to a link is part of it.
 
     Args:
-        robot: the robot.
         parameters: the ten of every link by name.
 
     Raises:
@@ -73,15 +61,15 @@ def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> tupl
             f"robot {robot.name!r}: no {', '.join(missing[:6])}{' and more' if len(missing) > 6 else ''}: bodies "
             "need all ten parameters of every link"
         )
-    bodies = []
+    bodies = {}
     for j in range(robot.n):
         body = InertialParameters(np.array([parameters[f"{kind}{j + 1}"] for kind in INERTIAL]))
         name = f"link{j + 1}"
         if robot.links is not None:
             there = robot.links.poses[j].inverse()
             name, body = robot.links.names[j], body.moved(there.R, there.p)
-        bodies.append(LinkBody(name, body))
-    return tuple(bodies)
+        bodies[name] = body
+    return bodies
 
 
 def step(joint: Joint, q: float) -> tuple[Pose, Pose]:

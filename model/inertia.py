@@ -1,5 +1,6 @@
-"""The inertial parameters of one body, in all their views."""
+"""The inertial parameters of one body, in all their views, and how sure those are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +9,10 @@ from numpy.typing import ArrayLike
 
 from ..common.arrays import Array, frozen_array
 from .robot import INERTIAL
+
+_ROWS, _COLUMNS = np.triu_indices(3)
+_ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
+"""Share of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
 
 
 def skew(v: ArrayLike) -> Array:
@@ -36,7 +41,7 @@ class InertialParameters:
         """From mass [kg], centre of mass [m] and the 3 x 3 inertia about it [kg m^2]."""
         c = np.asarray(com, dtype=float)
         inertia = np.asarray(inertia_com, dtype=float) - mass * skew(c) @ skew(c)
-        upper = inertia[np.triu_indices(3)]
+        upper = inertia[_ROWS, _COLUMNS]
         return InertialParameters(np.concatenate([upper, mass * c, [mass]]))
 
     @property
@@ -101,7 +106,7 @@ class InertialParameters:
         # About the new origin: J' = R J R' - (h^ p^ + p^ h^) - m p^ p^.
         inertia = R @ self.inertia @ R.T - skew(h) @ skew(p) - skew(p) @ skew(h)
         inertia -= self.mass * skew(p) @ skew(p)
-        upper = inertia[np.triu_indices(3)]
+        upper = inertia[_ROWS, _COLUMNS]
         return InertialParameters(np.concatenate([upper, h + self.mass * p, [self.mass]]))
 
     def named(self, suffix: str = "") -> dict[str, float]:
@@ -115,9 +120,8 @@ def inertia_gradient(x: Array, v: Array, w: Array) -> Array:
     I = I_0 - (|h|^2 1 - h h') / M with the first moments h.
     """
     h, M = x[6:9], x[9]
-    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
-    turned = np.trace(V) * h - V @ h
-    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
+    turned = (v @ w) * h - 0.5 * ((w @ h) * v + (v @ h) * w)
+    upper = (v[_ROWS] * w[_COLUMNS] + v[_COLUMNS] * w[_ROWS]) * _ONCE
     return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])
 
 
@@ -126,6 +130,52 @@ def gradients(x: Array) -> Array:
     units = np.eye(10)
     com = [(units[6 + k] - x[6 + k] / x[9] * units[9]) / x[9] for k in range(3)]
     axes = np.eye(3)
-    return np.array(
-        [*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(*np.triu_indices(3), strict=True))]
-    )
+    return np.array([*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(_ROWS, _COLUMNS, strict=True))])
+
+
+@dataclass(frozen=True)
+class PayloadSpread:
+    """Standard deviations; infinite where a number is not determined.
+
+    Attributes:
+        mass: [kg].
+        com: of the centre of mass [m], shape (3,).
+        inertia_com: of the inertia at the centre of mass [kg m^2], 3 x 3.
+    """
+
+    mass: float
+    com: Array
+    inertia_com: Array
+
+    @property
+    def moments(self) -> Array:
+        """Of the three moments of inertia [kg m^2], shape (3,)."""
+        return np.diag(self.inertia_com).copy()
+
+
+def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> PayloadSpread:
+    """Standard deviations of a body's numbers to first order, by the full covariance.
+
+    Args:
+        values: the ten, shape (10,); those that are not determined are not used.
+        covariance: of the determined ones, k x k.
+        places: which of the ten they are, k.
+    """
+    C = np.zeros((10, 10))
+    C[np.ix_(places, places)] = covariance
+    x = np.zeros(10)
+    x[list(places)] = values[list(places)]
+    known = set(places)
+    if 9 not in known or x[9] == 0.0:
+        mass = float(np.sqrt(C[9, 9])) if 9 in known else np.inf
+        return PayloadSpread(mass, np.full(3, np.inf), np.full((3, 3), np.inf))
+    com, inertia = np.full(3, np.inf), np.full((3, 3), np.inf)
+    sigma = np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J := gradients(x), C, J), 0.0))
+    for k in range(3):
+        if 6 + k in known:
+            com[k] = sigma[k]
+    for place, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
+        needed = {place, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
+        if needed <= known:
+            inertia[i, j] = inertia[j, i] = sigma[3 + place]
+    return PayloadSpread(float(np.sqrt(C[9, 9])), com, inertia)

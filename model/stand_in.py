@@ -111,6 +111,11 @@ def with_stand_in(robot: Robot) -> Robot:
     return replace(limited, parameters=values, sources={**limited.sources, **assumed})
 
 
+def rehearsed(robot: Robot) -> Robot:
+    """The robot ``with_stand_in`` where there is something to start from, else as it is."""
+    return with_stand_in(robot) if can_stand_in(robot) else robot
+
+
 def _missing(robot: Robot) -> list[str]:
     """Inertial parameters that the description lacks."""
     names = (f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL)

@@ -7,7 +7,7 @@ out first.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -25,17 +25,6 @@ Shown = Literal["yes", "no", "only with a known mass", "only in combination"]
 _STATES = 60  # random states for each moving joint: more rows than columns many times over
 _FAST = 2.0  # rad/s or m/s, where a joint has no speed limit
 _STRONG = 6.0  # rad/s^2 or m/s^2
-
-
-class Resolved(NamedTuple):
-    """Parameters x = A theta + b M of a payload, theta the r visible numbers and M a known mass.
-
-    ``places`` of x among ``INERTIAL``, k; ``A`` k x r; ``b`` (k,), zero where the mass is not needed.
-    """
-
-    places: tuple[int, ...]
-    A: Array
-    b: Array
 
 
 @dataclass(frozen=True)
@@ -77,8 +66,12 @@ class PayloadVisibility:
         wanted: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
         return tuple(k for k in range(10) if self._shown(k) in wanted or (k == 9 and mass_known))
 
-    def resolved(self, mass_known: bool) -> "Resolved":
-        """How ``alone`` follows from what the r ``chosen`` columns get by least squares."""
+    def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
+        """How ``alone`` follows from what the r ``chosen`` columns get by least squares: x = A theta + b M.
+
+        Returns:
+            Places of x among ``INERTIAL``, k; A, k x r; b, shape (k,), zero where the known mass M is not needed.
+        """
         places = self.alone(mass_known)
         A, b = np.zeros((len(places), self.rank)), np.zeros(len(places))
         for row, k in enumerate(places):
@@ -88,7 +81,7 @@ class PayloadVisibility:
                 b[row] = -self.grouping[own, 9] if k != 9 and 9 not in self.chosen else 0.0
             else:
                 b[row] = 1.0
-        return Resolved(places, A, b)
+        return places, A, b
 
     def combination(self, kind: str) -> str:
         """The sums that a parameter is part of; empty where there are none."""

@@ -35,8 +35,9 @@ def robot_urdf(
         InputError: if a link's parameters are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
+    in_order = tuple(bodies.values())
     links = robot.links
-    names = ("base_link", *(body.link for body in bodies)) if links is None else (links.base, *links.names)
+    names = ("base_link", *bodies) if links is None else (links.base, *links.names)
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         *(f"<!-- {_comment(line)} -->" for line in _comments(robot, parameters, gauge, origins)),
@@ -46,7 +47,7 @@ def robot_urdf(
     for j, joint in enumerate(robot.joints):
         name = f"joint{j + 1}" if links is None else links.joints[j]
         labels = origins_comment(origins, j) if origins else ()
-        lines += _link(names[j + 1], bodies[j].body, labels)
+        lines += _link(names[j + 1], in_order[j], labels)
         friction = [parameters.get(f"{kind}{j + 1}", 0.0) for kind in ("FV", "FS")]
         lines += _joint(joint, name, (names[j], names[j + 1]), _place(robot, j), _frame(robot, j + 1), friction)
     flange = "flange" if links is None else links.tip

@@ -3,13 +3,13 @@ from . import motions as motions
 from . import simulation as simulation
 from .design.build import Loads as Loads
 from .design.build import build_design as build_design
-from .design.collision import Scene as Scene
 from .design.floor import floor_under as floor_under
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.near_goal import NearGoal as NearGoal
 from .design.problem import DesignProblem as DesignProblem
-from .design.scene_file import read_scene as read_scene
+from .design.scene import Scene as Scene
+from .design.scene import read_scene as read_scene
 from .design.score import Score as Score
 from .design.score import score_motion as score_motion
 from .design.search import Design as Design
@@ -28,10 +28,10 @@ from .motions.segments import Trapezoid as Trapezoid
 from .motions.via_points import ViaPoints as ViaPoints
 from .motions.via_points import ViaPointShape as ViaPointShape
 from .motions.via_points import random_via_points as random_via_points
+from .simulation.closed_loop import Task as Task
 from .simulation.controller import Controller as Controller
 from .simulation.disturbances import Disturbances as Disturbances
 from .simulation.experiment import Experiment as Experiment
-from .simulation.experiment import Task as Task
 from .simulation.experiment import run_experiment as run_experiment
 from .simulation.simulator import RX90_NOISE as RX90_NOISE
 from .simulation.simulator import Simulator as Simulator

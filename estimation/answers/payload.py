@@ -1,98 +1,34 @@
 """The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
+
+import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..diagnosis.evidence import Evidence
+from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
+from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import judge
-from ..equations.equations import Equations
-from ..fit.drive_gains import GainErrors
-from ..fit.essential import Elimination, StopRule
+from ..equations.equations import merged
+from ..fit.drive_gains import Gains
+from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
-from ..fit.excited import Excitation, excitation
-from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
+from ..fit.least_squares import weighted
+from ..payload.by_joints import payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
-from ..payload.methods import METHODS, combined, essential_combined, identify_payload, usable_methods
+from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.result import PayloadEstimate
+from ..payload.repeats import repeats_of, widened
+from ..payload.result import PayloadEstimate, in_payload_frame
+from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
-from ..possible.constraints import Constraint
-from ..possible.scaling import POSSIBLE
+from ..possible.constraints import Constraint, KnownMass
+from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
-from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
-
-
-@dataclass(frozen=True)
-class PayloadAnswer:
-    """Payload estimates with what is needed to judge them.
-
-    Attributes:
-        problem: the reduced recordings.
-        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
-            left out.
-        constrained: for each of ``estimates`` the nearest payload that holds the constraints, with intervals.
-        left_out: method -> why it gave no estimate.
-        robot_fit: fit of the robot's own parameters without payload.
-        validation: fit of the same parameters on recordings that were held out.
-        by_joints: the payload as single joints see it.
-        verdict: whether the numbers may be used.
-        elimination: essential parameters of robot and payload together, where method 4 was used.
-        warnings: what speaks against a robot or payload with the eliminated parameters zero.
-        held_out: recordings without payload of ``validation``.
-        processing: settings of those; the robot's own by default.
-    """
-
-    problem: PayloadProblem
-    estimates: tuple[PayloadEstimate, ...]
-    constrained: tuple[ConstrainedPayload, ...]
-    left_out: dict[int, str]
-    robot_fit: Fit | None
-    validation: Fit | None
-    by_joints: ByJoints
-    verdict: Verdict
-    elimination: Elimination | None = None
-    warnings: tuple[str, ...] = ()
-    held_out: tuple[Recording, ...] = ()
-    processing: Processing | None = None
-
-    @cached_property
-    def excitation(self) -> Excitation | None:
-        """How well robot and payload are excited together (30); None without the robot's own equations."""
-        return excitation(self.problem.both, combined(self.problem)) if self.problem.unloaded is not None else None
-
-    @cached_property
-    def predictions(self) -> tuple[TorquePrediction, ...]:
-        """Torques of a few held-out recordings without payload, then of loaded ones, which were used."""
-        problem, source = self.problem, self.problem.source
-        settings, values = self.processing or problem.robot.processing, robot_values(problem)
-        bare = [
-            robot_prediction(problem.robot, problem.base, values, recording, settings, True)
-            for recording in self.held_out[:DRAWN]
-        ]
-        return (*bare, *(self.prediction(one, False) for one in (source.loaded if source else ())[:DRAWN]))
-
-    def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
-        """A recording with payload and what the recommended payload predicts, beside the bare robot."""
-        settings = self.processing or self.problem.robot.processing
-        return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
-
-    @property
-    def recommended(self) -> ConstrainedPayload:
-        """The one to use: of method 4, which uses every equation, else of method 3, 1, 2, whichever is there first.
-
-        The order is fixed: to choose the shortest interval would choose too short ones.
-        """
-        return recommended(self.constrained)
-
-
-def recommended(constrained: Sequence[ConstrainedPayload]) -> ConstrainedPayload:
-    """As ``PayloadAnswer.recommended``."""
-    return min(constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
+from .payload_answer import PayloadAnswer, recommended
 
 
 def answer_payload(
@@ -102,8 +38,10 @@ def answer_payload(
     held_out: Sequence[Recording] = (),
     processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
     essential: StopRule | None = None,
+    stand_in: StandIn | None = None,
+    others: Sequence[PayloadProblem] = (),
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -113,48 +51,72 @@ def answer_payload(
         free_friction: method 1: estimate friction anew under load.
         held_out: recordings without payload to validate the robot's parameters on.
         processing: settings for those; the robot's own by default.
-        constraints: what is known of the payload; that it can exist is always demanded.
+        constraints: what is known of the payload, a weighed mass among it; that it can exist is always demanded.
         gains: uncertainty of the drive gains; taken as exact by default.
         essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
+        stand_in: an inertia to assume where none was measured well enough.
+        others: the same payload by a short motion reduced in another way, for comparison.
 
     Raises:
-        InputError: if a method that was asked for cannot be used, or none can.
+        InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
+            torques nor a scale show the mass.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
             recordings is told with it.
     """
-    free, left_out = _identified(problem, methods, free_friction)
-    constrained: list[ConstrainedPayload] = []
-    failures: list[SolverError] = []
-    for estimate in free:
-        try:
-            constrained.append(constrain_payload(estimate, constraints, gains))
-        except SolverError as error:
-            failures.append(error)
-            left_out[estimate.method] = str(error)
-    evidence = _evidence(problem, free, constrained, _validation(problem, held_out, processing))
-    verdict = judge(evidence)
-    if not constrained:
-        against = verdict.reasons if verdict.level == "do_not_use" else ()
-        raise failures[0].naming(*failures[0].demands, *against)
-    elimination = essential_combined(problem, essential) if any(one.method == 4 for one in constrained) else None
-    return PayloadAnswer(
+    scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
+    free, left_out = _identified(problem, methods, free_friction, scale)
+    repeats = repeats_of(problem, scale)
+    if repeats is not None:
+        free = [widened(estimate, repeats.excess) for estimate in free]
+    constrained, failures = _constrained(free, constraints, gains)
+    best = recommended(constrained).free if constrained else free[-1]
+    answer = PayloadAnswer(
         problem=problem,
-        estimates=tuple(payload.free for payload in constrained),
+        estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
-        left_out=left_out,
-        robot_fit=evidence.robot_fit,
-        validation=evidence.validation,
-        by_joints=evidence.by_joints,
-        verdict=verdict,
-        elimination=elimination,
-        warnings=elimination_warnings(problem, elimination) if elimination is not None else (),
+        left_out=left_out | {method: str(error) for method, error in failures.items()},
+        by_joints=payload_by_joints(problem, best.estimate.weights),
+        verdict=Verdict("use"),  # until what speaks against it is known
+        scale=scale,
+        gains=gains,
+        validation=_validation(problem, held_out, processing),
         held_out=tuple(held_out),
         processing=processing,
+        agreement=(*_without_friction(problem), *_other_ways(others, scale)),
+        repeats=repeats,
     )
+    verdict = judge(_evidence(answer, free))
+    if failures and not constrained:
+        error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
+        raise error.naming(*error.demands, *against)
+    return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
+
+
+def _constrained(
+    free: Sequence[PayloadEstimate], constraints: Sequence[Constraint], gains: Gains | None
+) -> tuple[list[ConstrainedPayload], dict[int, SolverError]]:
+    """The nearest payload of each method that can exist, and why there is none."""
+    payloads, failures = [], {}
+    for estimate in free:
+        hard = [known for known in constraints if not (isinstance(known, KnownMass) and estimate.from_scale)]
+        try:
+            if estimate.complete:
+                payloads.append(constrain_payload(estimate, hard, gains))
+        except SolverError as error:
+            failures[estimate.method] = error
+    return payloads, failures
+
+
+def _essential(answer: PayloadAnswer, rule: StopRule | None) -> PayloadAnswer:
+    """With the essential parameters of robot and payload, where method 4 was used."""
+    if all(payload.method != 4 for payload in answer.constrained):
+        return answer
+    elimination = essential_combined(answer.problem, rule)
+    return replace(answer, elimination=elimination, warnings=elimination_warnings(answer.problem, elimination))
 
 
 def _identified(
-    problem: PayloadProblem, methods: Sequence[int] | None, free_friction: bool
+    problem: PayloadProblem, methods: Sequence[int] | None, free_friction: bool, scale: KnownMass | None
 ) -> tuple[list[PayloadEstimate], dict[int, str]]:
     """The methods' own estimates, and why there is none of a method."""
     estimates: list[PayloadEstimate] = []
@@ -166,7 +128,7 @@ def _identified(
                 left_out[method] = problem.without_difference
             continue
         try:
-            estimates.append(identify_payload(problem, method, free_friction))
+            estimates.append(identify_payload(problem, method, free_friction, scale))
         except InputError as error:
             if methods is not None:
                 raise
@@ -178,33 +140,84 @@ def _identified(
 
 def _validation(
     problem: PayloadProblem, held_out: Sequence[Recording], processing: Processing | None
-) -> Equations | None:
-    if not held_out:
+) -> Fit | None:
+    """Fit of the robot's own parameters on recordings that were held out."""
+    robot = problem.alone
+    if not held_out or robot is None:
         return None
     settings = processing or problem.robot.processing
-    return base_problem(problem.robot, problem.base, held_out, settings, check=False)
+    return fit(base_problem(problem.robot, problem.base, held_out, settings, check=False), robot.values)
 
 
-def _evidence(
-    problem: PayloadProblem,
-    free: Sequence[PayloadEstimate],
-    constrained: Sequence[ConstrainedPayload],
-    validation: Equations | None,
-) -> Evidence:
-    """What the verdict looks at."""
-    alone = problem.bare or problem.known
-    best = recommended(constrained) if constrained else None
-    weights = (best.free if best else free[-1]).estimate.weights
+def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidence:
+    """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
+    problem = answer.problem
+    if problem.short is not None:
+        weighed = Weighed(
+            mass=answer.model["M_L"],
+            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
+            from_scale=answer.free.from_scale,
+            unexplained=answer.free.unexplained(problem.short.torque_rms),
+            judged=answer.measured,
+            repeats=answer.repeats,
+            agreement=answer.agreement,
+        )
+        return Evidence(problem.robot, constrained=answer.constrained, by_joints=answer.by_joints, weighed=weighed)
+    weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
         robot=problem.robot,
         source=problem.source,
         pairs=problem.pairs,
         condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
-        parameters=alone,
-        validation=fit(validation, alone.values) if validation and alone else None,
+        parameters=problem.alone,
+        validation=answer.validation,
         estimates=tuple(free),
-        constrained=tuple(constrained),
-        recommended=best,
-        by_joints=payload_by_joints(problem, weights),
+        constrained=answer.constrained,
+        recommended=answer.possible,
+        by_joints=answer.by_joints,
         stretches=payload_over_time(problem, weights),
     )
+
+
+def _without_friction(problem: PayloadProblem) -> list[Agreement]:
+    """A short motion with friction as it was without payload; left out where that is not determined."""
+    short = problem.short
+    if (
+        short is None
+        or problem.difference is None
+        or not short.visibility.mass_visible
+        or short.visibility.rank < 10
+    ):
+        return []
+    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in short.runs)
+    try:
+        values = weighted(frictional).values
+    except InputError:
+        return []
+    return [Agreement("friction not freed", float(values[9]), values[6:9] / values[9], counts=False)]
+
+
+def _other_ways(problems: Sequence[PayloadProblem], scale: KnownMass | None) -> list[Agreement]:
+    ways = []
+    for other in problems:
+        (method,) = usable_methods(other)
+        ten = identify_payload(other, method, scale=scale).ten
+        name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
+        ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
+    return ways
+
+
+def _assumed(answer: PayloadAnswer, stand_in: StandIn | None) -> PayloadAnswer:
+    """With an assumed inertia, unless one was measured.
+
+    Raises:
+        InputError: if there is no place to put it.
+    """
+    if stand_in is None or answer.judged["inertia"].use == "use":
+        return answer
+    if not np.isfinite(answer.com).all():
+        raise InputError(
+            f"an inertia cannot be assumed about a centre of mass that is not known: "
+            f"{answer.judged['centre of mass'].why}"
+        )
+    return replace(answer, stand_in=stand_in)

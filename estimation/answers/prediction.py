@@ -114,24 +114,25 @@ def payload_prediction(
 
     Args:
         problem: the reduced recordings, with the robot's parameters.
-        body: the payload.
+        body: the payload, in the payload's frame.
         recording: with payload.
         processing: settings.
         held_out: whether it was left out of identification.
     """
-    bare = robot_values(problem)
+    bare, flange = robot_values(problem), problem.robot.flange
+    moved = body.moved(flange.R, flange.p).vector
     observer = loaded_observer(problem.robot, problem.base)
     pieces = observer.pieces(measurement(recording, processing), processing)
     curves = [
-        ("predicted with payload", np.concatenate([bare, body.vector])),
-        ("predicted without payload", np.concatenate([bare, np.zeros(len(body.vector))])),
+        ("predicted with payload", np.concatenate([bare, moved])),
+        ("predicted without payload", np.concatenate([bare, np.zeros(len(moved))])),
     ]
     return _prediction(recording.source, pieces, curves, True, held_out)
 
 
 def robot_values(problem: PayloadProblem) -> Array:
     """The robot's base parameters on which a payload's torques come on top."""
-    robot = problem.bare or problem.known
+    robot = problem.alone
     assert robot is not None
     return robot.values
 

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.payload_spread import PayloadSpread
+from ...model.inertia import PayloadSpread
 from ..fit.robust import few_blocks
 
 MASS_SIGMA = 0.05

@@ -1,12 +1,12 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from scipy.linalg import lapack
@@ -46,7 +46,8 @@ class Equations:
         effective_rows: per joint, number of equations with independent noise (noise bandwidth times rows).
         shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring:
             Q' times it, rows as those of the joint's factor.
-        blocks: the same equations cut in time, where the memory of the residuals was asked for.
+        leave_one_out: the same equations without each block of time in turn, where the memory of the residuals was
+            asked for; ``WithoutEach`` where they are the sum of their blocks.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
     """
 
@@ -55,15 +56,15 @@ class Equations:
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
     shared: tuple[SharedTorque, ...] = ()
-    blocks: "tuple[Equations, ...]" = ()
+    leave_one_out: "Sequence[Equations]" = ()
     block_length: float = 0.0
 
     def select(self, columns: Sequence[str]) -> "Equations":
         """These equations with only some of the parameters, in the order given."""
         places = [self.columns.index(name) for name in columns]
         factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
-        blocks = tuple(block.select(columns) for block in self.blocks)
-        return replace(self, columns=tuple(columns), factors=factors, blocks=blocks)
+        parts = each(self.leave_one_out, lambda part: part.select(columns))
+        return replace(self, columns=tuple(columns), factors=factors, leave_one_out=parts)
 
     def renamed(self, columns: Sequence[str]) -> "Equations":
         """These equations in other parameters' place among ``columns``; absent ones get columns of zeros."""
@@ -73,8 +74,13 @@ class Equations:
             wide = np.zeros((len(factor), len(columns) + 1))
             wide[:, [*places, len(columns)]] = factor
             factors.append(wide)
-        blocks = tuple(block.renamed(columns) for block in self.blocks)
-        return replace(self, columns=tuple(columns), factors=tuple(factors), blocks=blocks)
+        parts = each(self.leave_one_out, lambda part: part.renamed(columns))
+        return replace(self, columns=tuple(columns), factors=tuple(factors), leave_one_out=parts)
+
+    def called(self, columns: Sequence[str]) -> "Equations":
+        """These equations with other names for the same parameters."""
+        parts = each(self.leave_one_out, lambda part: part.called(columns))
+        return replace(self, columns=tuple(columns), leave_one_out=parts)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
@@ -87,15 +93,14 @@ class Equations:
             np.column_stack([factor[:, rest], factor[:, -1] - factor[:, known] @ values]) for factor in self.factors
         )
         columns = tuple(self.columns[k] for k in rest)
-        blocks = tuple(block.minus(names, values) for block in self.blocks)
-        return replace(self, columns=columns, factors=factors, shared=(), blocks=blocks)
+        parts = each(self.leave_one_out, lambda part: part.minus(names, values))
+        return replace(self, columns=columns, factors=factors, shared=(), leave_one_out=parts)
 
     def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
         """These equations less all that some columns can explain, joint by joint.
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
-        equations of the least-squares problem after those unknowns were solved for. Blocks are not kept: each would
-        get parameters of its own.
+        equations of the least-squares problem after those unknowns were solved for.
 
         Args:
             columns: what goes.
@@ -125,25 +130,19 @@ class Equations:
             tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, taken, strict=True)),
             tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, taken, strict=True)),
             tuple(shared),
+            tuple(part.eliminate(columns, anchors) for part in self.leave_one_out),
+            self.block_length,
         )
 
-    def without_blocks(self) -> "Iterator[Equations]":
-        """All blocks but one, merged, for each of them in turn.
-
-        Those before it and those after it are merged once for all: 3 B merges instead of B^2.
+    def without_blocks(self) -> "Sequence[Equations]":
+        """``leave_one_out``, for a jackknife.
 
         Raises:
             InputError: if there are fewer than two blocks.
         """
-        if len(self.blocks) < 2:
+        if len(self.leave_one_out) < 2:
             raise InputError("robust standard deviations need two blocks of time at least: record longer")
-        after: list[list[Equations]] = [[]]
-        for block in reversed(self.blocks[1:]):
-            after.append([merged([block, *after[-1]])])
-        before: list[Equations] = []
-        for block in self.blocks:
-            yield merged([*before, *after.pop()])
-            before = [merged([*before, block])]
+        return self.leave_one_out
 
     def stacked(self, weights: Array | None = None) -> Array:
         """Factor of all joints together, k x (c + 1), the rows of joint j times ``weights[j]``."""
@@ -221,28 +220,100 @@ def triangular(rows: Array) -> Array:
     return compressed(rows)[0]
 
 
+class WithoutEach(Sequence[Equations]):
+    """Equations without each of the blocks of time that make them up, merged when first asked for.
+
+    Attributes:
+        blocks: the equations of each block.
+    """
+
+    def __init__(self, blocks: Iterable[Equations]) -> None:
+        """Of these blocks; of a single one nothing is left."""
+        self.blocks = tuple(blocks)
+
+    def __len__(self) -> int:
+        """Number of blocks."""
+        return len(self.blocks)
+
+    @overload
+    def __getitem__(self, place: int) -> Equations: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Equations, ...]: ...
+
+    def __getitem__(self, place: int | slice) -> Equations | tuple[Equations, ...]:
+        """All blocks but one."""
+        return self._merged[place]
+
+    @cached_property
+    def _merged(self) -> tuple[Equations, ...]:
+        """Those before a block and those after it are merged once for all: 3 B merges instead of B^2."""
+        after: list[list[Equations]] = [[]]
+        for block in reversed(self.blocks[1:]):
+            after.append([merged([block, *after[-1]])])
+        before: list[Equations] = []
+        less = []
+        for block in self.blocks:
+            less.append(merged([*before, *after.pop()] or [_nothing(block)]))
+            before = [merged([*before, block])]
+        return tuple(less)
+
+
+def each(leave_one_out: Sequence[Equations], change: Callable[[Equations], Equations]) -> Sequence[Equations]:
+    """What an operation that works row by row makes of equations without each block."""
+    if isinstance(leave_one_out, WithoutEach):
+        return WithoutEach(map(change, leave_one_out.blocks))
+    return tuple(map(change, leave_one_out))
+
+
 def merged(parts: Iterable[Equations]) -> Equations:
-    """All equations of several parts with the same parameters; the merge is one more QR. Blocks are kept."""
+    """All equations of several parts with the same parameters; the merge is one more QR. Blocks of all are kept."""
     parts = list(parts)
-    first = parts[0]
-    _check_alike(parts)
     if len(parts) == 1:
-        return first
-    factors, shared = [], list[SharedTorque]()
+        return parts[0]
+    _check_alike(parts)
+    whole = stacked([replace(part, leave_one_out=()) for part in parts])
+    cut = [part.leave_one_out for part in parts]
+    if not all(cut):
+        return whole
+    sums = [less for less in cut if isinstance(less, WithoutEach)]
+    if len(sums) == len(cut):
+        return replace(whole, leave_one_out=WithoutEach(chain.from_iterable(less.blocks for less in sums)))
+    less = []
+    for k, part in enumerate(parts):
+        others = [replace(other, leave_one_out=()) for other in (*parts[:k], *parts[k + 1 :])]
+        less += [stacked([*others, left]) for left in part.leave_one_out]
+    return replace(whole, leave_one_out=tuple(less))
+
+
+def stacked(parts: Sequence[Equations], compress: bool = True) -> Equations:
+    """All equations of several parts without their blocks, as triangular factors or only one below the other."""
+    first, factors, shared = parts[0], [], list[SharedTorque]()
     for j in range(len(first.factors)):
         rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
-        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        width = len(first.columns) + 1
+        factor, others = compressed(rows, rows.shape[1] - width) if compress else np.hsplit(rows, [width])
         factors.append(factor)
         shared += refilled(first.shared, j, others)
-    blocks = tuple(chain.from_iterable(part.blocks for part in parts)) if all(part.blocks for part in parts) else ()
     return Equations(
         first.columns,
         tuple(factors),
         tuple(np.sum([part.rows for part in parts], axis=0).tolist()),
         tuple(np.sum([part.effective_rows for part in parts], axis=0).tolist()),
         tuple(shared),
-        blocks,
-        max(part.block_length for part in parts),
+        block_length=max(part.block_length for part in parts),
+    )
+
+
+def _nothing(equations: Equations) -> Equations:
+    """No equation at all in the same parameters."""
+    empty = [0] * len(equations.factors)
+    return replace(
+        equations,
+        factors=tuple(factor[:0] for factor in equations.factors),
+        rows=tuple(empty),
+        effective_rows=tuple(map(float, empty)),
+        shared=tuple(torque._replace(torque=torque.torque[:0]) for torque in equations.shared),
     )
 
 

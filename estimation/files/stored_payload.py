@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from msgspec import UNSET, UnsetType, field
 
-from ...common.schema import Document, Matrix, Vector, convert, naming, read_json
+from ...common.schema import Document, Matrix, Vector, read_json
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -132,27 +132,6 @@ class Assumed(Document, frozen=True):
     parameters: Ten
 
 
-class StoredPayload(Document, frozen=True, kw_only=True):
-    """A payload by the methods that were used; ``frame`` is where it is given, in words."""
-
-    robot: str | UnsetType = UNSET
-    frame: str
-    processing: ProcessingDocument | UnsetType = UNSET
-    relative_residual: ResidualDocument | UnsetType = UNSET
-    data: PayloadData | UnsetType = UNSET
-    estimates: tuple[FreeEstimate | PossibleEstimate, ...]
-    recommended: Recommended | None = None
-    mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
-    essential: EliminationDocument | UnsetType | None = UNSET
-    left_out: dict[str, str] | UnsetType = UNSET
-    verdict: VerdictDocument
-
-    @property
-    def stand_in(self) -> Assumed | None:
-        """The inertia that was asked for instead of a measured one."""
-        return None
-
-
 class VisibilityDocument(Document, frozen=True):
     """Which of the ten the torques of some joints show."""
 
@@ -210,9 +189,23 @@ class AgreementDocument(Document, frozen=True):
     com: Vector
 
 
-class StoredWeighing(StoredPayload, frozen=True, kw_only=True):
-    """A weighing: the fields of ``StoredPayload`` keep their meaning."""
+class StoredPayload(Document, frozen=True, kw_only=True):
+    """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
+    ``frame`` is where it is given, in words; ``assumed`` an inertia that was asked for instead of a measured one.
+    """
+
+    robot: str | UnsetType = UNSET
+    frame: str
+    processing: ProcessingDocument | UnsetType = UNSET
+    relative_residual: ResidualDocument | UnsetType = UNSET
+    data: PayloadData | UnsetType = UNSET
+    estimates: tuple[FreeEstimate | PossibleEstimate, ...]
+    recommended: Recommended | None = None
+    mass_by_joints: tuple[JointsMassDocument, ...] | UnsetType = UNSET
+    essential: EliminationDocument | UnsetType | None = UNSET
+    left_out: dict[str, str] | UnsetType = UNSET
+    verdict: VerdictDocument
     joints: tuple[int, ...] | UnsetType = UNSET
     visibility: VisibilityDocument | UnsetType = UNSET
     constant_torques: ConstantTorques | UnsetType = UNSET
@@ -221,12 +214,7 @@ class StoredWeighing(StoredPayload, frozen=True, kw_only=True):
     mass_from_scale: bool | UnsetType = UNSET
     agreement: tuple[AgreementDocument, ...] | UnsetType = UNSET
     repeats: RepeatsDocument | UnsetType | None = UNSET
-    assumed: Assumed | None = None
-
-    @property
-    def stand_in(self) -> Assumed | None:
-        """The inertia that was asked for instead of a measured one."""
-        return self.assumed
+    assumed: Assumed | UnsetType | None = UNSET
 
 
 def read_stored_payload(path: str | Path) -> StoredPayload:
@@ -235,7 +223,4 @@ def read_stored_payload(path: str | Path) -> StoredPayload:
     Raises:
         InputError: if the file is no such JSON; the key at fault is named.
     """
-    data = read_json(path, dict[str, Any], _REMEDY)
-    weighing = set(StoredWeighing.__struct_fields__) - set(StoredPayload.__struct_fields__)
-    with naming(Path(path).name, _REMEDY):
-        return convert(data, StoredWeighing if weighing & set(data) else StoredPayload)
+    return read_json(path, StoredPayload, _REMEDY)

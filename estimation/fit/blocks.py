@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
-from ..equations.equations import Equations, merged
+from ..equations.equations import Equations, WithoutEach, merged
 from ..equations.observation import Observation, Pieces
 from ..equations.reduction import reduced
 from .least_squares import joint_weights
@@ -86,9 +86,9 @@ def left_over(recordings: Sequence[Pieces], equations: Equations) -> list[Residu
 def in_blocks(
     equations: Equations, recordings: Sequence[Pieces], edges: Sequence[Array], length: float
 ) -> Equations:
-    """Equations with the blocks that their recordings give between the edges, none across recordings."""
+    """Equations, and what is left of them without each block between their recordings' edges."""
     parts = (cut_pieces(pieces(), ends) for pieces, ends in zip(recordings, edges, strict=True))
-    return replace(equations, blocks=tuple(chain.from_iterable(parts)), block_length=length)
+    return replace(equations, leave_one_out=WithoutEach(chain.from_iterable(parts)), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:

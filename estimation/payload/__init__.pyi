@@ -13,6 +13,7 @@ from .equations import payload_equations as payload_equations
 from .following import FollowingChange as FollowingChange
 from .following import following_change as following_change
 from .following import read_following as read_following
+from .friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .from_change import payload_map as payload_map
 from .methods import METHODS as METHODS
 from .methods import combined as combined
@@ -26,7 +27,6 @@ from .repeats import Repeats as Repeats
 from .result import PayloadEstimate as PayloadEstimate
 from .result import frame_change as frame_change
 from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE
-from .short_motion import WeighProblem as WeighProblem
-from .short_motion import difference_weighing as difference_weighing
-from .short_motion import known_robot_weighing as known_robot_weighing
-from .weighing import solve_weighing as solve_weighing
+from .short_motion import ShortMotion as ShortMotion
+from .weighing import difference_weighing as difference_weighing
+from .weighing import known_robot_weighing as known_robot_weighing

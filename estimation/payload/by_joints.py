@@ -4,7 +4,7 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -101,22 +101,39 @@ def joint_groups(n: int) -> tuple[tuple[int, ...], ...]:
     return (*alone, tuple(range(1, n - 2)), tuple(range(n - 2, n + 1)))
 
 
+def moving_groups(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """Every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
+    alone = [(joint,) for joint in joints]
+    parts = [
+        tuple(j for j in joints if j <= 3),
+        tuple(j for j in joints if j >= 3),
+        tuple(j for j in joints if j >= 4),
+        tuple(joints),
+    ]
+    return tuple(dict.fromkeys([*alone, *(part for part in parts if len(part) > 1)]))
+
+
 def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
-    """Mass and share by joints, with standard deviations that hold for autocorrelated noise if there are blocks.
+    """Mass and share by joints, all ten unknown, with standard deviations that hold for autocorrelated noise.
 
     Args:
-        problem: the reduced recordings.
+        problem: the reduced recordings; without blocks of time standard deviations are ``WITHOUT_BLOCKS`` times the
+            formula's.
         weights: per joint, shape (n,); they matter within a group only.
     """
-    n = problem.robot.n
+    n, short = problem.robot.n, problem.short
 
-    def posed(part: PayloadProblem) -> LinearProblem:
-        return from_difference(part) if part.difference is not None else from_robot(part)
+    paired = problem.difference is not None
+    whole = from_difference(problem, PAYLOAD) if paired else from_robot(problem, names=PAYLOAD)
 
     def parts() -> list[list[LinearProblem]]:
-        return [[posed(part) for part in group] for group in problem.without_blocks]
+        if problem.paired:
+            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
+        return [[from_robot(part, names=PAYLOAD) for part in group] for group in problem.without_blocks]
 
-    return joints_view(posed(problem), parts, weights, joint_groups(n), range(1, n + 1))
+    joints = tuple(range(1, n + 1)) if short is None else short.joints
+    groups = joint_groups(n) if short is None else moving_groups(joints)
+    return joints_view(whole, parts, weights, groups, joints)
 
 
 def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:

@@ -1,18 +1,23 @@
 """The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Protocol
+
+import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model.names import parameter_kind
-from ..equations.equations import PAYLOAD
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
-from ..fit.estimate import Estimate
-from ..fit.linear_problem import Known, LinearProblem
-from ..fit.robust import RobustCovariance, jackknife
+from ..fit.estimate import Estimate, fit
+from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
+from ..possible.constraints import KnownMass
+from .friction import with_changes
 from .from_change import from_change
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
@@ -29,6 +34,9 @@ class Posed(Protocol):
     def values(self, weights: Array) -> Array:
         """Their values alone."""
 
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Their values without blocks of time with and without payload, one row for each of ``left_out``."""
+
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
 
@@ -36,32 +44,56 @@ class Posed(Protocol):
 Method = Callable[[PayloadProblem], Posed]
 
 
-def from_robot(problem: PayloadProblem, free_friction: bool = False) -> LinearProblem:
+def from_robot(
+    problem: PayloadProblem, free_friction: bool = False, names: Sequence[str] | None = None
+) -> LinearProblem:
     """Method 1, (22) and (23): the loaded recording minus what the robot alone would need.
 
     The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
-    P = W_L^+ W.
+    P = W_L^+ W. Of a robot that was identified on another day, friction may differ within limits.
 
     Args:
         problem: with ``unloaded`` or ``known``.
         free_friction: estimate friction anew from the loaded recording, for friction that depends on load.
+        names: of the payload's parameters; ``problem.chosen`` by default.
     """
     robot = problem.robot_known
     if free_friction:
         robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
-    return LinearProblem(problem.loaded, PAYLOAD, (robot,))
+    if problem.known is None:
+        return _posed(problem, problem.loaded, (robot,), names)
+    loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)
+    return _posed(problem, loaded, (robot,), names, held)
 
 
-def from_difference(problem: PayloadProblem) -> LinearProblem:
-    """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory."""
+def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
+    """Method 3, (29): Y_T - Y_wL, the torques with and without payload on one trajectory.
+
+    Of a short motion the joints' constant torques are known to be near zero.
+    """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    return LinearProblem(problem.difference, PAYLOAD)
+    held = (problem.short.held.known,) if problem.short is not None else ()
+    return _posed(problem, problem.difference, held, names)
+
+
+def _posed(
+    problem: PayloadProblem,
+    equations: Equations,
+    known: tuple[Known, ...],
+    names: Sequence[str] | None,
+    held: Mapping[str, Held] | None = None,
+) -> LinearProblem:
+    """Equations in the payload's frame, of its parameters ``names`` alone."""
+    wanted = problem.chosen if names is None else tuple(names)
+    columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
+    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known, held or {})
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
-    """Method 4, (30): all recordings at once; the robot's parameters are common to both."""
-    return LinearProblem(problem.both, tuple(names), shown=problem.loaded)
+    """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
+    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
@@ -85,21 +117,30 @@ def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     return tuple(method for method, there in usable.items() if there)
 
 
-def identify_payload(problem: PayloadProblem, method: int, free_friction: bool = False) -> PayloadEstimate:
+def identify_payload(
+    problem: PayloadProblem, method: int, free_friction: bool = False, scale: KnownMass | None = None
+) -> PayloadEstimate:
     """Estimate the payload by one method; with robust standard deviations if the problem has blocks of time.
+
+    Of a short motion what it determines, and nothing filled in.
 
     Args:
         problem: the reduced recordings.
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
         free_friction: method 1 only: estimate friction anew under load.
+        scale: the payload was weighed; it counts here only where a short motion does not show the mass.
 
     Raises:
-        InputError: if the problem lacks what the method needs.
+        InputError: if the problem lacks what the method needs; "mass not visible" if nothing shows it.
         KeyError: for another method.
     """
+    short, frame = problem.short, problem.robot.payload_frame
+    by_scale = short is not None and short.needed(scale) is not None
     estimate, reason = with_robust(problem, method_of(method, free_friction))
-    return PayloadEstimate(method, in_payload_frame(problem.robot, estimate), problem.robot.payload_frame, reason)
+    if short is not None:
+        estimate = short.resolved(estimate, scale)
+    return PayloadEstimate(method, estimate, frame, reason, by_scale)
 
 
 def combined(problem: PayloadProblem) -> Estimate:
@@ -121,35 +162,43 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
         estimate: its result, where it is there already; its weights are kept.
     """
     posed = method(problem)
-    estimate = posed.solved() if estimate is None else estimate
-    if not problem.loaded.blocks:
+    if estimate is None:
+        estimate = posed.solved()
+        if problem.short is not None and isinstance(posed, LinearProblem):
+            # Beside the robot's torque the payload's own is what the joints are compared by.
+            estimate = replace(estimate, fit=fit(posed.unknown, estimate.values))
+    if not problem.loaded.leave_one_out:
         return estimate, problem.no_blocks
     try:
-        return replace(estimate, robust=_robust(problem, method, posed, estimate)), ""
+        return replace(estimate, robust=_robust(problem, posed, estimate)), ""
     except InputError as error:
         return estimate, str(error)
 
 
-def _robust(problem: PayloadProblem, method: Method, posed: Posed, estimate: Estimate) -> RobustCovariance:
+def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
     """By the delete-a-block jackknife, weights fixed at those of the result.
 
     A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
     a time as well.
     """
-    robust = jackknife(
-        lambda part: method(part).values(estimate.weights),
-        problem.without_blocks,
-        estimate.values,
-        problem.loaded.block_length,
-    )
+    groups, length = problem.left_out, problem.loaded.block_length
+    with naming_blocks(length):
+        values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    robust = jackknifed(np.split(values, ends), estimate.values, length)
     share = posed.lasting(estimate.weights)
-    if problem.known is None or not share.any():
-        return robust  # the method does without a robot known earlier
+    if not share.any():
+        return robust  # the method does without anything known earlier
+    widened = replace(robust, covariance=robust.covariance + share)
+    if problem.known is None:
+        return widened
     own = problem.known.robust
-    if own is None:
+    if own is None and problem.short is None:
         raise InputError(FORMULA_ONLY)
+    if own is None:
+        return widened
     return RobustCovariance(
-        robust.covariance + share,
+        widened.covariance,
         robust.blocks + own.blocks,
         min(robust.degrees_of_freedom, own.degrees_of_freedom),
         max(robust.block_length, own.block_length),
@@ -164,10 +213,15 @@ def _part(known: Known, places: Sequence[int]) -> Known:
         every = known.gain_sensitivity()
         return every[own] if every is not None else None
 
+    def without_blocks() -> Array | None:
+        every = known.left_out()
+        return every[:, own] if every is not None else None
+
     return known._replace(
         names=tuple(known.names[k] for k in places),
         values=known.values[own],
         covariance=known.covariance[own][:, own],
         lasting=known.lasting[own][:, own],
         gain_sensitivity=derivatives,
+        left_out=without_blocks,
     )

@@ -10,9 +10,10 @@ from ..fit.estimate import error_model
 from ..fit.robust import student95
 from ..possible.constraints import KnownMass
 from ..possible.result import rise_p_value
+from .methods import identify_payload, usable_methods
+from .problem import PayloadProblem
 from .result import PayloadEstimate
-from .short_motion import WeighProblem
-from .weighing import solve_weighing
+from .weighing import each_alone
 
 _DRIFTS = 0.05
 """Probability below which a trend is told as a drift."""
@@ -84,16 +85,16 @@ class Repeats:
         return student95(len(masses) - 1) * self.spread / float(np.sqrt(len(masses)))
 
 
-def repeats_of(problem: WeighProblem, scale: KnownMass | None) -> Repeats | None:
-    """Each recording alone; None with one recording, or where the mass is the scale's anyway."""
-    if len(problem.runs) < 2 or not problem.visibility.mass_visible:
+def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | None:
+    """Each recording of a short motion alone; None with one recording, or where the mass is the scale's anyway."""
+    short = problem.short
+    if short is None or len(short.runs) < 2 or not short.visibility.mass_visible:
         return None
-    masses, sigmas = [], []
-    for run in problem.runs:
-        own = replace(problem, runs=(run,), pairs=())
+    (method,), masses, sigmas = usable_methods(problem), [], []
+    for alone in each_alone(problem):
         mass, sigma = float("nan"), float("nan")
         try:
-            found = solve_weighing(own, scale)
+            found = identify_payload(alone, method, scale=scale)
         except InputError:
             pass  # one recording alone may not do
         else:
@@ -102,7 +103,7 @@ def repeats_of(problem: WeighProblem, scale: KnownMass | None) -> Repeats | None
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)
         sigmas.append(sigma)
-    return Repeats(tuple(run.source for run in problem.runs), tuple(masses), tuple(sigmas))
+    return Repeats(tuple(run.source for run in short.runs), tuple(masses), tuple(sigmas))
 
 
 def widened(found: PayloadEstimate, factor: float) -> PayloadEstimate:

@@ -1,14 +1,14 @@
 """What every payload method returns, and the frame in which it is given."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
-from ...model.payload_spread import PayloadSpread, payload_spread
-from ..equations.equations import PAYLOAD
+from ...model.inertia import PayloadSpread, payload_spread
+from ..equations.equations import PAYLOAD, Equations, each
 from ..fit.estimate import Estimate
 
 
@@ -112,14 +112,22 @@ def _larger(formula: Array, robust: Array | None) -> Array:
     return formula if robust is None else np.maximum(formula, robust)
 
 
-def in_payload_frame(robot: Robot, estimate: Estimate) -> Estimate:
-    """A payload in ``robot.payload_frame``, with all its covariances.
+def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
+    """Equations whose payload stands in frame n, in the ten parameters about ``robot.payload_frame`` instead.
 
     Args:
         robot: its payload frame stands at ``robot.flange`` in frame n.
-        estimate: of the payload's ten parameters in frame n, in which the equations stand.
+        equations: ``PAYLOAD`` among their columns.
     """
-    return estimate if robot.flange.is_identity else estimate.mapped(frame_change(robot.flange.inverse()))
+    if robot.flange.is_identity:
+        return equations
+    places, change, factors = [equations.columns.index(name) for name in PAYLOAD], frame_change(robot.flange), []
+    for factor in equations.factors:
+        moved = np.array(factor)
+        moved[:, places] = factor[:, places] @ change
+        factors.append(moved)
+    parts = each(equations.leave_one_out, lambda part: in_payload_frame(robot, part))
+    return replace(equations, factors=tuple(factors), leave_one_out=parts)
 
 
 def frame_change(pose: Pose) -> Array:

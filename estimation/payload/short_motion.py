@@ -1,4 +1,7 @@
-"""The payload problem of a short motion near a pose, where not all ten are visible and friction is free."""
+"""What a short motion near a pose adds to a payload problem: joints at rest, free friction, parts of the ten.
+
+Which joints move, the motion with all others at rest, and the rows that tell something.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,27 +11,20 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, silent
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import Motion, Processing
 from ...model.motion import Measurement
-from ...model.regressors import payload_columns
-from ...model.visibility import PayloadVisibility, friction_columns, visibility_of
+from ...model.visibility import PayloadVisibility
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observation, Observer, Pieces
-from ..equations.reduction import reduced
-from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import LinearProblem
-from ..recordings.plausibility import check_apart, check_recordings
-from ..robot.equations import check_lengths, filtered
-from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
-from ..signals.rows import Mask
-from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, friction_free, held_offsets
-from .equations import torque_change
-from .moving import at_rest, moving_joints, telling_rows
-from .problem import check_known, known_robot
-from .ripple import Wave, ripple_of
+from ..possible.constraints import KnownMass
+from ..signals.rows import Mask, moving_parts, used_rows
+from .constant_torques import FREE, HeldOffsets
+from .ripple import Wave
+
+SLOW = 0.03
+"""rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure there."""
+_SHARE = 0.1  # of the moving time: a joint that moves less is held
+_AT_REST = 5e-3  # rad or m: a held joint's positions spread no more; a wider one went to another pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,19 +35,12 @@ class Run:
         source: of the recording with payload.
         equations: in the robot's base parameters (none where the unloaded torque was subtracted), what is free in
             this recording, and ``PAYLOAD``; in blocks of time.
-        held: equations that hold constant torques near zero.
         ripple: waves that are estimated beside the payload.
     """
 
     source: str
     equations: Equations
-    held: HeldOffsets
     ripple: tuple[Wave, ...] = ()
-
-    @cached_property
-    def problem(self) -> Equations:
-        """The equations of the whole recording without what is free in it."""
-        return self.held.friction_free(self.equations)
 
     @cached_property
     def frictional(self) -> Equations:
@@ -60,262 +49,109 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class WeighProblem:
-    """Equations of the payload from one or several recordings of it.
+class ShortMotion:
+    """Recordings of a short motion, friction free in each, and what they show of the ten.
 
     Attributes:
-        robot: the robot.
         joints: numbers of the joints that move; the rows of the others are left out.
         runs: one a recording with payload.
-        method: 3 where a recording without payload was subtracted, 1 where the robot's parameters are known.
-        known: those parameters, for method 1.
-        block_length: shortest length of a block [s].
-        pairs: how recordings with and without payload were aligned.
-        rate: at which the first recording was processed [Hz].
+        held: how constant torques are held, the same in all recordings.
         torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
+        visibility: what the recordings together show of the payload.
     """
 
-    robot: Robot
     joints: tuple[int, ...]
     runs: tuple[Run, ...]
-    method: int
-    known: Estimate | None
-    block_length: float
-    pairs: tuple[AlignedPair, ...]
-    rate: float
+    held: HeldOffsets
     torque_rms: Array
+    visibility: PayloadVisibility
 
     @property
-    def held(self) -> HeldOffsets:
-        """How constant torques are held, the same in all recordings."""
-        return self.runs[0].held
+    def chosen(self) -> tuple[str, ...]:
+        """Which of ``PAYLOAD`` stand for all that can be seen."""
+        return tuple(PAYLOAD[k] for k in self.visibility.chosen)
 
-    @cached_property
-    def problem(self) -> Equations:
-        """All recordings' equations together, friction of each taken out."""
-        return merged(run.problem for run in self.runs)
-
-    @cached_property
-    def without_blocks(self) -> tuple[Equations, ...]:
-        """All recordings' equations without each block of time.
+    def needed(self, scale: KnownMass | None) -> KnownMass | None:
+        """The scale, where the torques do not show the mass; where they do it takes no part in the free estimate.
 
         Raises:
-            InputError: if a recording has fewer than two blocks.
+            InputError: "mass not visible" if neither shows it.
         """
-        parts = []
-        for k, run in enumerate(self.runs):
-            others = [other.problem for i, other in enumerate(self.runs) if i != k]
-            parts += [merged([*others, run.held.friction_free(part)]) for part in run.equations.without_blocks()]
-        return tuple(parts)
+        if self.visibility.mass_visible:
+            return None
+        if scale is None:
+            joints = ", ".join(map(str, self.visibility.joints))
+            sums = self.visibility.combination("M")
+            why = f"only in {sums}" if sums else "not at all"
+            raise InputError(
+                f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or "
+                "weigh the payload and give --mass and --mass-sigma"
+            )
+        return scale
 
-    def posed(self, equations: Equations, wanted: Sequence[str] = PAYLOAD) -> LinearProblem:
-        """Some of the ten by all equations or a part of them: the robot, or what constant torques are, known."""
-        if self.known is None:
-            known = self.held.known
-        else:
-            known = known_robot(self.known)
-            known = known._replace(covariance=known.lasting)
-        return LinearProblem(equations.select((*known.names, *wanted)), tuple(wanted), (known,))
+    def resolved(self, estimate: Estimate, scale: KnownMass | None) -> Estimate:
+        """The parameters that are determined, from the ``chosen`` ones; a scale makes others follow from sums.
 
-    @cached_property
-    def visibility(self) -> PayloadVisibility:
-        """What these recordings show of the payload."""
-        return visibility_of_problem(self.problem, self.joints)
-
-
-def visibility_of_problem(problem: Equations, joints: Sequence[int]) -> PayloadVisibility:
-    """What equations, friction taken out, show of the payload."""
-    return visibility_of(np.vstack(problem.select(PAYLOAD).factors)[:, :-1], joints)
-
-
-def difference_weighing(
-    robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    processing: Processing | None = None,
-    joints: Sequence[int] | None = None,
-    progress: Progress = silent,
-) -> WeighProblem:
-    """From torque differences (29) on one and the same motion.
-
-    Args:
-        robot: the robot.
-        loaded: recordings of the motion with the payload.
-        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
-        processing: settings; the robot's own by default.
-        joints: numbers of the joints that move; seen in the recordings by default.
-        progress: told what is being worked on.
-
-    Raises:
-        InputError: if recordings cannot be used, or do not show the same motion.
-    """
-    processing = processing or robot.processing
-    _check(robot, [*loaded, *unloaded], processing)
-    check_apart(loaded, unloaded)
-    pairs = _aligned_pairs(loaded, unloaded, processing, progress)
-    measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
-    moving = _moving([both[1] for both in measured], processing, joints, robot)
-    observer = _observer(robot, None)
-    observations, masks, ripples = [], [], []
-    still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
-    for a, b in still:
-        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-        keep = np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in (a, b)))
-        change = torque_change(robot, a, b)
-        equations, waves = _observed(observer, change, keep, processing.decimate)
-        observations.append(equations)
-        ripples.append(waves)
-        masks.append(keep)
-    _check_rows([pair.loaded.source for pair in pairs], masks)
-    rms = _torque_rms([both[1] for both in measured], masks)
-    progress("friction without payload")
-    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
-    held = held_offsets(observations, coulomb)
-    runs, length = _runs([pair.loaded.source for pair in pairs], observations, held, ripples)
-    return WeighProblem(robot, moving, runs, 3, None, length, tuple(pairs), measured[0][1].motion.rate, rms)
+        Nothing that the torques leave open is filled in.
+        """
+        used = self.needed(scale)
+        places, A, by_mass = self.visibility.resolved(used is not None)
+        mass, variance = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
+        found = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+        shared = variance * np.outer(by_mass, by_mass)
+        robust = found.robust
+        if robust is not None:
+            robust = replace(robust, covariance=robust.covariance + shared)
+        return replace(found, covariance=found.covariance + shared, robust=robust)
 
 
-def _aligned_pairs(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing, progress: Progress
-) -> list[AlignedPair]:
-    """Each recording with payload beside its partner without, in one time.
-
-    Raises:
-        InputError: if there is neither one partner for all nor one for each, or a pair is not one motion.
-    """
-    if len(unloaded) not in (1, len(loaded)):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
-            "for each in the same order"
-        )
-    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
-    pairs = []
-    for bare, recording in zip(partners, loaded, strict=True):
-        progress(f"aligning {recording.source}")
-        pairs.append(aligned(bare, recording, processing.rate, processing.max_mismatch))
-    return pairs
+def friction_free(runs: Sequence[Run], held: HeldOffsets) -> Equations:
+    """All recordings' equations together, friction of each taken out."""
+    return merged(held.friction_free(run.equations) for run in runs)
 
 
-def known_robot_weighing(
-    robot: Robot,
-    loaded: Sequence[Recording],
-    known: Estimate,
-    processing: Processing | None = None,
-    joints: Sequence[int] | None = None,
-    progress: Progress = silent,
-) -> WeighProblem:
-    """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
+def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:
+    """Numbers of the joints that move; a joint that only changes its pose between two motions is held.
 
     Args:
-        robot: the robot.
-        loaded: recordings with the payload.
-        known: the robot's parameters.
-        processing: as ``difference_weighing``.
-        joints: as ``difference_weighing``.
-        progress: as ``difference_weighing``.
+        motions: of one session.
+        still_speed: a joint below it stands still [rad/s or m/s].
 
     Raises:
-        InputError: if recordings cannot be used, or the parameters are another model's.
+        InputError: if none moves.
     """
-    processing = processing or robot.processing
-    _check(robot, loaded, processing)
-    progress("base parameters")
-    base = base_parameters(robot)
-    check_known(robot, base, known)
-    measured = filtered(loaded, processing, progress)
-    moving = _moving(measured, processing, joints, robot)
-    observer = _observer(robot, base)
-    still = [at_rest(data, moving) for data in measured]
-    masks = [telling_rows(data.motion, moving, processing) for data in still]
-    _check_rows([recording.source for recording in loaded], masks)
-    pairs = [
-        _observed(observer, data, keep, processing.decimate, known.values)
-        for data, keep in zip(still, masks, strict=True)
-    ]
-    observations, ripples = [own for own, _ in pairs], [waves for _, waves in pairs]
-    # The robot's parameters are of another day: constant torques are free.
-    runs, length = _runs([recording.source for recording in loaded], observations, free_offsets(robot.n), ripples)
-    rms = _torque_rms(still, masks)
-    return WeighProblem(robot, moving, runs, 1, known, length, (), measured[0].motion.rate, rms)
+    fast = np.vstack([np.abs(motion.qd[moving_parts(motion, still_speed)]) > SLOW for motion in motions])
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(fast.mean(axis=0) > _SHARE)) if len(fast) else ()
+    if not joints:
+        raise InputError("no joint moves: record the short motion that 'dynident near' gives")
+    return joints
 
 
-def _observer(robot: Robot, base: BaseParameters | None) -> Observer:
-    """Observer of [W, free columns, W_L]; without base parameters for torque differences."""
-    free = robot.with_offsets(True)
-    own = base.columns if base is not None else ()
-    friction = friction_columns(robot)
-    columns = (*own, *friction, *payload_columns(free))
-    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
+def at_rest(data: Measurement, moving: Sequence[int]) -> Measurement:
+    """The measurement with held joints exactly at rest: what their encoders flicker is no motion.
+
+    A held joint that goes to another pose on the way keeps what was measured.
+    """
+    motion = data.motion
+    q, qd, qdd = (np.array(x) for x in (motion.q, motion.qd, motion.qdd))
+    for j in range(motion.n):
+        if j + 1 not in moving and np.ptp(q[:, j]) < _AT_REST:
+            q[:, j], qd[:, j], qdd[:, j] = q[:, j].mean(), 0.0, 0.0
+    return Measurement(Motion(motion.t, q, qd, qdd), data.torque)
 
 
-def _observed(
-    observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
-) -> tuple[Observation, tuple[Wave, ...]]:
-    """The equations of one recording, and the ripple that is free in them."""
-    plain = observer.observe_rows(data, keep, decimate)
-    waves, columns = ripple_of(plain, data, keep, decimate, known)
-    if not waves:
-        return plain, ()
-    names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
-    W = tuple(np.column_stack([own, wide]) for own, wide in zip(plain.W, columns, strict=True))
-    return replace(plain, columns=(*plain.columns, *names), W=W), waves
+def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, ends: bool = False) -> Mask:
+    """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
-
-def _runs(
-    sources: Sequence[str],
-    observations: Sequence[Observation],
-    held: HeldOffsets,
-    ripples: Sequence[tuple[Wave, ...]],
-) -> tuple[tuple[Run, ...], float]:
-    left = [_left(friction_free(recording)) for recording in observations]
-    length = length_by_residuals(left)
-    runs = []
-    for source, recording, waves in zip(sources, observations, ripples, strict=True):
-        edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
-        runs.append(Run(source, equations, held, waves))
-    return tuple(runs), length
-
-
-def _opened(recording: Observation) -> Pieces:
-    return lambda: [recording]
-
-
-def _left(recording: Observation) -> list[Residuals]:
-    return left_over([_opened(recording)], reduced(recording))
-
-
-def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
-    for source, keep in zip(sources, masks, strict=True):
-        if not keep.any():
-            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
-
-
-def _torque_rms(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:
-    """Of each joint over the rows that are used; 0 where there are none."""
-    squares = sum(
-        np.where(keep, data.torque**2, 0.0).sum(axis=0) for data, keep in zip(measured, masks, strict=True)
-    )
-    rows = sum(keep.sum(axis=0) for keep in masks)
-    return np.asarray(np.sqrt(squares / np.maximum(rows, 1)))
-
-
-def _moving(
-    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
-) -> tuple[int, ...]:
-    """The joints that move, or those asked for."""
-    found = moving_joints([data.motion for data in measured], processing.still_speed)
-    if joints is None:
-        return found
-    idle = sorted(set(joints) - set(found))
-    if idle:
-        raise InputError(
-            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
-            f"{', '.join(map(str, found))} does: correct --joints"
-        )
-    return tuple(sorted(joints))
-
-
-def _check(robot: Robot, recordings: Sequence[Recording], processing: Processing) -> None:
-    check_recordings(robot, recordings)
-    check_lengths(recordings, processing)
+    Args:
+        motion: the motion.
+        moving: numbers of the joints that move.
+        processing: settings.
+        ends: keep also the ends at which a recording was cut in full motion, which ``used_rows`` leaves out.
+    """
+    speed = np.abs(motion.qd)
+    whole = moving_parts(motion, processing.still_speed) if ends else used_rows(motion, processing).moving
+    least = np.maximum(processing.slow_fraction * speed[whole].max(axis=0, initial=0.0), SLOW)
+    keep: Mask = (speed >= least) & whole[:, None]
+    keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False
+    return keep

@@ -1,4 +1,4 @@
-"""A payload by a short motion: the parameters that it determines, and no others."""
+"""The payload problem of a short motion near a pose, where not all ten are visible and friction is free."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,92 +7,251 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model.visibility import PayloadVisibility
-from ..equations.equations import PAYLOAD, Equations
-from ..fit.estimate import fit
-from ..fit.linear_problem import LinearProblem
-from ..fit.robust import jackknife
-from ..possible.constraints import KnownMass
-from .by_joints import ByJoints, joints_view
-from .result import PayloadEstimate
-from .short_motion import WeighProblem
+from ...common.progress import Progress, silent
+from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model.motion import Measurement
+from ...model.regressors import payload_columns
+from ...model.visibility import friction_columns, visibility_of
+from ..equations.equations import PAYLOAD
+from ..equations.observation import Observation, Observer, Pieces
+from ..equations.reduction import reduced
+from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
+from ..fit.estimate import Estimate
+from ..recordings.plausibility import check_apart, check_recordings
+from ..robot.equations import check_lengths, filtered
+from ..signals.alignment import AlignedPair, aligned
+from ..signals.filtering import measurement
+from ..signals.rows import Mask
+from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, held_offsets
+from .constant_torques import friction_free as without_friction
+from .equations import torque_change
+from .problem import PayloadProblem
+from .result import in_payload_frame
+from .ripple import Wave, ripple_of
+from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
 
 
-def solve_weighing(problem: WeighProblem, scale: KnownMass | None = None) -> PayloadEstimate:
-    """The parameters that the recordings determine, with standard deviations.
-
-    Where the mass is not visible, a scale makes the other parameters follow from the visible sums; where it is, the
-    scale takes no part here. Nothing that the torques leave open is filled in.
+def difference_weighing(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    processing: Processing | None = None,
+    joints: Sequence[int] | None = None,
+    progress: Progress = silent,
+) -> PayloadProblem:
+    """From torque differences (29) on one and the same motion.
 
     Args:
-        problem: the recordings.
-        scale: the payload was weighed.
+        robot: the robot.
+        loaded: recordings of the motion with the payload.
+        unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
+        processing: settings; the robot's own by default.
+        joints: numbers of the joints that move; seen in the recordings by default.
+        progress: told what is being worked on.
 
     Raises:
-        InputError: "mass not visible" if neither shows the mass; if nothing else is determined either.
+        InputError: if recordings cannot be used, or do not show the same motion.
     """
-    visibility = problem.visibility
-    check_mass(visibility, scale is not None)
-    used = None if visibility.mass_visible else scale
-    resolved = visibility.resolved(used is not None)
-    names = tuple(PAYLOAD[k] for k in visibility.chosen)
-    mass, by_scale = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
-
-    def posed(equations: Equations) -> LinearProblem:
-        return problem.posed(equations, names)
-
-    def told(equations: Equations) -> Array:
-        return np.asarray(resolved.A @ posed(equations).values(estimate.weights) + resolved.b * mass)
-
-    whole = posed(problem.problem)
-    visible = whole.solved()
-    visible = replace(visible, fit=fit(whole.unknown, visible.values))
-    estimate = visible.mapped(resolved.A, [PAYLOAD[k] for k in resolved.places], resolved.b * mass)
-    shared = by_scale * np.outer(resolved.b, resolved.b)
-    estimate, reason = replace(estimate, covariance=estimate.covariance + shared), ""
-    try:
-        robust = jackknife(told, [problem.without_blocks], estimate.values, problem.block_length)
-        # No block of time shows what is known from elsewhere.
-        lasting = shared + resolved.A @ whole.lasting(estimate.weights) @ resolved.A.T
-        estimate = replace(estimate, robust=replace(robust, covariance=robust.covariance + lasting))
-    except InputError as error:
-        reason = str(error)
-    return PayloadEstimate(problem.method, estimate, problem.robot.payload_frame, reason, used is not None)
+    processing = processing or robot.processing
+    _check(robot, [*loaded, *unloaded], processing)
+    check_apart(loaded, unloaded)
+    pairs = _aligned_pairs(loaded, unloaded, processing, progress)
+    measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
+    moving = _moving([both[1] for both in measured], processing, joints, robot)
+    observer = _observer(robot, None)
+    observations, masks, ripples = [], [], []
+    still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
+    for a, b in still:
+        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
+        keep = np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in (a, b)))
+        change = torque_change(robot, a, b)
+        equations, waves = _observed(observer, change, keep, processing.decimate)
+        observations.append(equations)
+        ripples.append(waves)
+        masks.append(keep)
+    _check_rows([pair.loaded.source for pair in pairs], masks)
+    rms = _torque_rms([both[1] for both in measured], masks)
+    progress("friction without payload")
+    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
+    runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
+    rate = measured[0][1].motion.rate
+    held = held_offsets(observations, coulomb)
+    return weighing_problem(robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs))
 
 
-def check_mass(visibility: PayloadVisibility, weighed: bool) -> None:
-    """Refuse recordings that do not show the mass, unless it is known.
+def _aligned_pairs(
+    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing, progress: Progress
+) -> list[AlignedPair]:
+    """Each recording with payload beside its partner without, in one time.
 
     Raises:
-        InputError: "mass not visible".
+        InputError: if there is neither one partner for all nor one for each, or a pair is not one motion.
     """
-    if visibility.mass_visible or weighed:
-        return
-    joints = ", ".join(map(str, visibility.joints))
-    sums = visibility.combination("M")
-    why = f"only in {sums}" if sums else "not at all"
-    raise InputError(
-        f"mass not visible: the torques of joint {joints} show it {why}; move another joint as well, or weigh the "
-        "payload and give --mass and --mass-sigma"
+    if len(unloaded) not in (1, len(loaded)):
+        raise InputError(
+            f"{len(unloaded)} recordings without and {len(loaded)} with payload: give one without for all, or one "
+            "for each in the same order"
+        )
+    partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
+    pairs = []
+    for bare, recording in zip(partners, loaded, strict=True):
+        progress(f"aligning {recording.source}")
+        pairs.append(aligned(bare, recording, processing.rate, processing.max_mismatch))
+    return pairs
+
+
+def known_robot_weighing(
+    robot: Robot,
+    loaded: Sequence[Recording],
+    known: Estimate,
+    processing: Processing | None = None,
+    joints: Sequence[int] | None = None,
+    progress: Progress = silent,
+) -> PayloadProblem:
+    """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
+
+    Args:
+        robot: the robot.
+        loaded: recordings with the payload.
+        known: the robot's parameters.
+        processing: as ``difference_weighing``.
+        joints: as ``difference_weighing``.
+        progress: as ``difference_weighing``.
+
+    Raises:
+        InputError: if recordings cannot be used, or the parameters are another model's.
+    """
+    processing = processing or robot.processing
+    _check(robot, loaded, processing)
+    progress("base parameters")
+    base = base_parameters(robot)
+    measured = filtered(loaded, processing, progress)
+    moving = _moving(measured, processing, joints, robot)
+    observer = _observer(robot, base)
+    still = [at_rest(data, moving) for data in measured]
+    masks = [telling_rows(data.motion, moving, processing) for data in still]
+    _check_rows([recording.source for recording in loaded], masks)
+    pairs = [
+        _observed(observer, data, keep, processing.decimate, known.values)
+        for data, keep in zip(still, masks, strict=True)
+    ]
+    observations, ripples = [own for own, _ in pairs], [waves for _, waves in pairs]
+    # The robot's parameters are of another day: constant torques are free.
+    runs, held = _runs([recording.source for recording in loaded], observations, ripples), free_offsets(robot.n)
+    rms = _torque_rms(still, masks)
+    return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
+
+
+def weighing_problem(
+    robot: Robot,
+    base: BaseParameters,
+    runs: Sequence[Run],
+    moving: tuple[int, ...],
+    held: HeldOffsets,
+    torque_rms: Array,
+    rate: float | None,
+    known: Estimate | None = None,
+    pairs: tuple[AlignedPair, ...] = (),
+) -> PayloadProblem:
+    """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
+    equations = friction_free(runs, held)
+    factors = in_payload_frame(robot, equations).select(PAYLOAD).factors
+    visibility = visibility_of(np.vstack(factors)[:, :-1], moving)
+    return PayloadProblem(
+        robot,
+        base,
+        loaded=equations,
+        known=known,
+        difference=equations if known is None else None,
+        pairs=pairs,
+        rate=rate,
+        short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )
 
 
-def weigh_by_joints(problem: WeighProblem, weights: Array) -> ByJoints:
-    """The mass as groups of the moving joints see it, all ten unknown and the scale left out."""
+def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
+    """The problem of a short motion by each of its recordings."""
+    short = problem.short
+    if short is None:
+        return []
+    setting = short.joints, short.held, short.torque_rms, problem.rate, problem.known
+    return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
 
-    def parts() -> list[list[LinearProblem]]:
-        return [[problem.posed(part) for part in problem.without_blocks]]
 
-    return joints_view(problem.posed(problem.problem), parts, weights, groups_of(problem.joints), problem.joints)
+def _observer(robot: Robot, base: BaseParameters | None) -> Observer:
+    """Observer of [W, free columns, W_L]; without base parameters for torque differences."""
+    free = robot.with_offsets(True)
+    own = base.columns if base is not None else ()
+    friction = friction_columns(robot)
+    columns = (*own, *friction, *payload_columns(free))
+    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
 
 
-def groups_of(joints: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """Every moving joint alone; then the arm's, those from the elbow on, the wrist's, and all together."""
-    alone = [(joint,) for joint in joints]
-    parts = [
-        tuple(j for j in joints if j <= 3),
-        tuple(j for j in joints if j >= 3),
-        tuple(j for j in joints if j >= 4),
-        tuple(joints),
-    ]
-    return tuple(dict.fromkeys([*alone, *(part for part in parts if len(part) > 1)]))
+def _observed(
+    observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
+) -> tuple[Observation, tuple[Wave, ...]]:
+    """The equations of one recording, and the ripple that is free in them."""
+    plain = observer.observe_rows(data, keep, decimate)
+    waves, columns = ripple_of(plain, data, keep, decimate, known)
+    if not waves:
+        return plain, ()
+    names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
+    W = tuple(np.column_stack([own, wide]) for own, wide in zip(plain.W, columns, strict=True))
+    return replace(plain, columns=(*plain.columns, *names), W=W), waves
+
+
+def _runs(
+    sources: Sequence[str], observations: Sequence[Observation], ripples: Sequence[tuple[Wave, ...]]
+) -> list[Run]:
+    left = [_left(without_friction(recording)) for recording in observations]
+    length = length_by_residuals(left)
+    runs = []
+    for source, recording, waves in zip(sources, observations, ripples, strict=True):
+        edges = block_edges(recording, length)
+        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
+        runs.append(Run(source, equations, waves))
+    return runs
+
+
+def _opened(recording: Observation) -> Pieces:
+    return lambda: [recording]
+
+
+def _left(recording: Observation) -> list[Residuals]:
+    return left_over([_opened(recording)], reduced(recording))
+
+
+def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
+    for source, keep in zip(sources, masks, strict=True):
+        if not keep.any():
+            raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
+
+
+def _torque_rms(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:
+    """Of each joint over the rows that are used; 0 where there are none."""
+    squares = sum(
+        np.where(keep, data.torque**2, 0.0).sum(axis=0) for data, keep in zip(measured, masks, strict=True)
+    )
+    rows = sum(keep.sum(axis=0) for keep in masks)
+    return np.asarray(np.sqrt(squares / np.maximum(rows, 1)))
+
+
+def _moving(
+    measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
+) -> tuple[int, ...]:
+    """The joints that move, or those asked for."""
+    found = moving_joints([data.motion for data in measured], processing.still_speed)
+    if joints is None:
+        return found
+    idle = sorted(set(joints) - set(found))
+    if idle:
+        raise InputError(
+            f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
+            f"{', '.join(map(str, found))} does: correct --joints"
+        )
+    return tuple(sorted(joints))
+
+
+def _check(robot: Robot, recordings: Sequence[Recording], processing: Processing) -> None:
+    check_recordings(robot, recordings)
+    check_lengths(recordings, processing)

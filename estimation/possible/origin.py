@@ -137,15 +137,15 @@ def robot_origins(
     """
     own = origins(robot, base)
     links = []
-    pairs = zip(bodies_in_link_frames(robot, parameters), _into_link_frames(robot), strict=True)
-    for j, (there, move) in enumerate(pairs, start=1):
+    pairs = zip(bodies_in_link_frames(robot, parameters).items(), _into_link_frames(robot), strict=True)
+    for j, ((link, there), move) in enumerate(pairs, start=1):
         places = [base.standard.index(f"{kind}{j}") for kind in INERTIAL]
-        gradients = np.zeros((len(base.standard), len(numbers := _numbers(there.body))))
-        gradients[places] = (_gradients(there.body) @ move).T
+        gradients = np.zeros((len(base.standard), len(numbers := _numbers(there))))
+        gradients[places] = (_gradients(there) @ move).T
         found = zip(BODY_NUMBERS, numbers, origins_of(robot, base, gradients), strict=False)
         body = {name: Labelled(value, origin) for name, value, origin in found}
         names = [name for name in base.standard if name == f"{parameter_kind(name)}{j}"]
-        links.append(LinkOrigins(there.link, body, {name: Labelled(parameters[name], own[name]) for name in names}))
+        links.append(LinkOrigins(link, body, {name: Labelled(parameters[name], own[name]) for name in names}))
     return RobotOrigins(gauge, tuple(links), tuple(base.groupings()))
 
 
@@ -155,7 +155,7 @@ def _into_link_frames(robot: Robot) -> list[Array]:
     for unit in np.eye(len(INERTIAL)):
         ten = dict(zip(INERTIAL, unit, strict=True))
         one = {f"{kind}{j}": value for j in range(1, robot.n + 1) for kind, value in ten.items()}
-        columns.append([there.body.vector for there in bodies_in_link_frames(robot, one)])
+        columns.append([there.vector for there in bodies_in_link_frames(robot, one).values()])
     return list(np.array(columns).transpose(1, 2, 0))
 
 

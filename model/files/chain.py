@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -19,11 +19,8 @@ _FAR = 20.0  # m: no arm is as large
 _MOVES = ("revolute", "continuous", "prismatic")
 
 
-class _Link(NamedTuple):
-    """A moving link: its joint, and where that joint's frame stands in the base at the zero position."""
-
-    joint: UrdfJoint
-    pose: Pose
+_Link = tuple[UrdfJoint, Pose]
+"""A moving link: its joint, and where that joint's frame stands in the base at the zero position."""
 
 
 def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None) -> Robot:
@@ -167,21 +164,22 @@ def _along(path: Sequence[UrdfJoint]) -> tuple[list[_Link], Pose]:
     for joint in path:
         pose = pose @ joint.origin
         if joint.kind in _MOVES:
-            links.append(_Link(joint, pose))
+            links.append((joint, pose))
     return links, pose
 
 
 def _axis(link: _Link) -> JointAxis:
-    x, y, z = (link.pose.R @ np.array(link.joint.axis)).tolist()
-    kind: Literal["prismatic", "revolute"] = "prismatic" if link.joint.kind == "prismatic" else "revolute"
-    return JointAxis(kind, (x, y, z), link.pose.origin, link.joint.limits)
+    joint, pose = link
+    x, y, z = (pose.R @ np.array(joint.axis)).tolist()
+    kind: Literal["prismatic", "revolute"] = "prismatic" if joint.kind == "prismatic" else "revolute"
+    return JointAxis(kind, (x, y, z), pose.origin, joint.limits)
 
 
 def _names(links: Sequence[_Link], frames: Reframed, base: str, tip: str) -> Links:
     return Links(
-        tuple(link.joint.child for link in links),
-        tuple(frame.inverse() @ link.pose for frame, link in zip(frames.frames, links, strict=True)),
-        tuple(link.joint.name for link in links),
+        tuple(joint.child for joint, _ in links),
+        tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, links, strict=True)),
+        tuple(joint.name for joint, _ in links),
         base,
         tip,
     )
@@ -198,10 +196,10 @@ def _parameters(
     """Standard parameters of the links whose bodies the file gives, and what is left out."""
     values: dict[str, float] = {}
     notes: list[str] = []
-    own = {link.joint.name for link in links}
-    for j, (link, frame) in enumerate(zip(links, frames.frames, strict=True), start=1):
+    own = {joint.name for joint, _ in links}
+    for j, ((moving, at), frame) in enumerate(zip(links, frames.frames, strict=True), start=1):
         total, found = np.zeros(10), False
-        stack = [(link.joint.child, frame.inverse() @ link.pose)]
+        stack = [(moving.child, frame.inverse() @ at)]
         while stack:
             name, pose = stack.pop()
             body = tree.links[name]
@@ -214,8 +212,8 @@ def _parameters(
                     notes.append(f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out")
         if found:
             values |= InertialParameters(total).named(str(j))
-        if link.joint.damping is not None:
-            values[f"FV{j}"] = link.joint.damping
-        if link.joint.friction is not None:
-            values[f"FS{j}"] = link.joint.friction
+        if moving.damping is not None:
+            values[f"FV{j}"] = moving.damping
+        if moving.friction is not None:
+            values[f"FS{j}"] = moving.friction
     return values, notes

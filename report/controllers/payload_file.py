@@ -48,7 +48,7 @@ def load_of_document(
     recommended = document.recommended.method if document.recommended else None
     estimate = _chosen(document.estimates, method or recommended, name)
     source = f"{name}, method {estimate.method} ({_estimator(estimate)})"
-    assumed = document.stand_in if method in (None, recommended) else None
+    assumed = (document.assumed or None) if method in (None, recommended) else None
     if assumed:
         label = f"inertia ASSUMED, not measured: {assumed.inertia}"
         body = _body(assumed.parameters, name, False)

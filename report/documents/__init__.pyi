@@ -11,4 +11,3 @@ from .payload import free_estimate as free_estimate
 from .payload import payload_document as payload_document
 from .robot import constrained_document as constrained_document
 from .robot import identification_document as identification_document
-from .weigh import weigh_document as weigh_document

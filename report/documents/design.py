@@ -9,7 +9,7 @@ from ... import __version__
 from ...common.schema import Document, Matrix, Vector
 from ...estimation.files.parts import Number
 from ...estimation.files.stored_payload import VisibilityDocument
-from ...model.payload_spread import PayloadSpread
+from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import (
     BlendedPoints,

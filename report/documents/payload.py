@@ -1,21 +1,32 @@
-"""The document of ``payload``."""
+"""The document of ``payload`` and ``weigh``."""
 
 from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import UNSET
 
 from ...common.arrays import Array
-from ...estimation import PayloadAnswer, PayloadProblem
+from ...estimation import PAYLOAD, PayloadAnswer, PayloadProblem
 from ...estimation.files import StoredPayload
-from ...estimation.files.parts import ActiveDocument, EliminationDocument, ResidualDocument
+from ...estimation.files.parts import ActiveDocument, ResidualDocument
 from ...estimation.files.stored_payload import (
+    AgreementDocument,
+    Assumed,
+    ConstantTorques,
     FreeEstimate,
     JointsMassDocument,
     PayloadData,
     PossibleEstimate,
+    QuantityDocument,
     Recommended,
+    RepeatsDocument,
+    RippleDocument,
     VerdictDocument,
+    VisibilityDocument,
     WeighedDocument,
 )
-from ...estimation.payload import ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
+from ...estimation.payload import RIPPLE_CHANCE, ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
 from ...model import INERTIAL, Processing
 from .parts import (
     elimination_document,
@@ -32,42 +43,77 @@ def payload_document(
     drive_gains: Sequence[float] | None = None,
     warnings: Sequence[str] = (),
 ) -> StoredPayload:
-    """What ``dynident payload --json`` writes; ``warnings``: what speaks against the essential parameters."""
-    problem, check, fit = answer.problem, answer.validation, answer.robot_fit
+    """What ``--json`` of ``payload`` and ``weigh`` writes; ``warnings``: against the essential parameters."""
+    problem = answer.problem
+    more = _essential(answer, warnings) if problem.short is None else _weighing(answer)
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
         processing=processing_document(problem.robot, processing, drive_gains),
-        relative_residual=ResidualDocument(
-            fit.relative if fit else None,
-            fit.relative_per_joint if fit else None,
-            residual_document(check) if check else None,
-        ),
+        relative_residual=_residual(answer),
         data=_data(problem, processing),
-        estimates=(*map(free_estimate, answer.estimates), *map(possible_estimate, answer.constrained)),
-        recommended=Recommended(answer.recommended.method, "constrained"),
+        estimates=_estimates(answer),
+        recommended=Recommended(answer.free.method, "constrained" if answer.constrained else "wls"),
         mass_by_joints=mass_by_joints(answer.by_joints),
-        essential=_essential(answer, warnings),
-        left_out={str(method): reason for method, reason in answer.left_out.items()},
         verdict=VerdictDocument(answer.verdict.level, tuple(answer.verdict.reasons)),
+        **more,
     )
 
 
-def _essential(answer: PayloadAnswer, warnings: Sequence[str]) -> EliminationDocument | None:
+def _essential(answer: PayloadAnswer, warnings: Sequence[str]) -> dict[str, Any]:
     """Essential parameters of robot and payload together, as in Table 2, where method 4 was used."""
-    if answer.elimination is None:
-        return None
-    base = answer.problem.base
-    return elimination_document(answer.elimination, warnings, dict(zip(base.columns, base.names, strict=True)))
+    base, essential = answer.problem.base, None
+    if answer.elimination is not None:
+        names = dict(zip(base.columns, base.names, strict=True))
+        essential = elimination_document(answer.elimination, warnings, names)
+    return {
+        "essential": essential,
+        "left_out": {str(method): reason for method, reason in answer.left_out.items()},
+    }
+
+
+def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
+    """What a short motion alone tells: what was not determined is null."""
+    short, body, stand_in = answer.short, answer.assumed, answer.stand_in
+    return {
+        "joints": tuple(short.joints),
+        "visibility": VisibilityDocument.of(short.visibility),
+        "constant_torques": ConstantTorques(tuple(j + 1 for j in short.held.joints), short.held.sigma),
+        "ripple": tuple(
+            RippleDocument.of(wave, source=run.source, probability_by_noise=RIPPLE_CHANCE)
+            for run in short.runs
+            for wave in run.ripple
+        ),
+        "quantities": quantities(answer),
+        "mass_from_scale": answer.free.from_scale,
+        "agreement": tuple(map(AgreementDocument.of, answer.agreement)),
+        "repeats": _repeats(answer),
+        "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
+    }
+
+
+def _residual(answer: PayloadAnswer) -> ResidualDocument:
+    """Of the robot's own parameters; of a short motion, of the payload."""
+    check, fit = answer.validation, answer.robot_fit
+    if answer.problem.short is not None:
+        own = answer.free.estimate.fit
+        return ResidualDocument(own.relative, answer.free.unexplained(answer.short.torque_rms), None)
+    return ResidualDocument(
+        fit.relative if fit else None,
+        fit.relative_per_joint if fit else None,
+        residual_document(check) if check else None,
+    )
 
 
 def _data(problem: PayloadProblem, processing: Processing) -> PayloadData:
-    bare = problem.unloaded
-    raw, scaled = bare.condition_numbers() if bare else (None, None)
+    """The equations of the robot; of a short motion, of the payload."""
+    bare, short = problem.unloaded, problem.short is not None
+    solved = problem.loaded.select(PAYLOAD) if short else bare
+    raw, scaled = solved.condition_numbers() if solved else (None, None)
     pairs = problem.pairs
     return PayloadData(
         equations=bare.equations if bare else problem.loaded.equations,
-        equations_loaded=problem.loaded.equations,
+        equations_loaded=UNSET if short else problem.loaded.equations,
         rate=problem.rate,
         cutoff=processing.cutoff,
         lag_s=pairs[0].lag if pairs else None,
@@ -75,7 +121,28 @@ def _data(problem: PayloadProblem, processing: Processing) -> PayloadData:
         max_position_mismatch_rad=max((pair.max_mismatch for pair in pairs), default=None),
         condition_number=raw,
         condition_number_scaled=scaled,
-        base_parameters=len(problem.base.columns),
+        base_parameters=UNSET if short else len(problem.base.columns),
+    )
+
+
+def _estimates(answer: PayloadAnswer) -> tuple[FreeEstimate | PossibleEstimate, ...]:
+    """Free estimates, then possible ones; of a payload that is visible in part what was determined."""
+    if answer.constrained:
+        return (*map(free_estimate, answer.estimates), *map(possible_estimate, answer.constrained))
+    free, estimate = answer.free, answer.free.estimate
+    robust = estimate.sigma_robust
+    return (
+        FreeEstimate(
+            method=free.method,
+            parameters=_named(range(10), answer.ten),
+            sigma=_named(free.places, estimate.sigma),
+            sigma_robust=_named(free.places, robust) if robust is not None else None,
+            interval95=None,
+            com=answer.com,
+            com_sigma=answer.spread.com,
+            inertia_com=None,
+            physically_consistent=None,
+        ),
     )
 
 
@@ -152,3 +219,37 @@ def _intervals(interval95: Array | None) -> dict[str, tuple[float, float]] | Non
     if interval95 is None:
         return None
     return {kind: (low, high) for kind, (low, high) in zip(INERTIAL, interval95.tolist(), strict=True)}
+
+
+def quantities(answer: PayloadAnswer) -> dict[str, QuantityDocument]:
+    """Mass, centre of mass and inertia with interval, and whether to use them."""
+    possible, spread = answer.possible, answer.spread
+    body = answer.assumed or (possible.body if possible is not None else None)
+    measured = answer.stand_in is None and possible is not None
+    values: dict[str, tuple[Any, Any, Any]] = {
+        "mass": (answer.mass, answer.mass_interval, spread.mass),
+        "centre of mass": (answer.com, answer.com_interval, spread.com),
+        "inertia": (
+            body.inertia_com if body is not None else None,
+            possible.intervals.inertia_com if measured and possible is not None else None,
+            spread.inertia_com if measured else None,
+        ),
+    }
+    judged = answer.judged
+    return {
+        name.replace(" ", "_"): QuantityDocument(judged[name].use, judged[name].why or None, *numbers)
+        for name, numbers in values.items()
+    }
+
+
+def _named(places: Sequence[int], values: Array) -> dict[str, float | None]:
+    ten = np.full(10, np.nan)
+    ten[list(places)] = values
+    return dict(zip(INERTIAL, ten.tolist(), strict=True))
+
+
+def _repeats(answer: PayloadAnswer) -> RepeatsDocument | None:
+    if answer.repeats is None:
+        return None
+    drift, sigma = answer.repeats.drift or (None, None)
+    return RepeatsDocument.of(answer.repeats, drift_per_recording=drift, drift_sigma=sigma)

@@ -6,14 +6,14 @@ import msgspec
 
 from ...common.files import write_bytes
 from ...common.schema import Document, json_schema
-from ...estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
+from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,
     "payload": StoredPayload,
-    "weigh": StoredWeighing,
+    "weigh": StoredPayload,
     "gains": StoredGains,
     "design": DesignDocument,
     "near": NearDocument,

@@ -8,7 +8,7 @@ import numpy as np
 from ... import __version__
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters, Motion, Robot
-from ...model.payload_spread import PayloadSpread
+from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, NearMotion, NearShape
 from ..blocks import Animation, Block, Page, Section, Table, Text, columns

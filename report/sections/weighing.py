@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation import WeighAnswer
+from ...estimation import PAYLOAD, PayloadAnswer
 from ...estimation.diagnosis import Finding, worst_joint
-from ...estimation.files import StoredWeighing
-from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, WeighProblem
+from ...estimation.files import StoredPayload
+from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, ShortMotion
 from ...model import INERTIAL
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
 from ..controllers.payload_file import is_flange
@@ -28,7 +28,7 @@ _MOMENTS = ("XX", "YY", "ZZ")
 _QUANTITIES = ("mass", "centre of mass", "inertia")
 
 
-def weigh_screen(answer: WeighAnswer, measured: bool, details: bool) -> list[Block]:
+def weigh_screen(answer: PayloadAnswer, measured: bool, details: bool) -> list[Block]:
     """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
     notes = first_notes(answer)
     if measured:
@@ -39,7 +39,7 @@ def weigh_screen(answer: WeighAnswer, measured: bool, details: bool) -> list[Blo
     return screen
 
 
-def _first_table(answer: WeighAnswer) -> Table:
+def _first_table(answer: PayloadAnswer) -> Table:
     """Quantity, value, 95 % interval, and whether to use it."""
     mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
     rows = [_row("mass", "kg", answer.mass, answer.mass_interval, mass, 4)]
@@ -60,7 +60,7 @@ def _row(
     return name, unit, *(or_dash(x, f".{digits}f") for x in (value, *interval)), use
 
 
-def first_notes(answer: WeighAnswer) -> list[str]:
+def first_notes(answer: PayloadAnswer) -> list[str]:
     """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
     verdict = answer.verdict
     lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict.reasons)
@@ -73,21 +73,21 @@ def first_notes(answer: WeighAnswer) -> list[str]:
     return lines
 
 
-def _controller_line(answer: WeighAnswer) -> str:
+def _controller_line(answer: PayloadAnswer) -> str:
     """Mass, centre of mass and, where it may be used, inertia in one line."""
     place = ", ".join(f"{1e3 * x:.1f}" for x in answer.com)
     line = f"mass {answer.mass:.3f} kg, centre of mass ({place}) mm"
     if answer.stand_in is not None:
         moments = ", ".join(f"{x:.4f}" for x in np.diag(answer.stand_in.inertia(answer.mass)))
         return f"{line}, inertia there ({moments}) kg m², ASSUMED"
-    if answer.judged["inertia"].use == "use" and answer.constrained is not None:
-        J = answer.constrained.body.inertia_com
+    if answer.judged["inertia"].use == "use" and answer.possible is not None:
+        J = answer.possible.body.inertia_com
         moments = ", ".join(f"{x:.4f}" for x in [*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
         return f"{line}, inertia there XX YY ZZ XY XZ YZ ({moments}) kg m²"
     return f"{line}, inertia left at zero"
 
 
-def _repeat_notes(answer: WeighAnswer) -> list[str]:
+def _repeat_notes(answer: PayloadAnswer) -> list[str]:
     """Spread and drift of several recordings."""
     repeats = answer.repeats
     if repeats is None:
@@ -106,9 +106,9 @@ def _repeat_notes(answer: WeighAnswer) -> list[str]:
     return lines
 
 
-def _parameters(answer: WeighAnswer) -> Table:
+def _parameters(answer: PayloadAnswer) -> Table:
     """The ten with standard deviations, as far as these joints show them."""
-    solved, shown = answer.found, answer.problem.visibility.parameters
+    solved, shown = answer.free, answer.short.visibility.parameters
     robust = solved.estimate.sigma_robust
     rows = []
     for k, kind in enumerate(INERTIAL):
@@ -123,30 +123,30 @@ def _parameters(answer: WeighAnswer) -> Table:
     return Table("Parameters about the frame's origin", headings, rows)
 
 
-def detail_notes(answer: WeighAnswer) -> list[str]:
+def detail_notes(answer: PayloadAnswer) -> list[str]:
     """Condition numbers, residuals, chi-squared: the second page."""
-    problem, solved = answer.problem, answer.found
-    raw, scaled = problem.problem.select([f"{kind}_L" for kind in INERTIAL]).condition_numbers()
-    shares = solved.unexplained(problem.torque_rms)
+    problem, short, solved = answer.problem, answer.short, answer.free
+    raw, scaled = problem.loaded.select(PAYLOAD).condition_numbers()
+    shares = solved.unexplained(short.torque_rms)
     joints = " ".join("-" if not np.isfinite(x) else f"{100 * x:.1f}" for x in shares)
     robust = solved.estimate.robust
     lines = [
-        f"Joints {', '.join(map(str, problem.joints))} move; {problem.problem.equations} equations, condition "
+        f"Joints {', '.join(map(str, short.joints))} move; {problem.loaded.equations} equations, condition "
         f"number {raw:.4g} (SI units, unweighted), {scaled:.3g} with columns scaled.",
         f"Not explained: {joints} % of the joints' torque, {100 * solved.estimate.fit.relative:.1f} % of the "
         "payload's own.",
     ]
-    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(problem)}")
+    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(short)}")
     if robust is not None:
         lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
         lines += [robust.warning] * bool(robust.warning)
     else:
         lines.append(f"Standard deviations by the formula alone: {solved.without_robust}")
-    lines += _ripple_notes(problem)
-    for sums in problem.visibility.combinations:
+    lines += _ripple_notes(short)
+    for sums in short.visibility.combinations:
         lines.append(f"Visible only as a sum: {sums}.")
-    if answer.constrained is not None:
-        result = answer.constrained.result
+    if answer.possible is not None:
+        result = answer.possible.result
         lines.append(
             f"Nearest payload that can exist: chi2 rises by {result.chi2_rise:.3g} (p {result.p_value:.2g})."
         )
@@ -157,8 +157,8 @@ def detail_notes(answer: WeighAnswer) -> list[str]:
     return lines
 
 
-def _offsets_note(problem: WeighProblem) -> str:
-    held = problem.held
+def _offsets_note(short: ShortMotion) -> str:
+    held = short.held
     if not held.joints:
         return "constant torques are free too."
     joints = ", ".join(str(j + 1) for j in held.joints)
@@ -169,13 +169,13 @@ def _offsets_note(problem: WeighProblem) -> str:
     )
 
 
-def _ripple_notes(problem: WeighProblem) -> list[str]:
+def _ripple_notes(short: ShortMotion) -> list[str]:
     """Waves that came with the payload, or are noise."""
-    waves = dict.fromkeys((wave.joint, round(wave.waves)) for run in problem.runs for wave in run.ripple)
+    waves = dict.fromkeys((wave.joint, round(wave.waves)) for run in short.runs for wave in run.ripple)
     if not waves:
         return []
     joints = ", ".join(f"joint {joint} {count}" for joint, count in waves)
-    by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(problem.joints) * len(problem.runs))
+    by_noise = 1.0 - (1.0 - RIPPLE_CHANCE) ** (len(short.joints) * len(short.runs))
     return [
         f"Ripple that seems to come with the payload, waves per turn (or per 2 pi m): {joints}. It may be chance: "
         f"noise alone shows a wave in a joint of a recording with a probability of {100 * RIPPLE_CHANCE:.0f} %, "
@@ -183,20 +183,20 @@ def _ripple_notes(problem: WeighProblem) -> list[str]:
     ]
 
 
-def _moment(answer: WeighAnswer, k: int) -> tuple[float, tuple[float, float]]:
+def _moment(answer: PayloadAnswer, k: int) -> tuple[float, tuple[float, float]]:
     """Inertia about axis ``k`` at the centre of mass [kg m^2], with its 95 % interval; nan where there is none."""
     nothing = (float("nan"), float("nan"))
     if answer.stand_in is not None:
         return float(answer.stand_in.inertia(answer.mass)[k, k]), nothing
-    if answer.constrained is None:
+    if answer.possible is None:
         return float("nan"), nothing
-    low, high = answer.constrained.intervals.inertia_com[k, k]
-    return float(answer.constrained.body.inertia_com[k, k]), (float(low), float(high))
+    low, high = answer.possible.intervals.inertia_com[k, k]
+    return float(answer.possible.body.inertia_com[k, k]), (float(low), float(high))
 
 
-def _scale_note(answer: WeighAnswer) -> str:
+def _scale_note(answer: PayloadAnswer) -> str:
     """Agreement with the scale."""
-    if answer.found.from_scale and answer.scale is not None:
+    if answer.free.from_scale and answer.scale is not None:
         return (
             f"Mass: the scale's {answer.scale.mass:g} ± {answer.scale.sigma:g} kg; the torques of these joints do "
             "not contain it."
@@ -211,7 +211,7 @@ def _scale_note(answer: WeighAnswer) -> str:
     )
 
 
-def _agreement_notes(answer: WeighAnswer) -> list[str]:
+def _agreement_notes(answer: PayloadAnswer) -> list[str]:
     """What other ways to weigh it say."""
     return [
         f"Another way, {way.name}: {way.mass:.4g} kg, centre of mass "
@@ -227,21 +227,21 @@ def _worst_note(worst: Finding | None) -> str:
     return f"Joint that agrees least: {worst.text}."
 
 
-def _assumed_notes(answer: WeighAnswer) -> list[str]:
+def _assumed_notes(answer: PayloadAnswer) -> list[str]:
     if answer.stand_in is None:
         return []
     return [f"Inertia ASSUMED, not measured: {answer.stand_in.description}."]
 
 
-def weigh_page(answer: WeighAnswer, document: StoredWeighing, provenance: Provenance) -> Page:
+def weigh_page(answer: PayloadAnswer, document: StoredPayload, provenance: Provenance) -> Page:
     """First screen for the one who types the number in, the rest for the one who asks why.
 
     Args:
         answer: the payload.
-        document: the same as ``weigh_document`` gives it.
+        document: the same as ``payload_document`` gives it.
         provenance: command, files, date.
     """
-    robot, joints = answer.problem.robot, answer.problem.joints
+    robot, joints = answer.problem.robot, answer.short.joints
     title = robot.title or robot.name
     moved = f"joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
     drawn = joints_figure(answer.by_joints, answer.mass, answer.mass_interval)
@@ -265,7 +265,7 @@ def weigh_page(answer: WeighAnswer, document: StoredWeighing, provenance: Proven
     return report_page(f"Payload on the {title}", subtitle, lead, sections, notes, provenance)
 
 
-def _quantities(answer: WeighAnswer) -> list[Block]:
+def _quantities(answer: PayloadAnswer) -> list[Block]:
     """Value, 95 % interval and use of each quantity; the scale; why."""
     uses: list[str] = [answer.judged[name].use for name in _QUANTITIES]
     if answer.stand_in is not None:
@@ -284,7 +284,7 @@ def _quantities(answer: WeighAnswer) -> list[Block]:
     return [table, *map(Text, lines), *gains, *reason_blocks(answer.verdict)]
 
 
-def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
+def _repeats(answer: PayloadAnswer) -> tuple[Section, ...]:
     if answer.repeats is None:
         return ()
     drawn = repeats_figure(answer.repeats, answer.mass, answer.mass_interval)
@@ -292,8 +292,8 @@ def _repeats(answer: WeighAnswer) -> tuple[Section, ...]:
     return (Section("repeats", "From recording to recording", [words, *([drawn] if drawn else [])]),)
 
 
-def _place(answer: WeighAnswer) -> tuple[Section, ...]:
-    best = answer.constrained
+def _place(answer: PayloadAnswer) -> tuple[Section, ...]:
+    best = answer.possible
     if best is None:
         return ()
     drawing = flange_figure(best, answer.judged["inertia"].use == "use", is_flange(best.frame))

@@ -9,18 +9,16 @@ import pytest
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.common.schema import Table, json_text, toml_text
-from dynident.estimation import read_log_map
+from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.files import (
     StoredGains,
     StoredPayload,
     StoredRobot,
-    StoredWeighing,
     read_stored_gains,
     read_stored_payload,
     read_stored_robot,
 )
-from dynident.estimation.gains import known_load, read_known_load
-from dynident.estimation.recordings import map_file
+from dynident.estimation.gains import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
@@ -31,7 +29,7 @@ from dynident.tests.report import made
 from dynident.tests.report.written import written
 from dynident.tests.trajectories.test_scene_file import WHOLE
 from dynident.trajectories import read_scene
-from dynident.trajectories.design.scene_file import SceneTable
+from dynident.trajectories.design import Scene
 
 MAP = """
 title = "a log"
@@ -109,15 +107,15 @@ def stored() -> Iterator[File]:
     payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5), ["warned"]))
     yield File("payload.json", payload, StoredPayload, read_stored_payload)
     for name, all_ten in (("weigh", True), ("weigh_part", False)):
-        weighing = written(documents.weigh_document(made.weighing(all_ten), made.PROCESSING, None))
-        yield File(f"{name}.json", weighing, StoredWeighing, read_stored_payload)
+        weighing = written(documents.payload_document(made.weighing(all_ten), made.PROCESSING, None))
+        yield File(f"{name}.json", weighing, StoredPayload, read_stored_payload)
 
 
 FILES = [
     toml("robot", FULL, RobotTable, load_robot),
-    toml("scene", WHOLE, SceneTable, read_scene),
-    toml("map", MAP, map_file.MapTable, read_log_map),
-    toml("load", LOAD, known_load.LoadTable, read_known_load),
+    toml("scene", WHOLE, Scene, read_scene),
+    toml("map", MAP, LogMap, read_log_map),
+    toml("load", LOAD, KnownLoad, read_known_load),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
     toml("ten", TEN, payload_file.TenTable, read_payload),
     *stored(),

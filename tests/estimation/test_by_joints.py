@@ -26,7 +26,7 @@ def seen(problem: PayloadProblem) -> ByJoints:
 
 
 def without_blocks(problem: PayloadProblem) -> PayloadProblem:
-    return replace(problem, loaded=replace(problem.loaded, blocks=()), difference=None, stretches=())
+    return replace(problem, loaded=replace(problem.loaded, leave_one_out=()), difference=None, stretches=())
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,7 @@ Parameters = Callable[[Robot, int], dict[str, float]]
 def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
     """All links' body numbers, one after the other."""
     found = []
-    for there in bodies_in_link_frames(robot, dict(zip(names, x.tolist(), strict=True))):
-        body = there.body
+    for body in bodies_in_link_frames(robot, dict(zip(names, x.tolist(), strict=True))).values():
         found += [body.mass, *body.com, *body.inertia_com[np.triu_indices(3)]]
     return np.array(found)
 

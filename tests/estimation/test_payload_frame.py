@@ -6,12 +6,20 @@ from math import radians
 
 import numpy as np
 import pytest
-from dynident.estimation import GainErrors, answer_payload, payload_problem
-from dynident.estimation.payload import frame_change
+from dynident.estimation import (
+    Gains,
+    KnownMass,
+    PayloadAnswer,
+    PossibleBody,
+    answer_payload,
+    payload_problem,
+)
+from dynident.estimation.payload import difference_weighing, frame_change
 from dynident.model import Drives, InertialParameters, Motion, Pose, Robot, mounted, standard_columns, with_tool
 from dynident.model.frames import MOUNTS
 from dynident.report.sections.gains import gain_error_notes
 from dynident.report.sections.recommended import recommended_notes
+from dynident.tests.estimation.payload.recordings import LOAD, NOISE, near
 from dynident.trajectories import Simulator
 
 TOOL = Pose.from_rpy((0.03, -0.01, 0.12), (radians(180), 0.4, -0.2))
@@ -62,7 +70,7 @@ def test_friction_behind_link_side_sensors(
     notes = " ".join(recommended_notes(one))
     assert "Scales of the torque sensors are taken as exact: --gain-sigma" in notes
     assert "rive gains" not in notes
-    told = gain_error_notes(plain, GainErrors((0.01,)))
+    told = gain_error_notes(plain, Gains((0.01,)))
     assert told == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
 
 
@@ -85,12 +93,64 @@ def test_robust_covariance_moves_along(
     np.testing.assert_allclose(tool.covariance, T @ plain.covariance @ T.T, atol=1e-14)
 
 
+@pytest.mark.parametrize("method", [1, 2, 3, 4])
+def test_moving_the_flange_moves_the_answer(
+    method: int, rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
+) -> None:
+    """Values, both covariances, and the torques that are drawn from them."""
+    simulator = simulator_of(rx90)
+    motion = wander(6, 4)
+    bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
+    robots = simulator.robot, with_tool(simulator.robot, TOOL, "tool 1")
+    problems = [payload_problem(robot, [loaded], [bare], robust=True) for robot in robots]
+    same_but_for_the_frame(*(answer_payload(problem, (method,)) for problem in problems))
+
+
+@pytest.mark.parametrize("joints", [(2, 3, 5, 6), (4, 5, 6), (6,)])
+def test_moving_the_flange_moves_a_weighing(rx90: Robot, joints: tuple[int, ...]) -> None:
+    """Also where a scale gives the mass, and where one joint shows four of the ten."""
+    simulator = simulator_of(rx90)
+    motion = near(joints).motion(250.0)
+    bare, loaded = simulator.record(motion, None, NOISE, 1), simulator.record(motion, LOAD, NOISE, 2)
+    tool = TOOL if len(joints) > 1 else Pose.from_rpy((0.0, 0.0, 0.12), (0.0, 0.0, 0.7))
+    scale = (KnownMass(7.02, 0.02),) if 2 not in joints else ()
+    plain, moved = (
+        answer_payload(difference_weighing(robot, [loaded], [bare]), constraints=(PossibleBody(), *scale))
+        for robot in (simulator.robot, with_tool(simulator.robot, tool, "tool 1"))
+    )
+    assert moved.free.frame == "tool 1"
+    assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
+    if len(joints) > 1:
+        same_but_for_the_frame(plain, moved)
+        return
+    seen = [6, 7]  # MX and MY turn into each other
+    turn = frame_change(tool.inverse())[np.ix_(seen, seen)]
+    np.testing.assert_allclose(moved.ten[seen], turn @ plain.ten[seen], atol=1e-9)
+    assert np.isfinite(moved.ten).tolist() == np.isfinite(plain.ten).tolist()
+
+
+def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
+    T = frame_change(TOOL.inverse())
+    one, other = plain.free.estimate, moved.free.estimate
+    for a, b in ((one, other), (one.robust, other.robust)):
+        assert a is not None
+        assert b is not None
+        C = T @ a.covariance @ T.T
+        np.testing.assert_allclose(b.covariance, C, atol=1e-8 * np.abs(C).max())
+    np.testing.assert_allclose(other.values, T @ one.values, atol=1e-6 * other.sigma.min())
+    # The possible payload goes by the formula's correlations and the jackknife's deviations of each axis' own.
+    assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
+    for drawn, again in zip(plain.predictions, moved.predictions, strict=True):
+        for before, after in zip(drawn.curves[0].torque, again.curves[0].torque, strict=True):
+            np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
+
+
 def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]) -> None:
     """The gains' share of the covariance and the constrained payload stand in the tool's frame too."""
     simulator = simulator_of(rx90)
     motion = wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    gains = GainErrors((0.02,), 0.01)
+    gains = Gains((0.02,), 0.01)
     plain, tool = (
         answer_payload(payload_problem(robot, [loaded], [bare]), (3,), gains=gains).recommended
         for robot in (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))

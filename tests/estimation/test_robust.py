@@ -20,7 +20,7 @@ from dynident.estimation.equations import (
 )
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.fit import RobustCovariance, jackknife, weighted
-from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from dynident.estimation.fit.blocks import block_edges, cut_pieces, in_blocks, left_over, length_by_residuals
 from dynident.estimation.payload import (
     METHODS,
     PairedMeasurement,
@@ -154,6 +154,11 @@ def without(recording: Observation, start: float, stop: float) -> Observation:
     return Observation(recording.columns, W, Y, t, recording.bandwidth)
 
 
+def rows_out(whole: Equations, part: Equations) -> Array:
+    """How many rows of each joint are left out."""
+    return np.asarray(np.subtract(whole.rows, part.rows), dtype=float)
+
+
 def same_equations(one: Equations, other: Equations) -> None:
     """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
     assert (one.columns, one.rows) == (other.columns, other.rows)
@@ -178,7 +183,7 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
 def test_few_equations_keep_all_they_say(observation: Observation) -> None:
     """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
     edges = block_edges(observation, 0.2)
-    blocks = cut(observation, edges).blocks
+    blocks = cut_pieces([observation], edges)
     assert min(min(block.rows) for block in blocks) < 10
     same_equations(merged(blocks), reduced(observation))
 
@@ -213,11 +218,11 @@ def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, p
     assert bare is not None
     assert moved is not None
     assert plain.difference is not None
-    assert len(plain.loaded.blocks) == len(bare.blocks) == len(plain.difference.blocks) >= 20
-    for k, (a, b) in enumerate(zip(bare.blocks, moved.blocks, strict=True)):
+    assert len(plain.loaded.leave_one_out) == len(bare.leave_one_out) == len(plain.difference.leave_one_out) >= 20
+    for a, b, heavy in zip(bare.leave_one_out, moved.leave_one_out, plain.loaded.leave_one_out, strict=True):
         same_equations(a, b)
-        assert max(abs(x - y) for x, y in zip(a.rows, plain.loaded.blocks[k].rows, strict=True)) <= 1
-    fewer = replace(bare, blocks=bare.blocks[1:])
+        assert np.abs(rows_out(bare, a) - rows_out(plain.loaded, heavy)).max() <= 1
+    fewer = replace(bare, leave_one_out=bare.leave_one_out[1:])
     with pytest.raises(ValueError, match="as many"):
         PayloadProblem(robot, base, plain.loaded, fewer, difference=plain.difference)
 
@@ -240,11 +245,10 @@ def test_payload_without_a_block_by_hand(method: int, problem: PayloadProblem) -
     estimate = identify_payload(problem, method).estimate
     robot_weights = tuple(weighted(problem.unloaded).weights)
     changes = []
-    count = len(problem.loaded.blocks)
+    count = len(problem.loaded.leave_one_out)
     for k in range(count):
         loaded, unloaded, difference = (
-            merged(part for i, part in enumerate(whole.blocks) if i != k)
-            for whole in (problem.loaded, problem.unloaded, problem.difference)
+            whole.leave_one_out[k] for whole in (problem.loaded, problem.unloaded, problem.difference)
         )
         part = replace(
             problem, loaded=loaded, unloaded=unloaded, difference=difference, robot_weights=robot_weights
@@ -284,7 +288,7 @@ def test_what_an_estimate_tells(problem: PayloadProblem) -> None:
     assert scaled.sigma_inertia_com_robust is not None
     assert np.allclose(scaled.sigma_com_robust, 2.0 * result.sigma_com)
     assert np.allclose(scaled.sigma_inertia_com_robust, 2.0 * result.sigma_inertia_com)
-    plain = identify_payload(replace(problem, loaded=replace(problem.loaded, blocks=())), 3)
+    plain = identify_payload(replace(problem, loaded=replace(problem.loaded, leave_one_out=())), 3)
     assert (plain.estimate.sigma_robust, plain.estimate.robust_interval95) == (None, None)
     assert (plain.sigma_com_robust, plain.sigma_inertia_com_robust, plain.without_robust) == (None, None, "")
     with pytest.raises(ValueError, match="10 x 10"):
@@ -297,7 +301,7 @@ def test_recordings_that_are_no_pairs_are_left_out_one_at_a_time(
     bare = noisy(simulator.measure(wander(6, 5, points=20)), 2)
     problem = problem_of(simulator, [PairedMeasurement(bare, pair.loaded)], paired=False)
     assert problem.unloaded is not None
-    counts = len(problem.loaded.blocks), len(problem.unloaded.blocks)
+    counts = len(problem.loaded.leave_one_out), len(problem.unloaded.leave_one_out)
     assert counts[0] != counts[1]
     for method in usable_methods(problem):
         robust = identify_payload(problem, method).estimate.robust
@@ -341,7 +345,7 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     assert problem.unloaded is not None
     assert problem.difference is not None
     loaded, unloaded, difference = (
-        replace(whole, blocks=(replace(whole, blocks=()),))
+        replace(whole, leave_one_out=(replace(whole, leave_one_out=()),))
         for whole in (problem.loaded, problem.unloaded, problem.difference)
     )
     single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
@@ -397,7 +401,7 @@ def test_ur10e_pair(recordings: Path) -> None:
         for name in ("loaded_2.805kg", "unloaded")
     )
     problem = payload_problem(robot, [loaded], [bare], robust=True)
-    assert len(problem.loaded.blocks) >= 10
+    assert len(problem.loaded.leave_one_out) >= 10
     unrelated = replace(problem, difference=None)
     for method in METHODS:
         estimate = identify_payload(problem, method).estimate

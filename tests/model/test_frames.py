@@ -77,14 +77,16 @@ def test_tool_frames_add_up(rx90: Robot) -> None:
     one = with_tool(rx90, tool, "gripper")
     two = with_tool(one, tool, "finger")
     assert two.flange == tool @ tool
+    other = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
+    assert with_tool(one, other, "finger").flange == tool @ other != other @ tool  # a tool stands in the flange
     assert (one.last_frame, one.payload_frame, two.payload_frame) == ("frame 6 (modified DH)", "gripper", "finger")
     assert rx90.last_frame == rx90.payload_frame
 
 
 def test_bodies_of_a_robot_without_a_file_of_its_own(rx90: Robot) -> None:
     bodies = bodies_in_link_frames(rx90, rx90.parameters)
-    assert [body.link for body in bodies] == [f"link{j}" for j in range(1, 7)]
-    assert bodies[2].body.mass == rx90.parameters["M3"]
+    assert list(bodies) == [f"link{j}" for j in range(1, 7)]
+    assert bodies["link3"].mass == rx90.parameters["M3"]
     with pytest.raises(InputError, match="no M6"):
         bodies_in_link_frames(rx90, {name: value for name, value in rx90.parameters.items() if name != "M6"})
 

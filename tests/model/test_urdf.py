@@ -136,11 +136,11 @@ def test_bodies_are_given_in_link_frames(write: Write) -> None:
     text = dressed_urdf(load_robot(REFERENCE[1]), seed=2)
     robot = load_robot(write(text))
     model = pin.buildModelFromXML(text)
-    for link in bodies_in_link_frames(robot, robot.parameters):
-        theirs = model.inertias[model.getJointId(link.link.replace("link", "joint"))]
-        assert link.body.mass == pytest.approx(theirs.mass, rel=1e-12)
-        np.testing.assert_allclose(link.body.com, theirs.lever, atol=1e-12)
-        np.testing.assert_allclose(link.body.inertia_com, theirs.inertia, atol=1e-11)
+    for link, body in bodies_in_link_frames(robot, robot.parameters).items():
+        theirs = model.inertias[model.getJointId(link.replace("link", "joint"))]
+        assert body.mass == pytest.approx(theirs.mass, rel=1e-12)
+        np.testing.assert_allclose(body.com, theirs.lever, atol=1e-12)
+        np.testing.assert_allclose(body.inertia_com, theirs.inertia, atol=1e-11)
 
 
 def test_limits_and_friction_are_read(write: Write) -> None:

@@ -4,10 +4,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
+from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio
 from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
-from dynident.estimation.fit.gain_recordings import GainRecordings
+from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.payload import PayloadEstimate
 from dynident.estimation.possible import PossibleRobot, PriorRobot
 from dynident.model import InertialParameters, Processing
@@ -25,8 +25,8 @@ ROBOT = SimpleNamespace(
     coupling=SimpleNamespace(coulomb="paper"),
     assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
 )
-GAINS = GainErrors((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), GainRecordings(("u",), ("l",)),
-                   6.5, ("said",))  # fmt: skip
+SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
+GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), SEEN, 6.5, ("said",))
 
 
 def numbers(*shape: int) -> Any:
@@ -182,11 +182,13 @@ def payload() -> Any:
         pairs=pairs(),
         unloaded=SimpleNamespace(equations=120, condition_numbers=lambda: (42.5, 4.5)),
         loaded=SimpleNamespace(equations=130),
+        short=None,
     )
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
-        recommended=SimpleNamespace(method=3), by_joints=by_joints(), elimination=elimination(),
-        left_out={2: "no pair"}, verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
+        recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
+        elimination=elimination(), left_out={2: "no pair"},
+        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
     )  # fmt: skip
 
 
@@ -197,15 +199,19 @@ def weighing(possible: bool) -> Any:
     found = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
-    problem = SimpleNamespace(
-        robot=ROBOT, joints=(1, 2), method=1, pairs=pairs(), rate=98.5, torque_rms=np.array([11.0, 12.0, 13.0]),
-        problem=SimpleNamespace(
-            equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
-        ),
-        visibility=visibility,
+    short = SimpleNamespace(
+        joints=(1, 2), torque_rms=np.array([11.0, 12.0, 13.0]), visibility=visibility,
         held=SimpleNamespace(joints=(0, 1), sigma=np.array([0.21, 0.22])),
         runs=(SimpleNamespace(source="a.csv", ripple=(wave,)),),
     )  # fmt: skip
+    problem = SimpleNamespace(
+        robot=ROBOT, pairs=pairs(), rate=98.5, unloaded=None,
+        loaded=SimpleNamespace(
+            equations=140, select=lambda names: SimpleNamespace(condition_numbers=lambda: (43.5, 4.75))
+        ),
+        short=short,
+    )  # fmt: skip
+    best = possible_payload(free) if possible else None
     repeats = SimpleNamespace(
         sources=("a.csv", "b.csv"), masses=(3.03, 3.04), sigmas=(0.13, 0.14), spread=0.05, excess=1.5,
         drift=(0.001, 0.002), drifts=False,
@@ -215,11 +221,12 @@ def weighing(possible: bool) -> Any:
     names = ("mass", "centre of mass", "inertia")
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
-        problem=problem, found=found, constrained=possible_payload(free) if possible else None,
-        by_joints=by_joints(), repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
+        problem=problem, short=short, free=found, estimates=(found,), possible=best,
+        constrained=(best,) if possible else (), by_joints=by_joints(),
+        repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
         com=numbers(3), com_interval=numbers(3, 2), judged=judged,
         spread=SimpleNamespace(mass=0.07, com=numbers(3), inertia_com=numbers(3, 3)),
-        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),),
+        agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None, robot_fit=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
         verdict=SimpleNamespace(level="use", reasons=()),
@@ -233,6 +240,6 @@ def drive_gains() -> Any:
         relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
         identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
         payload=body(6.0), load=SimpleNamespace(known=("M_L",), values=np.array([6.1]), mass_sigma=0.015),
-        recordings=GainRecordings(("u0", "u1"), ("l0",)),
+        recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
         robust=SimpleNamespace(blocks=9, block_length=1.25), without_robust="",
     )  # fmt: skip

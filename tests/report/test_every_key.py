@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import asdict
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from dynident import __version__
-from dynident.common.schema import Document, convert
+from dynident.common.schema import Document, convert, write_json
 from dynident.estimation.diagnosis import Finding, robot_verdict
-from dynident.estimation.diagnosis.facts import JointFacts, TimeFacts
-from dynident.estimation.diagnosis.log_check import Excited
-from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot, StoredWeighing
+from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
+from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
 from dynident.model import INERTIAL
@@ -284,7 +284,7 @@ def test_payload() -> None:
 @pytest.mark.parametrize("possible", [True, False])
 def test_weigh(possible: bool) -> None:
     answer = made.weighing(possible)
-    estimate = answer.found.estimate
+    estimate = answer.free.estimate
     some = {
         "estimator": "wls", "method": 1,
         "parameters": {kind: {"MX": 0.03, "MY": 0.06, "M": 3.05}.get(kind) for kind in INERTIAL},
@@ -294,9 +294,9 @@ def test_weigh(possible: bool) -> None:
         "interval95": None, "com": answer.com, "com_sigma": answer.spread.com, "inertia_com": None,
         "physically_consistent": None,
     }  # fmt: skip
-    all_ten = possible and [free_payload(answer.constrained.free), possible_payload(answer.constrained)]
-    shown = answer.constrained.body if possible else answer.assumed
-    document = documents.weigh_document(answer, made.PROCESSING, (2.5, 3.5))
+    all_ten = possible and [free_payload(answer.free), possible_payload(answer.possible)]
+    shown = answer.possible.body if possible else answer.assumed
+    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5))
     same(
         document,
         {
@@ -305,7 +305,7 @@ def test_weigh(possible: bool) -> None:
             "joints": [1, 2],
             "processing": PROCESSING,
             "relative_residual": {
-                "all": estimate.fit.relative, "per_joint": answer.found.unexplained(answer.problem.torque_rms),
+                "all": estimate.fit.relative, "per_joint": answer.free.unexplained(answer.short.torque_rms),
                 "validation": None,
             },
             "data": {
@@ -325,7 +325,7 @@ def test_weigh(possible: bool) -> None:
                                    "interval95": answer.com_interval, "sigma": answer.spread.com},
                 "inertia": {
                     "use": "use inertia", "why": "why inertia", "value": shown.inertia_com,
-                    "interval95": answer.constrained.intervals.inertia_com if possible else None,
+                    "interval95": answer.possible.intervals.inertia_com if possible else None,
                     "sigma": answer.spread.inertia_com if possible else None,
                 },
             },
@@ -342,10 +342,10 @@ def test_weigh(possible: bool) -> None:
             "verdict": {"level": "use", "reasons": []},
         },
     )  # fmt: skip
-    assert isinstance(document, StoredWeighing)
+    assert isinstance(document, StoredPayload)
 
 
-def test_gains() -> None:
+def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
     document = documents.gains_document(gains, made.PROCESSING)
     same(
@@ -370,9 +370,11 @@ def test_gains() -> None:
             "relative_residual": residual(made.FIT),
         },
     )
-    stored = convert(written(document), StoredGains)
+    path = tmp_path / "gains.json"
+    write_json(path, document)
+    stored = read_stored_gains(path)
     assert np.array_equal(stored.values, gains.values)
-    assert np.array_equal(stored.relative_covariance, gains.larger_relative_covariance)
+    assert np.array_equal(stored.identified, gains.larger_relative_covariance)
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
 
 

@@ -18,7 +18,7 @@ from dynident.trajectories import (
     build_design,
 )
 from dynident.trajectories.design import Capsule, HalfSpace
-from dynident.trajectories.design.limits import Limit, Slopes, State
+from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.motions import Shape
 
 ROBOT = load_robot("rx90")
@@ -90,7 +90,7 @@ def constraint_jacobian(task: DesignProblem, x: Array, width: float) -> Array:
                 unit = np.zeros(y.shape)
                 unit[tuple(place)] = sign
 
-                def penalty(state: State, into: Slopes, limit: Limit = limit, unit: Array = unit) -> float:
+                def penalty(state: State, into: State, limit: Limit = limit, unit: Array = unit) -> float:
                     limit.pullback(state, unit, into)
                     return 0.0
 

@@ -21,7 +21,7 @@ from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
 from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions import random_points
-from dynident.trajectories.simulation import ClosedLoop, Ripple, Run
+from dynident.trajectories.simulation import CONTROLLERS, ClosedLoop, Ripple, Task
 from dynident.trajectories.simulation.integrator import SMOOTHING
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
@@ -48,7 +48,7 @@ def loop(rx90: Robot) -> ClosedLoop:
 def pair(rx90: Robot, loop: ClosedLoop) -> list[tuple[Measurement, Array]]:
     """A trajectory of the paper's kind without and with the paper's payload."""
     reference = motion(rx90, 0, 8)
-    return loop.run([Run(reference, friction(rx90)), Run(reference, friction(rx90), paper_tables().payload)])
+    return loop.run([Task("", reference), Task("", reference, paper_tables().payload)])
 
 
 def without_dry_friction(robot: Robot) -> Robot:
@@ -59,7 +59,7 @@ def test_torques_are_those_of_the_inverse_model(rx90: Robot, loop: ClosedLoop) -
     """Forward dynamics by base parameters against Newton-Euler by standard ones, friction and ripple added."""
     shaken = ClosedLoop(rx90, ripple=ripple(rx90, 2.0))
     payload = paper_tables().payload
-    ((data, _),) = shaken.run([Run(motion(rx90, 1), friction(rx90), payload)])
+    ((data, _),) = shaken.run([Task("", motion(rx90, 1), payload)])
     expected = Simulator(without_dry_friction(rx90)).measure(data.motion, payload).torque.copy()
     dry = smooth_dry_friction(rx90, SMOOTHING)
     expected += [np.array(dry(qd, friction(rx90)[0]))[:, 0] for qd in data.motion.qd]
@@ -105,9 +105,9 @@ def stored_energy(robot: Robot, payload: InertialParameters, q: Array, qd: Array
 def test_alone_as_in_lockstep(rx90: Robot, loop: ClosedLoop) -> None:
     """Runs of different length and load do not know of each other."""
     runs = [
-        Run(motion(rx90, 1), friction(rx90)),
-        Run(motion(rx90, 2, 3), 0.9 * friction(rx90), paper_tables().payload),
-        Run(motion(rx90, 3, 2), 1.1 * friction(rx90)),
+        Task("", motion(rx90, 1)),
+        Task("", motion(rx90, 2, 3), paper_tables().payload, 0.9 * friction(rx90)),
+        Task("", motion(rx90, 3, 2), friction=1.1 * friction(rx90)),
     ]
     together = loop.run(runs)
     for run, (data, reference) in zip(runs, together, strict=True):
@@ -125,9 +125,34 @@ def test_tracking_differs_by_a_milliradian_under_load(pair: list[tuple[Measureme
         assert np.abs(data.motion.q - reference).max() < 3e-3
 
 
+@pytest.mark.parametrize("kind", ["proportional", "gravity"])
+@pytest.mark.parametrize("sag", [2e-3, 4e-3, 9e-3])
+def test_without_integral_action_the_payload_pulls_the_arm_off_its_path(rx90: Robot, kind: str, sag: float) -> None:
+    """The worst joint sags by what was asked for: a controller with an integral keeps within a hundredth of it."""
+    reference, payload = motion(rx90, 0), paper_tables().payload
+    soft = CONTROLLERS[kind].sagging(rx90, payload, [reference], sag)
+    runs = [Task("", reference), Task("", reference, payload)]
+    (bare, _), (loaded, _) = ClosedLoop(rx90, soft, ripple(rx90, 0.0)).run(runs)
+    apart = np.sqrt(np.mean((loaded.motion.q - bare.motion.q) ** 2, axis=0))
+    assert apart.max() == pytest.approx(sag, rel=0.2)
+
+
+def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
+    """At rest both controllers do the same, in motion the one that knows of weights alone lags behind."""
+    still = SampledTrajectory(np.linspace(0.0, 0.4, 41), np.tile(motion(rx90, 1).points[0], (41, 1)))
+    errors = {}
+    for kind in ("proportional", "gravity"):
+        loop = ClosedLoop(rx90, CONTROLLERS[kind], ripple(rx90, 0.0))
+        runs = [Task("", still), Task("", motion(rx90, 1, 2))]
+        (rest, _), (moving, wanted) = loop.run(runs)
+        assert np.abs(rest.motion.q - still.q[0]).max() < 1e-6
+        errors[kind] = np.abs(moving.motion.q - wanted).max()
+    assert errors["gravity"] > 3.0 * errors["proportional"]
+
+
 @pytest.mark.long
 def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop) -> None:
-    run = Run(motion(rx90, 1), friction(rx90))
+    run = Task("", motion(rx90, 1))
     ((coarse, _),) = loop.run([run])
     ((fine, _),) = ClosedLoop(rx90, ripple=ripple(rx90, 0.0), rate=500.0).run([run])
     count = len(coarse.motion.t)
@@ -136,7 +161,7 @@ def test_a_finer_step_changes_nothing_that_counts(rx90: Robot, loop: ClosedLoop)
 
 
 def test_without_a_compiler(rx90: Robot, loop: ClosedLoop, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = Run(motion(rx90, 3, 2), friction(rx90))
+    run = Task("", motion(rx90, 3, 2))
     ((compiled, _),) = loop.run([run])
     monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
     ((plain, _),) = ClosedLoop(rx90, ripple=ripple(rx90, 0.0)).run([run])
@@ -162,7 +187,7 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
-    ((data, wanted),) = ClosedLoop(robot).run([Run(reference, friction(robot))])
+    ((data, wanted),) = ClosedLoop(robot).run([Task("", reference)])
     expected = Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
     dry = smooth_dry_friction(robot, SMOOTHING)
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
@@ -173,7 +198,7 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
 def test_a_known_spring_takes_torque_off_the_motor(rx90: Robot, loop: ClosedLoop) -> None:
     spring = Spring(2, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
     sprung = replace(rx90, drives=replace(rx90.drives, spring=spring))
-    run = Run(motion(rx90, 3, 2), friction(rx90))
+    run = Task("", motion(rx90, 3, 2))
     ((bare, _),), ((helped, _),) = loop.run([run]), ClosedLoop(sprung, ripple=ripple(rx90, 0.0)).run([run])
     difference = bare.torque - helped.torque
     assert np.abs(difference[:, 1] - spring.torque(bare.motion.q[:, 1])).max() < 0.5
@@ -188,6 +213,10 @@ def test_what_cannot_be_simulated_is_told(rx90: Robot) -> None:
         ClosedLoop(massless)
     limp = ClosedLoop(rx90, Controller(0.1, 0.1, 0.0, feed_forward=0.0))
     with pytest.raises(InputError, match="controller loses joint"):
-        limp.run([Run(motion(rx90, 1), friction(rx90))])
+        limp.run([Task("", motion(rx90, 1))])
     with pytest.raises(ValueError, match="gains must be positive"):
         Controller(position=0.0)
+    with pytest.raises(ValueError, match="'motion' or 'gravity'"):
+        replace(Controller(), compensates="nothing")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="does not sag"):
+        Controller().sagging(rx90, paper_tables().payload, [motion(rx90, 1)], 1e-3)

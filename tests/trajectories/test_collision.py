@@ -7,8 +7,8 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.trajectories import Scene
 from dynident.trajectories.design import Capsule, HalfSpace
-from dynident.trajectories.design.collision import Clearance
-from dynident.trajectories.design.limits import Slopes, State
+from dynident.trajectories.design.collision import clearance
+from dynident.trajectories.design.limits import State
 from dynident.trajectories.motions import Samples
 
 ROBOT = load_robot("rx90")
@@ -54,7 +54,7 @@ def axis_points(body: Capsule, q: Array) -> Array:
 
 def test_distances_are_those_of_dense_points() -> None:
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (20, 6))
-    limit = Clearance(ROBOT, SCENE)
+    limit = clearance(ROBOT, SCENE)
     found = dict(zip(limit.labels, (0.1 * limit.values(state(q))).T, strict=True))
     bodies = {body.name: body for body in SCENE.bodies}
     for a, b in SCENE.pairs:
@@ -71,9 +71,9 @@ def test_distances_are_those_of_dense_points() -> None:
 
 def test_slopes_are_derivatives() -> None:
     draw, step = np.random.default_rng(1), 1e-6
-    q, limit = draw.uniform(-2.0, 2.0, (15, 6)), Clearance(ROBOT, SCENE)
+    q, limit = draw.uniform(-2.0, 2.0, (15, 6)), clearance(ROBOT, SCENE)
     seed, direction = draw.standard_normal((15, len(limit.labels))), draw.standard_normal(q.shape)
-    slopes = Slopes(Samples.zeros(state(q).samples), np.zeros((0, 15)))
+    slopes = State(Samples.zeros(state(q).samples), np.zeros((0, 15)))
     limit.pullback(state(q), seed, slopes)
     change = limit.values(state(q + step * direction)) - limit.values(state(q - step * direction))
     assert np.sum(slopes.samples.q * direction) == pytest.approx(np.sum(seed * change) / (2 * step), rel=1e-6)
@@ -86,8 +86,8 @@ def test_slopes_are_derivatives() -> None:
         (lambda: HalfSpace("h", (0.0, 0.0, 0.0)), "'h' needs a normal"),
         (lambda: Scene((Capsule("c", 1, 0.1), Capsule("c", 2, 0.1))), "same name"),
         (lambda: Scene((Capsule("c", 1, 0.1),), pairs=(("c", "d"),)), "no body or surface 'd'"),
-        (lambda: Clearance(ROBOT, Scene((Capsule("c", 9, 0.1),))), "does not have: it has 6"),
-        (lambda: Clearance(ROBOT, Scene((Capsule("c", 3, 0.1),))), "nothing in the scene can collide"),
+        (lambda: clearance(ROBOT, Scene((Capsule("c", 9, 0.1),))), "does not have: it has 6"),
+        (lambda: clearance(ROBOT, Scene((Capsule("c", 3, 0.1),))), "nothing in the scene can collide"),
     ],
 )
 def test_scenes_that_cannot_be(make: object, message: str) -> None:

@@ -8,8 +8,8 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Robot, load_robot, payload_regressor
+from dynident.model.inertia import PayloadSpread
 from dynident.model.kernel import Kernel
-from dynident.model.payload_spread import PayloadSpread
 from dynident.trajectories import (
     Design,
     DesignProblem,

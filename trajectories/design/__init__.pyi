@@ -1,8 +1,5 @@
 from .build import Loads as Loads
 from .build import build_design as build_design
-from .collision import Capsule as Capsule
-from .collision import HalfSpace as HalfSpace
-from .collision import Scene as Scene
 from .criterion import Kind as Kind
 from .floor import Floor as Floor
 from .floor import floor_under as floor_under
@@ -12,7 +9,10 @@ from .near_goal import NearGoal as NearGoal
 from .near_goal import check_mass_visible as check_mass_visible
 from .near_goal import second_pose as second_pose
 from .problem import DesignProblem as DesignProblem
-from .scene_file import read_scene as read_scene
+from .scene import Capsule as Capsule
+from .scene import HalfSpace as HalfSpace
+from .scene import Scene as Scene
+from .scene import read_scene as read_scene
 from .score import Score as Score
 from .score import load_torques as load_torques
 from .score import score_motion as score_motion

@@ -14,12 +14,13 @@ from ...model.regressors import payload_columns
 from ..motions.bounds import JointBounds
 from ..motions.samples import Family, Shape
 from ..motions.via_points import ViaPointShape
-from .collision import Clearance, Scene
+from .collision import clearance
 from .goal import Goal
 from .information import SPRING, RegressorKernel, regressor_kernel
-from .limits import DurationLimit, Limit, StateLimit, TorqueLimit
+from .limits import Limit, duration_limit, state_limit, torque_limit
 from .near_goal import NearGoal
 from .problem import DesignProblem
+from .scene import Scene
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,8 @@ def build_design(
     limits = (
         *_joint_limits(family, bounds),
         *(_torque_limits(robot, base, kernel, bounds, loads) if base is not None else ()),
-        *((DurationLimit(duration),) if duration is not None and family.free_duration else ()),
-        *((Clearance(robot, scene),) if scene is not None else ()),
+        *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
+        *((clearance(robot, scene),) if scene is not None else ()),
     )
     problem = DesignProblem(model, bounds, family, goal, kernel, limits)
     _check_start(problem, pose)
@@ -97,9 +98,9 @@ def _check_start(problem: DesignProblem, pose: Array | None) -> None:
 
 
 def _joint_limits(family: Family, bounds: JointBounds) -> Iterator[Limit]:
-    yield StateLimit("position", *family.reach)
-    yield StateLimit("speed", -bounds.speed, bounds.speed)
-    yield StateLimit("acceleration", -bounds.acceleration, bounds.acceleration)
+    yield state_limit("position", *family.reach)
+    yield state_limit("speed", -bounds.speed, bounds.speed)
+    yield state_limit("acceleration", -bounds.acceleration, bounds.acceleration)
 
 
 def _regressor_columns(robot: Robot, names: Sequence[str], base: BaseParameters | None) -> tuple[str, ...]:
@@ -121,7 +122,7 @@ def _torque_limits(
     for load, chi in cases.items():
         by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
         coefficients = np.array([by_name.get(name, 0.0) for name in kernel.columns])
-        yield TorqueLimit(kernel, coefficients, bounds.torque, load)
+        yield torque_limit(kernel, coefficients, bounds.torque, load)
 
 
 def _base_values(robot: Robot, base: BaseParameters, known: Mapping[str, float]) -> Array:

@@ -1,12 +1,10 @@
 """Keeping clear of floor, walls, obstacles and the robot itself.
 
-Bodies are capsules fixed to link frames (a sphere is a capsule whose ends are the same). Frame 0 stands in the
-world, so that a capsule fixed to it is an obstacle; floor and walls are half-spaces. Distances of capsules are
-continuous and have slopes everywhere but where two axes cross; slopes come from CasADi through the batch kernel.
+Distances of capsules are continuous and have slopes everywhere but where two axes cross; slopes come from CasADi
+through the batch kernel.
 """
 
 import functools
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -16,114 +14,30 @@ from ...common.errors import InputError
 from ...model import Robot
 from ...model.kernel import Kernel
 from ...model.kinematics import joint_transform
-from .limits import Slopes, State
+from .limits import Limit, State
+from .scene import Capsule, HalfSpace, Scene
 
 _TINY = 1e-12  # m^2: keeps slopes finite where two axes touch
+_UNIT = 0.1  # m
 
-Point = tuple[float, float, float]
 
+def clearance(robot: Robot, scene: Scene) -> Limit:
+    """Distances in the scene as a limit on the motion, a column per pair; values in units of 0.1 m.
 
-@dataclass(frozen=True)
-class Capsule:
-    """All points within ``radius`` of the line from ``start`` to ``end``, in the frame of a link.
-
-    Attributes:
-        name: for messages.
-        link: number of the link; 0 for the world.
-        radius: [m].
-        start, end: ends of the axis in the link's frame [m]; a sphere if they are the same.
+    Raises:
+        InputError: if the scene names a link that the robot does not have, or nothing could collide.
     """
+    *functions, labels = _functions(robot, scene)
+    distance, adjoint = map(Kernel, functions)
+    unit, low, high = (np.full(len(labels), value) for value in (_UNIT, scene.clearance / _UNIT, np.inf))
 
-    name: str
-    link: int
-    radius: float
-    start: Point = (0.0, 0.0, 0.0)
-    end: Point | None = None
+    def values(state: State) -> Array:
+        return np.asarray(distance(state.samples.q).T / unit)
 
-    def __post_init__(self) -> None:
-        """Refuse a body without size."""
-        if not 0.0 <= self.radius < np.inf or self.link < 0:
-            raise InputError(f"body {self.name!r}: link {self.link} and radius {self.radius:g} m are not possible")
+    def pullback(state: State, slope: Array, into: State) -> None:
+        into.samples.q[...] += adjoint(state.samples.q, slope / unit).T
 
-    @property
-    def sphere(self) -> bool:
-        """Whether both ends are the same."""
-        return self.end is None or self.end == self.start
-
-
-@dataclass(frozen=True)
-class HalfSpace:
-    """Floor or wall: bodies stay where ``normal`` · p >= ``offset``.
-
-    Attributes:
-        name: for messages.
-        normal: direction into the free space, in frame 0.
-        offset: of the surface along the unit normal [m].
-    """
-
-    name: str
-    normal: Point = (0.0, 0.0, 1.0)
-    offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse a normal without direction."""
-        if not 0.0 < np.linalg.norm(self.normal) < np.inf:
-            raise InputError(f"half-space {self.name!r} needs a normal of positive length")
-
-
-@dataclass(frozen=True)
-class Scene:
-    """Bodies, surfaces and the pairs that must stay apart.
-
-    Attributes:
-        bodies: on the links and in the world.
-        surfaces: floor and walls; every body of a link keeps clear of all, except ``may_touch``.
-        pairs: names of bodies that keep clear of each other.
-        may_touch: (body, surface) pairs that need not.
-        clearance: smallest distance [m].
-    """
-
-    bodies: tuple[Capsule, ...]
-    surfaces: tuple[HalfSpace, ...] = ()
-    pairs: tuple[tuple[str, str], ...] = ()
-    may_touch: tuple[tuple[str, str], ...] = ()
-    clearance: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse names that are not there or stand for two things."""
-        names = [body.name for body in self.bodies] + [surface.name for surface in self.surfaces]
-        if len(set(names)) != len(names):
-            raise InputError("two bodies or surfaces of the scene have the same name")
-        for name in {name for pair in (*self.pairs, *self.may_touch) for name in pair} - set(names):
-            raise InputError(f"the scene has no body or surface {name!r}: it has {', '.join(names)}")
-
-
-class Clearance:
-    """Distances in the scene as a limit on the motion, a column per pair; values in units of 0.1 m."""
-
-    def __init__(self, robot: Robot, scene: Scene) -> None:
-        """Generate and compile the code.
-
-        Raises:
-            InputError: if the scene names a link that the robot does not have, or nothing could collide.
-        """
-        distance, adjoint, labels = _functions(robot, scene)
-        self.name, self.labels = "clearance", labels
-        self.unit, self.middle = np.full(len(labels), 0.1), np.zeros(len(labels))
-        self.low, self.high = np.full(len(labels), scene.clearance / 0.1), np.full(len(labels), np.inf)
-        self._distance, self._adjoint = Kernel(distance), Kernel(adjoint)
-
-    def values(self, state: State) -> Array:
-        """Distances over 0.1 m."""
-        return np.asarray(self._distance(state.samples.q).T / self.unit)
-
-    def pullback(self, state: State, slope: Array, into: Slopes) -> None:
-        """Add the slopes to those in the positions."""
-        into.samples.q[...] += self._adjoint(state.samples.q, slope / self.unit).T
-
-    def label(self, column: int) -> str:
-        """The pair."""
-        return self.labels[column]
+    return Limit("clearance", "clearance", labels, low, high, np.zeros(len(labels)), unit, values, pullback)
 
 
 @functools.lru_cache(maxsize=16)

@@ -30,11 +30,8 @@ STARTS: dict[str, int] = {"d": 6, "a": 6, "cond": 3, "cond-scaled": 3}
 _SINGULAR = 1e-15  # of the largest eigenvalue: smaller ones are rounding
 
 
-class ValueSlope(NamedTuple):
-    """A criterion's value and M = dC/dG, c x c."""
-
-    value: float
-    M: Array
+ValueSlope = tuple[float, Array]
+"""A criterion's value and M = dC/dG, c x c."""
 
 
 class Criterion(NamedTuple):
@@ -69,17 +66,17 @@ class Criterion(NamedTuple):
             return _scaled_condition(G, order)
         scale = np.sqrt(np.diag(G))
         if not (scale > 0.0).all():
-            return ValueSlope(np.inf, np.zeros_like(G))
+            return np.inf, np.zeros_like(G)
         try:
             factor = cho_factor(G / np.outer(scale, scale), lower=True)
         except np.linalg.LinAlgError:
-            return ValueSlope(np.inf, np.zeros_like(G))
+            return np.inf, np.zeros_like(G)
         inverse = cho_solve(factor, np.eye(len(G))) / np.outer(scale, scale)
         if self.kind == "a":
             return self._trace(inverse)
         if self.interest is None:
             log_det = 2.0 * float(np.log(np.diag(factor[0]) * scale).sum())
-            return ValueSlope(-log_det / len(G), inverse / -len(G))
+            return -log_det / len(G), inverse / -len(G)
         return self._determinant(inverse, list(self.interest))
 
     @staticmethod
@@ -88,7 +85,7 @@ class Criterion(NamedTuple):
         scale = np.sqrt(np.diag(part))
         value = np.linalg.slogdet(part / np.outer(scale, scale))[1] + 2.0 * np.log(scale).sum()
         M = -covariance[:, own] @ np.linalg.solve(part, covariance[own]) / len(own)
-        return ValueSlope(float(value) / len(own), 0.5 * (M + M.T))
+        return float(value) / len(own), 0.5 * (M + M.T)
 
     def _trace(self, covariance: Array) -> ValueSlope:
         own = list(range(len(covariance))) if self.interest is None else list(self.interest)
@@ -97,7 +94,7 @@ class Criterion(NamedTuple):
         weight[own] = 1.0 / (len(own) * reference[own] ** 2)
         total = float(weight @ np.diag(covariance))
         M = -(covariance * weight) @ covariance / (2.0 * total)
-        return ValueSlope(0.5 * float(np.log(total)), M)
+        return 0.5 * float(np.log(total)), M
 
 
 def schatten_condition(G: Array, order: float) -> ValueSlope:
@@ -107,19 +104,19 @@ def schatten_condition(G: Array, order: float) -> ValueSlope:
     up, down = np.exp(order * (log - log[-1])), np.exp(order * (log[0] - log))
     level = (np.log(up.sum()) + np.log(down.sum())) / (2.0 * order) + 0.5 * (log[-1] - log[0])
     slope = 0.5 * (up / up.sum() - down / down.sum()) * np.exp(-log)
-    return ValueSlope(float(level), (V * slope) @ V.T)
+    return float(level), (V * slope) @ V.T
 
 
 def _scaled_condition(G: Array, order: float) -> ValueSlope:
     scale = np.sqrt(np.diag(G))
     if not (scale > 0.0).all():
-        return ValueSlope(np.inf, np.zeros_like(G))
+        return np.inf, np.zeros_like(G)
     D = np.outer(scale, scale)
     S = G / D
     value, M = schatten_condition(S, order)
     slope = M / D
     slope[np.diag_indices_from(slope)] -= np.einsum("ij,ij->i", M, S) / np.diag(G)
-    return ValueSlope(value, slope)
+    return value, slope
 
 
 def condition_numbers(W: Array) -> tuple[float, float]:

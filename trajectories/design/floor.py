@@ -14,7 +14,7 @@ from ...common.arrays import Array
 from ..motions.bounds import JointBounds
 from ..motions.samples import Clear, Plan, Samples, everywhere
 from .criterion import ORDERS
-from .limits import State, StateLimit
+from .limits import State
 from .problem import DesignProblem
 from .score import exact_value
 from .search import minimised
@@ -113,7 +113,7 @@ def floor_under(
     """
     count = states or 3 * len(problem.names)
     family = FreeStates(problem.bounds, count)
-    kept = tuple(x for x in problem.limits if not isinstance(x, StateLimit) and x.name != "duration")
+    kept = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
     free = replace(problem, family=family, limits=kept)
     x = family.random(np.random.default_rng(seed), problem.clear)
     limits = Multipliers(kept, free.state(x, WIDTH), _STIFFNESS, _MARGIN)

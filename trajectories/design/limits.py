@@ -6,7 +6,8 @@ one adjoint takes them on.
 """
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -16,123 +17,100 @@ from .information import RegressorKernel
 
 
 class State(NamedTuple):
-    """A motion's samples and the regressor's entries on them."""
+    """A motion's samples and the regressor's entries on them; or slopes of one number in both, to be added to."""
 
     samples: Samples
     entries: Array
 
 
-class Slopes(NamedTuple):
-    """Slopes of one number in the samples, and in the regressor's entries; both are added to."""
-
-    samples: Samples
-    seed: Array
+Penalty = Callable[[State, State], float]
+"""Terms that limits add to a criterion: their value in a state; their slopes are added to the second one."""
 
 
-Penalty = Callable[[State, Slopes], float]
-"""Terms that limits add to a criterion: their value; their slopes are added to ``Slopes``."""
-
-
-class Limit(Protocol):
+@dataclass(frozen=True, eq=False)
+class Limit:
     """One kind of limit.
 
     Attributes:
+        kind: what it takes to know it: one state by itself, torques, the whole motion, or where bodies are.
         name: what it limits ("speed").
+        labels: what each column belongs to ("joint 3").
         low, high: the interval of each column.
         middle, unit: the value in SI units is middle + y * unit, per column.
+        values: y of a motion, rows per sample (one row for the motion as a whole), a column for each label.
+        pullback: adds what a slope in the values of a state means for samples and entries.
     """
 
+    kind: Literal["state", "torque", "duration", "clearance"]
     name: str
+    labels: tuple[str, ...]
     low: Array
     high: Array
     middle: Array
     unit: Array
-
-    def values(self, state: State) -> Array:
-        """y, rows per sample (one row for the motion as a whole), a column per joint or pair of bodies."""
-
-    def pullback(self, state: State, slope: Array, into: Slopes) -> None:
-        """Add what a slope in the values means for samples and entries."""
-
-    def label(self, column: int) -> str:
-        """What a column belongs to ("joint 3")."""
+    values: Callable[[State], Array]
+    pullback: Callable[[State, Array, State], None]
 
 
-class StateLimit:
-    """Position, speed or acceleration of each joint."""
+def _joints(n: int) -> tuple[str, ...]:
+    return tuple(f"joint {j + 1}" for j in range(n))
 
-    def __init__(self, name: Literal["position", "speed", "acceleration"], low: Array, high: Array) -> None:
-        """``low`` and ``high`` in SI units, each (n,), or (k, n) for k equal parts of the samples."""
-        self.name: str = name
-        self._field = {"position": "q", "speed": "qd", "acceleration": "qdd"}[name]
-        low, high = np.atleast_2d(low, high)
-        self._middle, self._half = 0.5 * (low + high), 0.5 * (high - low)
-        # In messages the first part stands for all; each sample is judged by its own.
-        self.middle, self.unit = self._middle[0], self._half[0]
-        self.low, self.high = -np.ones(low.shape[1]), np.ones(low.shape[1])
 
-    def values(self, state: State) -> Array:
-        """Distance from the middle, 1 at the limit."""
-        x = getattr(state.samples, self._field)
-        return np.asarray((x - self._each(self._middle, len(x))) / self._each(self._half, len(x)))
+def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, high: Array) -> Limit:
+    """Position, speed or acceleration of each joint; 1 at the limit.
 
-    def pullback(self, state: State, slope: Array, into: Slopes) -> None:
-        """Add the slopes to those in the states."""
-        getattr(into.samples, self._field)[...] += slope / self._each(self._half, len(slope))
+    Args:
+        low, high: in SI units, each (n,), or (k, n) for k equal parts of the samples.
+    """
+    place = ("position", "speed", "acceleration").index(name) + 1
+    low, high = np.atleast_2d(low, high)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
-    def label(self, column: int) -> str:
-        """The joint."""
-        return f"joint {column + 1}"
-
-    @staticmethod
-    def _each(parts: Array, samples: int) -> Array:
-        """A row for each sample, or one for all."""
+    def each(parts: Array, samples: int) -> Array:
         return parts if len(parts) == 1 else np.repeat(parts, samples // len(parts), axis=0)
 
+    def values(state: State) -> Array:
+        x = state.samples[place]
+        return np.asarray((x - each(middle, len(x))) / each(half, len(x)))
 
-class TorqueLimit:
-    """Torque of each joint, tau = W chi, for one load."""
+    def pullback(_: State, slope: Array, into: State) -> None:
+        into.samples[place][...] += slope / each(half, len(slope))
 
-    def __init__(self, kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> None:
-        """``chi`` (c,) in the kernel's columns; ``torque`` (n,) [N·m or N], infinite where there is none."""
-        self.name = f"torque {load}".strip()
-        self._kernel, self._chi = kernel, chi
-        self.unit = np.where(np.isfinite(torque), torque, 1.0)
-        self.high = np.where(np.isfinite(torque), 1.0, np.inf)
-        self.low, self.middle = -self.high, np.zeros(len(torque))
-
-    def values(self, state: State) -> Array:
-        """Torque over its limit."""
-        return self._kernel.torque(state.entries, self._chi) / self.unit
-
-    def pullback(self, state: State, slope: Array, into: Slopes) -> None:
-        """Add the slopes to those in the entries of the regressor."""
-        self._kernel.torque_slope(slope / self.unit, self._chi, into.seed)
-
-    def label(self, column: int) -> str:
-        """The joint."""
-        return f"joint {column + 1}"
+    one = np.ones(low.shape[1])
+    # In messages the first part stands for all; each sample is judged by its own.
+    return Limit("state", name, _joints(len(one)), -one, one, middle[0], half[0], values, pullback)
 
 
-class DurationLimit:
-    """Time that the whole motion may take."""
+def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
+    """Torque of each joint over its limit, tau = W chi, for one load.
 
-    def __init__(self, duration: float) -> None:
-        """``duration`` [s]."""
-        self.name, self.unit, self.middle = "duration", np.array([duration]), np.zeros(1)
-        self.low, self.high = np.array([-np.inf]), np.array([1.0])
+    Args:
+        chi: in the kernel's columns, shape (c,).
+        torque: [N·m or N], shape (n,), infinite where there is none.
+        load: what the robot carries, in words.
+    """
+    unit, high = np.where(np.isfinite(torque), torque, 1.0), np.where(np.isfinite(torque), 1.0, np.inf)
 
-    def values(self, state: State) -> Array:
-        """Duration over its limit, 1 x 1."""
-        return np.asarray(state.samples.weight.sum() / self.unit)[None]
+    def pullback(_: State, slope: Array, into: State) -> None:
+        kernel.torque_slope(slope / unit, chi, into.entries)
 
-    def pullback(self, state: State, slope: Array, into: Slopes) -> None:
-        """Add the slope to those in the samples' weights."""
-        into.samples.weight[...] += slope[0, 0] / self.unit[0]
+    name, labels, middle = f"torque {load}".strip(), _joints(len(torque)), np.zeros(len(torque))
+    return Limit(
+        "torque", name, labels, -high, high, middle, unit, lambda x: kernel.torque(x.entries, chi) / unit, pullback
+    )
 
-    def label(self, column: int) -> str:
-        """The motion."""
-        return "motion"
+
+def duration_limit(duration: float) -> Limit:
+    """Time that the whole motion may take [s]."""
+    low, high, unit = np.array([-np.inf]), np.array([1.0]), np.array([duration])
+
+    def values(state: State) -> Array:
+        return np.asarray(state.samples.weight.sum() / unit)[None]
+
+    def pullback(_: State, slope: Array, into: State) -> None:
+        into.samples.weight[...] += slope[0, 0] / unit[0]
+
+    return Limit("duration", "duration", ("motion",), low, high, np.zeros(1), unit, values, pullback)
 
 
 class LimitCheck(NamedTuple):
@@ -176,12 +154,5 @@ def check(limit: Limit, state: State) -> LimitCheck:
     nearest = high if value - high >= low - value else low
     room = -float(over[row, column])
     missed = max(-room, 0.0)
-    return LimitCheck(
-        limit.name,
-        limit.label(int(column)),
-        middle + value * unit,
-        middle + nearest * unit,
-        missed * unit,
-        missed,
-        room,
-    )
+    shown = middle + value * unit, middle + nearest * unit
+    return LimitCheck(limit.name, limit.labels[int(column)], *shown, missed * unit, missed, room)

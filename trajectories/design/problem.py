@@ -12,11 +12,10 @@ from ...model import Robot
 from ...model.base import base_parameters_of
 from ..motions.bounds import JointBounds
 from ..motions.samples import Family, Samples
-from .collision import Clearance
 from .criterion import Criterion
 from .goal import Goal
 from .information import RegressorKernel
-from .limits import Limit, LimitCheck, Penalty, Slopes, State, TorqueLimit, check
+from .limits import Limit, LimitCheck, Penalty, State, check
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ class DesignProblem:
     @property
     def torque_limited(self) -> bool:
         """Whether a motion has to keep torque limits."""
-        return any(isinstance(limit, TorqueLimit) for limit in self.limits)
+        return any(limit.kind == "torque" for limit in self.limits)
 
     def state(self, x: Array, width: float, finer: int = 1) -> State:
         """Samples and regressor; ``width`` 0 for the exact sign."""
@@ -85,7 +84,7 @@ class DesignProblem:
         """How near poses (N, n) come to what is in the scene."""
         still = np.zeros_like(poses)
         state = State(Samples(np.ones(len(poses)), poses, still, still), np.zeros((0, len(poses))))
-        return [check(limit, state) for limit in self.limits if isinstance(limit, Clearance)]
+        return [check(limit, state) for limit in self.limits if limit.kind == "clearance"]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.
@@ -125,7 +124,7 @@ class DesignProblem:
         M[own] = part
         seed, by_weight = self.kernel.gram_slope(state.entries, weights, M)
         by_time = np.einsum("jk,jk->k", by_weight, weights) / samples.weight
-        slopes = Slopes(Samples.zeros(samples), seed)
+        slopes = State(Samples.zeros(samples), seed)
         slopes.samples.weight[...] = by_time - (by_time @ samples.weight) / samples.weight.sum()
         if limits is not None:
             value += limits(state, slopes)
@@ -134,13 +133,13 @@ class DesignProblem:
     def trespass(self, x: Array, width: float, limits: Penalty) -> tuple[float, Array]:
         """Terms of the limits alone, with their gradient: zero where all are met."""
         state = self.state(x, width)
-        slopes = Slopes(Samples.zeros(state.samples), np.zeros_like(state.entries))
+        slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
         value = limits(state, slopes)
         return value, self._pulled_back(x, width, state, slopes)
 
-    def _pulled_back(self, x: Array, width: float, state: State, slopes: Slopes) -> Array:
+    def _pulled_back(self, x: Array, width: float, state: State, slopes: State) -> Array:
         """Gradient in x: one adjoint of the regressor, then the family's."""
-        states = self.kernel.state_slope(state.samples, width, slopes.seed)
+        states = self.kernel.state_slope(state.samples, width, slopes.entries)
         for into, slope in zip(slopes.samples[1:], states, strict=True):
             into += slope
         return self.family.pullback(x, slopes.samples)

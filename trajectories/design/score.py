@@ -12,7 +12,7 @@ from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
-from .limits import LimitCheck, State, TorqueLimit, check
+from .limits import LimitCheck, State, check
 from .problem import DesignProblem
 
 FINER = 10
@@ -96,7 +96,7 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     They are those of the torque limits; without any, those of the parameters in the robot's description; nothing
     if it holds none.
     """
-    limits = [limit for limit in problem.limits if isinstance(limit, TorqueLimit)]
+    limits = [limit for limit in problem.limits if limit.kind == "torque"]
     if limits:
         samples = _samples(motion)
         state = State(samples, problem.kernel.entries(samples, 0.0))
@@ -133,7 +133,7 @@ def exact_value(problem: DesignProblem, state: State) -> float:
     kind = problem.criterion.kind
     if kind in ("cond", "cond-scaled"):
         return float(np.log(condition_numbers(_rows(problem, state, weights, True))[kind == "cond-scaled"]))
-    return problem.criterion(problem.information(state.entries, weights)).value
+    return problem.criterion(problem.information(state.entries, weights))[0]
 
 
 def _learnt(problem: DesignProblem, state: State) -> Learnt:

@@ -11,7 +11,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ...common.arrays import Array
 from ..motions.samples import Samples
-from .limits import Limit, Slopes, State, excess
+from .limits import Limit, State, excess
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE, Score, score_samples
 
@@ -42,7 +42,7 @@ class Multipliers:
         self._values = [np.zeros(shape) for shape in shapes]
         self._last = 0.0
 
-    def __call__(self, state: State, into: Slopes) -> float:
+    def __call__(self, state: State, into: State) -> float:
         """Value of the terms; their slopes are added to ``into``."""
         total = 0.0
         for limit, old, new in zip(self.limits, self._values, self._next(state), strict=True):

@@ -66,15 +66,21 @@ class PointToPoint(Plan):
     @property
     def duration(self) -> float:
         """From rest to rest [s]."""
-        return float(self._pieces.knots[-1])
+        return float(self._pieces[0][-1])
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Position, speed and acceleration at times [s], each (N, n); at rest before 0 and after ``duration``."""
-        return self._pieces.at(t)
+        knots, *pieces = self._pieces
+        t = np.clip(t, 0.0, knots[-1])
+        k = np.searchsorted(knots, t, side="right") - 1
+        h = (t - knots[k])[:, None]
+        q, qd, qdd, jerk = (piece[k] for piece in pieces)
+        q = q + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
+        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
 
     @cached_property
-    def _pieces(self) -> "_Pieces":
-        """The sum of all ramps as one piecewise cubic."""
+    def _pieces(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Knots of the sum of all ramps, a piecewise cubic; q, qd, qdd and jerk at the beginning of each piece."""
         speed = np.diff(self.points, axis=0) / self.durations[:, None]
         rising, falling = self._up_and_down
         lengths = np.concatenate([rising, falling])
@@ -92,26 +98,7 @@ class PointToPoint(Plan):
         q = self.points[0] + (shapes[0] * lengths) @ change
         qd, qdd = shapes[1] @ change, (shapes[2] / lengths) @ change
         steps = np.diff(knots)[:, None]
-        return _Pieces(knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])]))
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    """A piecewise cubic by its values at the knots; the third derivative is constant in between."""
-
-    knots: Array
-    q: Array
-    qd: Array
-    qdd: Array
-    jerk: Array
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        t = np.clip(t, 0.0, self.knots[-1])
-        k = np.searchsorted(self.knots, t, side="right") - 1
-        h = (t - self.knots[k])[:, None]
-        jerk, qdd, qd = self.jerk[k], self.qdd[k], self.qd[k]
-        q = self.q[k] + h * (qd + h * (0.5 * qdd + h * jerk / 6.0))
-        return q, qd + h * (qdd + 0.5 * h * jerk), qdd + h * jerk
+        return knots, q, qd, qdd, np.vstack([np.diff(qdd, axis=0) / steps, np.zeros_like(q[:1])])
 
 
 def _ramp(x: Array, s: float) -> tuple[Array, Array, Array]:
@@ -146,9 +133,7 @@ def plan_point_to_point(
     Raises:
         ValueError: if no limit bounds a move, or two neighbouring points are the same.
     """
-    step = np.diff(np.asarray(points, dtype=float), axis=0)
-    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
-    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
+    step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
     durations = (np.abs(step) / top).max(axis=1)
     if not ((durations > 0.0).all() and np.isfinite(strong).any()):
         raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
@@ -174,24 +159,26 @@ def plan_stops(
 ) -> PointToPoint:
     """The quickest such motion that stops at every point, each move by its own speed and acceleration.
 
-    Args:
-        robot: its joints' limits; a joint without limits sets no bound.
-        points: positions [rad or m], shape (K, n).
-        speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
-        acceleration: fraction of the acceleration limits to use; likewise.
-        smoothing: as in ``PointToPoint``.
+    Arguments as of ``plan_point_to_point``, but the acceleration may be one for each move, shape (K - 1, 1).
 
     Raises:
         ValueError: if no limit bounds a move, or two neighbouring points are the same.
     """
-    step = np.abs(np.diff(np.asarray(points, dtype=float), axis=0))
-    top = np.array([joint.limits.speed for joint in robot.joints]) * speed
-    strong = np.array([joint.limits.acceleration for joint in robot.joints]) * acceleration * (1.0 - smoothing)
-    by_speed = (step / top).max(axis=1)
-    by_acceleration = (step / strong).max(axis=1)
+    step, top, strong = _step_and_limits(robot, points, speed, acceleration, smoothing)
+    by_speed, by_acceleration = ((np.abs(step) / most).max(axis=1) for most in (top, strong))
     # A move of duration D and ramps R turns by step, with speed step / D <= top and step / (D R) <= strong; R <= D.
     durations = np.maximum(by_speed, np.sqrt(by_acceleration))
     if not ((by_speed > 0.0).all() and (by_acceleration > 0.0).all()):
         raise ValueError("no speed or acceleration limit bounds a move, or two points are the same")
     ramps = by_acceleration / durations
     return PointToPoint(points, durations, np.column_stack([ramps, ramps]), 0.0, smoothing)
+
+
+def _step_and_limits(
+    robot: Robot, points: Array, speed: float | Array, acceleration: float | Array, smoothing: float
+) -> tuple[Array, Array, Array]:
+    """Steps between the points, and the largest speeds and mean accelerations of ramps that may be used."""
+    limits = [joint.limits for joint in robot.joints]
+    top = np.array([limit.speed for limit in limits]) * speed
+    strong = np.array([limit.acceleration for limit in limits]) * acceleration * (1.0 - smoothing)
+    return np.diff(np.asarray(points, dtype=float), axis=0), top, strong

@@ -5,7 +5,6 @@ multiplies p0, T v0, T^2 a0, T^2 a1, T v1 and p1.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,19 +25,10 @@ _HERMITE = np.array(
 )
 
 
-class Basis(NamedTuple):
-    """What multiplies the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
-
-    q: Array
-    qd: Array
-    qdd: Array
-
-
-class Grid(NamedTuple):
-    """Samples of a segment: the share of its time that each stands for, shape (N,), and the basis there."""
-
-    share: Array
-    basis: Basis
+Basis = tuple[Array, Array, Array]
+"""What multiplies the ends' states: in q, in T qd and in T^2 qdd, each (N, 6)."""
+Grid = tuple[Array, Basis]
+"""Samples of a segment: the share of its time that each stands for, shape (N,), and the basis there."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +46,11 @@ class Quintic:
         k = np.arange(1, 6)
         first = np.hstack([np.zeros((len(s), 1)), k * powers[:, :5]])
         second = np.hstack([np.zeros((len(s), 2)), k[1:] * k[:4] * powers[:, :4]])
-        return Basis(powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T)
+        return powers @ _HERMITE.T, first @ _HERMITE.T, second @ _HERMITE.T
 
     def grid(self, parts: int) -> Grid:
         """Even parts."""
-        return Grid(even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1)))
+        return even(parts), self.basis(np.linspace(0.0, 1.0, parts + 1))
 
 
 QUINTIC = Quintic()
@@ -113,7 +103,7 @@ class Trapezoid:
                 s.append(np.linspace(begin, end, count + 1))
                 phase.append(np.full(count + 1, k))
                 share.append(even(count) * (end - begin))
-        return Grid(np.concatenate(share), self._in_phase(np.concatenate(s), np.concatenate(phase)))
+        return np.concatenate(share), self._in_phase(np.concatenate(s), np.concatenate(phase))
 
     @property
     def _corners(self) -> Array:
@@ -128,7 +118,7 @@ class Trapezoid:
         curve = np.select([up, down], [a, -a], 0.0)
         between = np.array([-1.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         still = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-        return Basis(still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between)
+        return still + f[:, None] * between, slope[:, None] * between, curve[:, None] * between
 
 
 Segment = Quintic | Trapezoid

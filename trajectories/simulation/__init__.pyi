@@ -1,5 +1,6 @@
 from .closed_loop import ClosedLoop as ClosedLoop
-from .closed_loop import Run as Run
+from .closed_loop import Task as Task
+from .controller import CONTROLLERS as CONTROLLERS
 from .controller import Controller as Controller
 from .disturbances import RX90_DISTURBANCES as RX90_DISTURBANCES
 from .disturbances import RX90_SLOW_NOISE as RX90_SLOW_NOISE
@@ -8,7 +9,6 @@ from .disturbances import no_disturbances as no_disturbances
 from .disturbances import relative_disturbances as relative_disturbances
 from .experiment import RATE as RATE
 from .experiment import Experiment as Experiment
-from .experiment import Task as Task
 from .experiment import mean_friction as mean_friction
 from .experiment import run_experiment as run_experiment
 from .integrator import Ripple as Ripple

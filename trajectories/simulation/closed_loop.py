@@ -1,7 +1,7 @@
 """A robot under its controller: forward dynamics in closed loop, many runs side by side in one batch."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +23,21 @@ _CHUNK = 50  # samples whose references are computed at once
 _LOST = 0.5  # rad or m from the reference: the controller has lost the robot
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """One run of a reference.
+class Task(NamedTuple):
+    """A run to be simulated.
 
     Attributes:
+        name: of the recording.
         reference: what the robot is told to do.
-        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
-            ``dry_friction_names``; the last row holds on.
         payload: fixed to the last link, in the robot's payload frame.
+        friction: dry friction at each sample [N·m or N], at least (samples, names) with the columns of
+            ``dry_friction_names``; the last row holds on. None for the robot's own at all times.
     """
 
+    name: str
     reference: Plan
-    friction: Array
     payload: InertialParameters | None = None
+    friction: Array | None = None
 
 
 class ClosedLoop:
@@ -75,29 +76,31 @@ class ClosedLoop:
         self._bare = self._parameters(None)
 
     def run(
-        self, runs: Sequence[Run], progress: Callable[[float], None] | None = None
+        self, tasks: Sequence[Task], progress: Callable[[float], None] | None = None
     ) -> list[tuple[Measurement, Array]]:
-        """Simulate all runs in lockstep; each comes out as if it were alone.
+        """Simulate all tasks in lockstep; each comes out as if it were alone.
 
         Returns:
-            For each run the exact motion with the motor torques, and the reference positions (N, n).
+            For each task the exact motion with the motor torques, and the reference positions (N, n).
 
         Raises:
             InputError: if the controller loses the robot.
         """
-        counts = np.array([int(run.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for run in runs])
-        batch = _Batch(runs, counts, self.robot.n, [self._parameters(run.payload) for run in runs])
+        counts = np.array([int(task.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for task in tasks])
+        own = np.array([[self.robot.parameters[name] for name in self._dry]])
+        tasks = [task if task.friction is not None else task._replace(friction=own) for task in tasks]
+        batch = _Batch(tasks, counts, self.robot.n, [self._parameters(task.payload) for task in tasks])
         first = -round(_SETTLE * self.rate)
         for start in range(first, int(counts.max()), _CHUNK):
             self._advance(batch, start, min(start + _CHUNK, int(counts.max())))
             if progress:
                 progress((start - first) / (counts.max() - first))
-        return [batch.result(k, self.rate, self._rotors) for k in range(len(runs))]
+        return [batch.result(k, self.rate, self._rotors) for k in range(len(tasks))]
 
     def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
         """Integrate the runs that have not ended over some samples."""
         n, active = self.robot.n, np.flatnonzero(batch.counts > start).tolist()
-        wanted = self._wanted([batch.runs[k].reference for k in active], start, stop)
+        wanted = self._wanted([batch.tasks[k].reference for k in active], start, stop)
         x, chi = batch.state[active], batch.chi[active]
         for sample in range(start, stop):
             level = batch.friction(active, sample)
@@ -126,8 +129,9 @@ class ClosedLoop:
         for reference in references:
             if id(reference) not in known:
                 q, qd, qdd = reference.at(t)
-                torque = self._controller.feed_forward * self._feed_forward(q, qd, qdd, self._bare).T
-                known[id(reference)] = np.hstack([q, qd, torque])
+                moving = float(self._controller.compensates == "motion")
+                torque = self._feed_forward(q, moving * qd, moving * qdd, self._bare).T
+                known[id(reference)] = np.hstack([q, qd, self._controller.feed_forward * torque])
         return np.stack([known[id(reference)] for reference in references], axis=1)
 
     def _parameters(self, payload: InertialParameters | None) -> Array:
@@ -140,15 +144,15 @@ class ClosedLoop:
 class _Batch:
     """States and logs of the runs; rows of ``log``: q, qd, torque, qdd, reference."""
 
-    def __init__(self, runs: Sequence[Run], counts: NDArray[np.int_], n: int, chi: Sequence[Array]) -> None:
-        self.runs, self.counts, self.chi = runs, counts, np.array(chi)
-        self.state = np.zeros((len(runs), 3 * n))
-        for state, run in zip(self.state, runs, strict=True):
-            state[:n] = run.reference.at(np.zeros(1))[0][0]
-        self.log = np.zeros((int(counts.max()), len(runs), 5 * n))
+    def __init__(self, tasks: Sequence[Task], counts: NDArray[np.int_], n: int, chi: Sequence[Array]) -> None:
+        self.tasks, self.counts, self.chi = tasks, counts, np.array(chi)
+        self.state = np.zeros((len(tasks), 3 * n))
+        for state, task in zip(self.state, tasks, strict=True):
+            state[:n] = task.reference.at(np.zeros(1))[0][0]
+        self.log = np.zeros((int(counts.max()), len(tasks), 5 * n))
 
     def friction(self, active: Sequence[int], sample: int) -> Array:
-        rows = [self.runs[k].friction for k in active]
+        rows = [np.asarray(self.tasks[k].friction) for k in active]
         return np.array([levels[min(max(sample, 0), len(levels) - 1)] for levels in rows])
 
     def result(self, k: int, rate: float, rotors: Array) -> tuple[Measurement, Array]:

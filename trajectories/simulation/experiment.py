@@ -2,30 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import InertialParameters, Recording, Robot
+from ...model import Recording, Robot
 from ...model.dynamics import dry_friction_names
 from ...model.motion import Measurement
-from ..motions.samples import Plan
-from .closed_loop import ClosedLoop, Run
+from .closed_loop import ClosedLoop, Task
 from .controller import Controller
 from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
 from .integrator import Ripple
 
 RATE = 250.0
 """Hz, at which the paper's controller records."""
-
-
-class Task(NamedTuple):
-    """A trajectory to run, its name, and what the robot carries."""
-
-    name: str
-    reference: Plan
-    payload: InertialParameters | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +82,7 @@ def run_experiment(
     rate: float = RATE,
     progress: Callable[[float], None] | None = None,
 ) -> Experiment:
-    """Run trajectories under the controller and record them.
+    """Run tasks under the controller and record them, dry friction drawn by the disturbances.
 
     Args:
         disturbances: what the robot and its recordings suffer from.
@@ -106,16 +96,13 @@ def run_experiment(
     errors = draw_robot_errors(disturbances, seed)
     ripple = Ripple(np.array(disturbances.ripple), disturbances.waves, errors.phases)
     loop = ClosedLoop(robot, controller, ripple, rate)
-    runs = []
-    for k, task in enumerate(tasks):
-        count = int(task.reference.duration * rate) + 2
-        friction = draw_friction(robot, disturbances, count, rate, [seed, k])
-        runs.append(Run(task.reference, friction, task.payload))
-    results = loop.run(runs, progress)
+    counts = [int(task.reference.duration * rate) + 2 for task in tasks]
+    frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
+    rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     finished = []
-    for k, (task, run, (exact, reference)) in enumerate(zip(tasks, runs, results, strict=True)):
+    for k, (task, (exact, reference)) in enumerate(zip(tasks, loop.run(rubbing, progress), strict=True)):
         recording = _recorded(task, exact, disturbances, errors, [seed, k])
-        mean = run.friction[: len(exact.motion.t)].mean(axis=0)
+        mean = frictions[k][: len(exact.motion.t)].mean(axis=0)
         levels = dict(zip(dry_friction_names(robot), mean.tolist(), strict=True))
         distance = np.abs(exact.motion.q - reference).max(axis=0)
         finished.append(SimulatedRun(task, recording, exact, levels, distance))

@@ -20,7 +20,7 @@ from dynident.estimation.possible.payload import Tested
 from dynident.estimation.possible.result import Weighing
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import InertialParameters, Recording, load_robot
-from dynident.model.payload_spread import PayloadSpread
+from dynident.model.inertia import PayloadSpread
 
 ROBOT = load_robot("rx90")
 SOURCE = Source((), (), ROBOT.processing)

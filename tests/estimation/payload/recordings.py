@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from dynident.estimation import WeighAnswer, answer_weighing
-from dynident.estimation.payload import difference_weighing
+from dynident.estimation import PayloadAnswer, PayloadProblem, answer_payload
+from dynident.estimation.payload import ShortMotion, difference_weighing
 from dynident.model import InertialParameters, Recording, Robot
 from dynident.trajectories import RX90_NOISE, NearMotion
 
@@ -35,8 +35,14 @@ class Pair(NamedTuple):
 Record = Callable[..., Pair]
 
 
-def weighed(robot: Robot, pair: Pair, **options: Any) -> WeighAnswer:
-    return answer_weighing(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
+def weighed(robot: Robot, pair: Pair, **options: Any) -> PayloadAnswer:
+    return answer_payload(difference_weighing(robot, [pair.loaded], [pair.bare]), **options)
+
+
+def short(problem: PayloadProblem) -> ShortMotion:
+    """What a weighing's problem holds beside its equations."""
+    assert problem.short is not None
+    return problem.short
 
 
 def cut(recording: Recording, begin: float, end: float) -> Recording:

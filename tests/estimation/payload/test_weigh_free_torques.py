@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.payload import OFFSET_SHARE, WeighProblem, difference_weighing, solve_weighing
+from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.payload.constant_torques import free_offsets
-from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, weighed
+from dynident.estimation.payload.weighing import weighing_problem
+from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 
 
@@ -18,8 +20,8 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
     changed = pair.loaded.torque + np.array([0, 9, 5, 0, 3, 1]) + np.array([0, 6, 3, 0, 2, 1]) * np.sign(qd)
     other = Pair(pair.bare, replace(pair.loaded, torque=changed))
     first, second = (weighed(simulator.robot, one) for one in (pair, other))
-    assert first.problem.held.joints == (1, 2)  # counted from 0
-    assert second.problem.held.joints == ()  # told by the recordings themselves
+    assert first.short.held.joints == (1, 2)  # counted from 0
+    assert second.short.held.joints == ()  # told by the recordings themselves
     assert second.mass == pytest.approx(first.mass, abs=2.0 * first.spread.mass)
     assert np.abs(second.com - first.com).max() < 2.0 * first.spread.com.max()
     assert second.mass == pytest.approx(LOAD.mass, abs=4.0 * second.spread.mass)
@@ -27,21 +29,22 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
 
 
 def test_a_constant_torque_within_the_allowance_is_in_the_interval(
-    record: Record, simulator: Simulator, arm: WeighProblem
+    record: Record, simulator: Simulator, arm: PayloadProblem
 ) -> None:
     """What the allowance adds is what the mass changes by when constant torques differ by as much."""
-    held, found = arm.held, solve_weighing(arm)
+    motion, found = short(arm), identify_payload(arm, 3)
+    held = motion.held
     assert held.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
     pair = record((2, 3, 5, 6))
     moved = np.zeros(10)
     for j in held.joints:
         torque = pair.loaded.torque + np.eye(6)[j] * held.sigma[j]
-        other = solve_weighing(
-            difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
-        )
+        moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
+        other = identify_payload(moved_pair, 3)
         moved += (other.ten - found.ten) ** 2
-    free = replace(arm, runs=tuple(replace(run, held=free_offsets(6)) for run in arm.runs))
-    assert solve_weighing(free).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
+    setting = motion.joints, free_offsets(6), motion.torque_rms, arm.rate
+    free = weighing_problem(arm.robot, arm.base, motion.runs, *setting)
+    assert identify_payload(free, 3).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
     assert found.estimate.robust is not None
     assert moved[9] > 0.0
     assert found.estimate.robust.covariance[9, 9] > 0.9 * moved[9]

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, answer_weighing
-from dynident.estimation.payload import WeighProblem
+from dynident.estimation import Gains, PayloadProblem, answer_payload
 from dynident.model import InertialParameters
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator
@@ -54,10 +53,10 @@ def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
     assert (places >= 16).all()
 
 
-def test_gain_errors_widen(record: Record, simulator: Simulator, arm: WeighProblem) -> None:
-    plain, unsure = answer_weighing(arm), answer_weighing(arm, gains=GainErrors((0.0,), 0.02))
+def test_gain_errors_widen(record: Record, simulator: Simulator, arm: PayloadProblem) -> None:
+    plain, unsure = answer_payload(arm), answer_payload(arm, gains=Gains((0.0,), 0.02))
     wider = unsure.model.sigma[9] ** 2 - plain.model.sigma[9] ** 2
-    assert np.sqrt(wider) == pytest.approx(0.02 * plain.found.ten[9], rel=1e-6)  # common: scales the mass
+    assert np.sqrt(wider) == pytest.approx(0.02 * plain.free.ten[9], rel=1e-6)  # common: scales the mass
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, answer_weighing, identify
+from dynident.estimation import Gains, answer_payload, identify
 from dynident.estimation.payload import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
@@ -13,7 +13,7 @@ from dynident.trajectories import Simulator, random_via_points
 
 def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> None:
     pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]
-    answer = answer_weighing(
+    answer = answer_payload(
         difference_weighing(simulator.robot, [p.loaded for p in pairs], [p.bare for p in pairs])
     )
     repeats = answer.repeats
@@ -22,7 +22,7 @@ def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> No
     assert repeats.spread == pytest.approx(np.std(repeats.masses, ddof=1))
     assert not repeats.drifts
     assert answer.spread.mass / repeats.excess < min(repeats.sigmas)
-    one = answer_weighing(difference_weighing(simulator.robot, [p.loaded for p in pairs], [pairs[0].bare]))
+    one = answer_payload(difference_weighing(simulator.robot, [p.loaded for p in pairs], [pairs[0].bare]))
     assert one.mass == pytest.approx(LOAD.mass, abs=0.3)
 
 
@@ -30,7 +30,7 @@ def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> Non
     """Torques that grow by 3 % from one recording to the next."""
     pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]
     loaded = [replace(p.loaded, torque=(1.0 + 0.03 * k) * p.loaded.torque) for k, p in enumerate(pairs)]
-    answer = answer_weighing(difference_weighing(simulator.robot, loaded, [p.bare for p in pairs]))
+    answer = answer_payload(difference_weighing(simulator.robot, loaded, [p.bare for p in pairs]))
     assert answer.repeats is not None
     assert answer.repeats.drifts
     assert answer.repeats.drift is not None
@@ -45,12 +45,12 @@ def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simu
     known = identify(robot, [simulator.record(motion, None, NOISE, 1)]).estimate
     pair = record((2, 3, 5, 6))
     problem = known_robot_weighing(robot, [pair.loaded], known)
-    answer = answer_weighing(
-        problem, gains=GainErrors((0.01,)), others=[difference_weighing(robot, [pair.loaded], [pair.bare])]
+    answer = answer_payload(
+        problem, gains=Gains((0.01,)), others=[difference_weighing(robot, [pair.loaded], [pair.bare])]
     )
     assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
-    certain = answer_weighing(replace(problem, known=replace(known, covariance=0.0 * known.covariance)))
-    assert answer.found.estimate.sigma[9] > certain.found.estimate.sigma[9]
+    certain = answer_payload(replace(problem, known=replace(known, covariance=0.0 * known.covariance)))
+    assert answer.free.estimate.sigma[9] > certain.free.estimate.sigma[9]
     assert [way.name for way in answer.agreement] == ["torque difference (method 3)"]
     with pytest.raises(InputError, match="another model"):
         known_robot_weighing(robot.with_offsets(True), [pair.loaded], known)

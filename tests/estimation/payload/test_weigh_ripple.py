@@ -8,7 +8,7 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.payload import RIPPLE_CHANCE, difference_weighing, ripple
 from dynident.report.sections.weighing import detail_notes
-from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, weighed
+from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 
 
@@ -29,7 +29,7 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
     pair = record((2, 3, 5, 6))
     size = sizes(pair)
     plain, rippled = weighed(simulator.robot, pair), weighed(simulator.robot, shaken(pair))
-    found = rippled.problem.runs[0].ripple
+    found = rippled.short.runs[0].ripple
     assert {one.joint for one in found} >= {2, 3}
     clear = [one for one in found if one.joint in (2, 3)]
     assert all(one.waves == pytest.approx(36.0, abs=1.5) for one in clear)
@@ -40,7 +40,7 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
 
 
 def test_white_noise_has_no_ripple(record: Record, simulator: Simulator) -> None:
-    waves = [len(weighed(simulator.robot, record((2, 3, 5, 6), seed)).problem.runs[0].ripple) for seed in range(4)]
+    waves = [len(weighed(simulator.robot, record((2, 3, 5, 6), seed)).short.runs[0].ripple) for seed in range(4)]
     assert sum(waves) <= 2  # of 16 joints, each with one chance in twenty
 
 
@@ -50,7 +50,7 @@ def test_in_how_many_parts_it_is_looked_for_does_not_matter(
     pair, found = shaken(record((2, 3, 5, 6))), []
     for at_once in (10**9, 60_000, 1):  # all, a few, one
         monkeypatch.setattr(ripple, "_AT_ONCE", at_once)
-        found.append(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]).runs[0].ripple)
+        found.append(short(difference_weighing(simulator.robot, [pair.loaded], [pair.bare])).runs[0].ripple)
     assert len(found[0]) >= 2
     for other in found[1:]:
         assert [one[:2] for one in other] == [one[:2] for one in found[0]]

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation.payload import WeighProblem, difference_weighing, solve_weighing
-from dynident.estimation.payload.moving import telling_rows
+from dynident.estimation import PayloadProblem, identify_payload
+from dynident.estimation.payload import difference_weighing
+from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.filtering import measurement
-from dynident.tests.estimation.payload.recordings import LOAD, Record, cut
+from dynident.tests.estimation.payload.recordings import LOAD, Record, cut, short
 from dynident.trajectories import Simulator
 
 
-def test_held_joints_are_dropped(arm: WeighProblem) -> None:
-    assert arm.joints == (2, 3, 5, 6)
-    assert [rows > 0 for rows in arm.problem.rows] == [False, True, True, False, True, True]
+def test_held_joints_are_dropped(arm: PayloadProblem) -> None:
+    assert short(arm).joints == (2, 3, 5, 6)
+    assert [rows > 0 for rows in arm.loaded.rows] == [False, True, True, False, True, True]
 
 
 def test_joints_asked_for_must_move(record: Record, simulator: Simulator) -> None:
@@ -20,7 +21,7 @@ def test_joints_asked_for_must_move(record: Record, simulator: Simulator) -> Non
     with pytest.raises(InputError, match="joint 6 of rx90 does not move"):
         difference_weighing(simulator.robot, [pair.loaded], [pair.bare], joints=(2, 6))
     some = difference_weighing(simulator.robot, [pair.loaded], [pair.bare], joints=(2, 5))
-    assert some.joints == (2, 5)
+    assert short(some).joints == (2, 5)
 
 
 def test_recordings_that_do_not_form_pairs(record: Record, simulator: Simulator) -> None:
@@ -31,7 +32,7 @@ def test_recordings_that_do_not_form_pairs(record: Record, simulator: Simulator)
 
 def test_without_noise_the_payload_is_exact(record: Record, simulator: Simulator) -> None:
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
-    found = solve_weighing(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]))
+    found = identify_payload(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
     assert found.ten == pytest.approx(LOAD.vector, abs=2e-3)
 
 
@@ -42,7 +43,7 @@ def test_ends_cut_in_full_motion_cost_little(
     """The filter errs there, alike in both recordings of a pair: the payload is off by up to 3e-3."""
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
     problem = difference_weighing(simulator.robot, [cut(pair.loaded, begin, end)], [cut(pair.bare, begin, end)])
-    assert solve_weighing(problem).ten == pytest.approx(LOAD.vector, abs=5e-3)
+    assert identify_payload(problem, 3).ten == pytest.approx(LOAD.vector, abs=5e-3)
 
 
 def test_ends_cut_in_full_motion_are_left_out_of_a_single_recording(record: Record, simulator: Simulator) -> None:

@@ -24,7 +24,7 @@ def test_one_joint_with_a_scale_tells_what_it_shows(record: Record, simulator: S
     pair = record((6,))
     rules = (PossibleBody(), KnownMass(7.02, 0.02))
     answer = weighed(simulator.robot, pair, constraints=rules)
-    assert answer.constrained is None
+    assert answer.possible is None
     assert np.flatnonzero(np.isfinite(answer.ten)).tolist() == [5, 6, 7, 9]  # ZZ, MX, MY, M
     assert np.isfinite(answer.com).tolist() == [True, True, False]
     assert answer.judged["centre of mass"].use == "not visible"

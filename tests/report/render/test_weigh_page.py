@@ -6,11 +6,11 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from dynident.estimation import KnownMass, PossibleBody, StandIn, WeighAnswer, answer_weighing
+from dynident.estimation import KnownMass, PayloadAnswer, PossibleBody, StandIn, answer_payload
 from dynident.estimation.payload import difference_weighing
 from dynident.model import InertialParameters, Recording, Robot, load_robot
 from dynident.report import Page, Provenance, weigh_page
-from dynident.report.documents import weigh_document
+from dynident.report.documents import payload_document
 from dynident.report.render.html import page_html
 from dynident.trajectories import RX90_NOISE, NearMotion, Simulator
 
@@ -35,14 +35,14 @@ def recordings(robot: Robot, joints: Sequence[int], count: int = 1) -> list[Reco
     return [simulator.record(motion, load, noise, [1, k], f"run {k}") for k, load in enumerate(loads)]
 
 
-def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = None) -> WeighAnswer:
+def answered(joints: Sequence[int], count: int = 1, stand_in: StandIn | None = None) -> PayloadAnswer:
     robot = load_robot("rx90")
     bare, *loaded = recordings(robot, joints, count)
-    return answer_weighing(difference_weighing(robot, loaded, [bare]), constraints=SCALE, stand_in=stand_in)
+    return answer_payload(difference_weighing(robot, loaded, [bare]), constraints=SCALE, stand_in=stand_in)
 
 
-def page_of(answer: WeighAnswer) -> Page:
-    return weigh_page(answer, weigh_document(answer, answer.problem.robot.processing, None), PROVENANCE)
+def page_of(answer: PayloadAnswer) -> Page:
+    return weigh_page(answer, payload_document(answer, answer.problem.robot.processing, None), PROVENANCE)
 
 
 def test_the_first_screen_leads_with_what_to_do() -> None:
@@ -78,7 +78,7 @@ def test_a_mass_from_the_scale_alone() -> None:
     page = page_of(answer)
     text = page_html(page)
     read(text)
-    assert answer.constrained is None
+    assert answer.possible is None
     assert page.drawings() == []  # no joint sees the mass, no body is known
     assert "the torques of these joints do not contain it" in text
     assert "Do not use these numbers." in text

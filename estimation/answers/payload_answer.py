@@ -1,0 +1,227 @@
+"""What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import InertialParameters, Processing, Recording
+from ...model.inertia import PayloadSpread, payload_spread
+from ..diagnosis.finding import Verdict
+from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
+from ..fit.drive_gains import Gains
+from ..fit.essential import Elimination
+from ..fit.estimate import Estimate, Fit, error_model
+from ..fit.least_squares import Excitation, excitation
+from ..fit.robust import student95
+from ..payload.by_joints import ByJoints
+from ..payload.constrained import ConstrainedPayload
+from ..payload.methods import combined
+from ..payload.problem import PayloadProblem
+from ..payload.repeats import Repeats
+from ..payload.result import PayloadEstimate
+from ..payload.short_motion import ShortMotion
+from ..payload.stand_in import StandIn
+from ..possible.constraints import KnownMass
+from ..possible.result import Weighing
+from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
+
+_UNKNOWN = np.full(10, np.nan)
+
+
+@dataclass(frozen=True)
+class PayloadAnswer:
+    """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
+
+    Attributes:
+        problem: the reduced recordings.
+        estimates: one per method, in the order of the methods; methods for which no possible payload was found are
+            left out.
+        constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
+            intervals.
+        left_out: method -> why it gave no estimate.
+        by_joints: the payload as single joints see it.
+        verdict: whether the numbers may be used.
+        scale: what was weighed.
+        gains: uncertainty of the drive gains.
+        validation: fit of the robot's own parameters on recordings that were held out.
+        elimination: essential parameters of robot and payload together, where method 4 was used.
+        warnings: what speaks against a robot or payload with the eliminated parameters zero.
+        held_out: recordings without payload of ``validation``.
+        processing: settings of those; the robot's own by default.
+        agreement: other ways to the numbers of a short motion.
+        repeats: of several recordings of a short motion, each of them alone.
+        stand_in: an assumed inertia, where it was asked for and none was measured well enough.
+    """
+
+    problem: PayloadProblem
+    estimates: tuple[PayloadEstimate, ...]
+    constrained: tuple[ConstrainedPayload, ...]
+    left_out: dict[int, str]
+    by_joints: ByJoints
+    verdict: Verdict
+    scale: KnownMass | None = None
+    gains: Gains | None = None
+    validation: Fit | None = None
+    elimination: Elimination | None = None
+    warnings: tuple[str, ...] = ()
+    held_out: tuple[Recording, ...] = ()
+    processing: Processing | None = None
+    agreement: tuple[Agreement, ...] = ()
+    repeats: Repeats | None = None
+    stand_in: StandIn | None = None
+
+    @property
+    def recommended(self) -> ConstrainedPayload:
+        """The one to use: of method 4, which uses every equation, else of method 3, 1, 2, whichever is there first.
+
+        The order is fixed: to choose the shortest interval would choose too short ones.
+        """
+        return recommended(self.constrained)
+
+    @property
+    def possible(self) -> ConstrainedPayload | None:
+        """``recommended``; None where not all ten are determined."""
+        return self.recommended if self.constrained else None
+
+    @property
+    def free(self) -> PayloadEstimate:
+        """The free estimate of the method to use."""
+        return self.recommended.free if self.constrained else self.estimates[0]
+
+    @property
+    def short(self) -> ShortMotion:
+        """The short motion, of a weighing."""
+        assert self.problem.short is not None
+        return self.problem.short
+
+    @property
+    def robot_fit(self) -> Fit | None:
+        """Fit of the robot's own parameters without payload."""
+        return self.problem.alone.fit if self.problem.alone is not None else None
+
+    @cached_property
+    def model(self) -> Estimate:
+        """The free estimate with the covariance that its errors really have, gains included."""
+        return error_model(self.free.estimate, self.gains)
+
+    @cached_property
+    def _with_scale(self) -> tuple[Array, Array]:
+        """The free values and their covariance, the scale counted once."""
+        values, C = self.model.values, self.model.covariance
+        if self.scale is None or self.free.from_scale:
+            return values, C
+        k = self.free.places.index(9)
+        gain = C[:, k] / (C[k, k] + self.scale.sigma**2)
+        return values + gain * (self.scale.mass - values[k]), C - np.outer(gain, C[k])
+
+    @cached_property
+    def ten(self) -> Array:
+        """The ten as told, nan where not determined, shape (10,)."""
+        if self.possible is not None:
+            return self.possible.body.vector
+        values = np.array(_UNKNOWN)
+        values[list(self.free.places)] = self._with_scale[0]
+        return values
+
+    @cached_property
+    def spread(self) -> PayloadSpread:
+        """Standard deviations of what is told, the scale counted."""
+        return payload_spread(self.ten, self._with_scale[1], self.free.places)
+
+    @cached_property
+    def measured(self) -> dict[str, Judged]:
+        """Whether "mass", "centre of mass", "inertia" were measured well enough."""
+        wide = allowing(self.spread, self.model.degrees_of_freedom)
+        best = self.possible
+        moments = np.diag(best.body.inertia_com) if best is not None else _UNKNOWN[:3]
+        return {
+            "mass": judge_mass(self.ten[9], wide, self.free.from_scale),
+            "centre of mass": judge_com(self.ten, wide),
+            "inertia": judge_inertia(moments, wide),
+        }
+
+    @property
+    def judged(self) -> dict[str, Judged]:
+        """What to do with "mass", "centre of mass", "inertia"."""
+        if self.stand_in is None:
+            return self.measured
+        return self.measured | {"inertia": Judged("assumed", self.stand_in.description)}
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return float(self.ten[9])
+
+    @property
+    def com(self) -> Array:
+        """Centre of mass [m], nan where not determined, shape (3,)."""
+        return np.asarray(self.ten[6:9] / self.ten[9])
+
+    @property
+    def mass_interval(self) -> tuple[float, float]:
+        """95 % interval of the mass [kg]; nan where a constraint contradicts the data."""
+        if self.possible is not None:
+            low, high = self.possible.intervals.parameters[9]
+            return float(low), float(high)
+        return self._around(self.mass, self.spread.mass)
+
+    @property
+    def com_interval(self) -> Array:
+        """95 % intervals of the centre of mass [m], 3 x 2."""
+        if self.possible is not None:
+            return self.possible.intervals.com
+        return np.array([self._around(x, s) for x, s in zip(self.com, self.spread.com, strict=True)])
+
+    def _around(self, value: float, sigma: float) -> tuple[float, float]:
+        half = student95(self.model.degrees_of_freedom) * sigma
+        return (value - half, value + half) if np.isfinite(half) else (float("nan"), float("nan"))
+
+    @property
+    def assumed(self) -> InertialParameters | None:
+        """The payload with the assumed inertia, where there is one."""
+        return None if self.stand_in is None else self.stand_in.body(self.mass, self.com)
+
+    @property
+    def weighing(self) -> Weighing | None:
+        """The scale beside the identified mass; None where the scale gave the mass, or nothing was weighed."""
+        if self.scale is None or self.free.from_scale:
+            return None
+        if self.possible is not None:
+            return self.possible.weighings[0]
+        k, model = self.model.names.index("M_L"), self.model
+        sigma = float(model.sigma[k])
+        return Weighing(self.scale.mass, self.scale.sigma, float(model.values[k]), sigma, model.degrees_of_freedom)
+
+    @cached_property
+    def excitation(self) -> Excitation | None:
+        """How well robot and payload are excited together (30); None without the robot's own equations."""
+        return excitation(self.problem.both, combined(self.problem)) if self.problem.unloaded is not None else None
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few held-out recordings without payload, then of loaded ones, which were used.
+
+        None where the robot's own parameters are not known.
+        """
+        problem, source = self.problem, self.problem.source
+        if problem.alone is None:
+            return ()
+        settings, values = self.processing or problem.robot.processing, robot_values(problem)
+        bare = [
+            robot_prediction(problem.robot, problem.base, values, recording, settings, True)
+            for recording in self.held_out[:DRAWN]
+        ]
+        return (*bare, *(self.prediction(one, False) for one in (source.loaded if source else ())[:DRAWN]))
+
+    def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
+        """A recording with payload and what the recommended payload predicts, beside the bare robot."""
+        settings = self.processing or self.problem.robot.processing
+        return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
+
+
+def recommended(constrained: Sequence[ConstrainedPayload]) -> ConstrainedPayload:
+    """As ``PayloadAnswer.recommended``."""
+    return min(constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
