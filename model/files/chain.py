@@ -30,7 +30,6 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
     as in the file. Inertias are read into ``Robot.parameters``, as a prior.
 
     Args:
-        path: the file.
         base: first link of the chain; the root by default.
         tip: the flange's link; by default the only link at an end of the tree that a joint moves.
 

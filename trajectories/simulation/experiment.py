@@ -88,7 +88,6 @@ def run_experiment(
         disturbances: what the robot and its recordings suffer from.
         seed: the same seed gives the same recordings.
         rate: of the recordings [Hz].
-        progress: told the finished share.
 
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.
