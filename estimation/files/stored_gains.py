@@ -7,6 +7,7 @@ from msgspec import UNSET, UnsetType, field
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import is_covariance
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, naming, present, read_json
 from ...model import Robot
 from ..fit.gain_recordings import GainRecordings
@@ -98,7 +99,6 @@ def read_stored_gains(path: str | Path) -> StoredGains:
     with naming(path, _REMEDY):
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
-        n, scale = len(values), max(float(np.trace(C)), 1e-300)
-        if C.shape != (n, n) or not np.allclose(C, C.T, atol=1e-12) or np.linalg.eigvalsh(C)[0] < -1e-9 * scale:
-            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {n} gains")
+        if len(C) != len(values) or not is_covariance(C):
+            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
     return stored
