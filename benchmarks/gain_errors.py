@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from dynident.estimation import (
     Estimate,
-    GainErrors,
+    Gains,
     Identification,
     PayloadProblem,
     identify,
@@ -29,7 +29,7 @@ from dynident.trajectories import Simulator, ViaPoints
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-GAINS = GainErrors((0.02,))
+GAINS = Gains((0.02,))
 NOISE = [5.0, 5.0, 3.0, 1.5, 1.5, 1.0]
 """N·m, white."""
 BODY = InertialParameters.from_com(6.0, [0.03, 0.12, 0.06], np.diag([0.03, 0.04, 0.02]))

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 from dynident.benchmarks.gain_coverage import BODY, NOISE, SETTINGS, TRUTH, simulator
-from dynident.estimation import GainErrors, answer_payload, identify, identify_gains, payload_problem
+from dynident.estimation import Gains, answer_payload, identify, identify_gains, payload_problem
 from dynident.estimation.gains import gain_problem, known_mass
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.trajectories import Simulator, ViaPoints
@@ -44,9 +44,7 @@ def scaled(recording: Recording, K: Array) -> Recording:
     return Recording(recording.t, recording.q, recording.torque * K, recording.qd, recording.source)
 
 
-def payload_hits(
-    bare: Recording, heavy: Recording, body: InertialParameters, gains: GainErrors
-) -> tuple[Array, float]:
+def payload_hits(bare: Recording, heavy: Recording, body: InertialParameters, gains: Gains) -> tuple[Array, float]:
     """Whether the recommended intervals hold first moments and mass, and the mass's width."""
     problem = payload_problem(load_robot("ur10e"), [heavy], [bare], None, SETTINGS, robust=True)
     ends = answer_payload(problem, (4,), gains=gains).recommended.intervals.parameters[TEN]
@@ -67,7 +65,7 @@ def main() -> None:
         first, weight, fresh = (record(b, (run, k)) for k, b in enumerate((None, BODY, None)))
         other = record(OTHER, (run, 3))
         found = identify_gains(gain_problem(robot, [first], [weight], SETTINGS), known_mass(6.0))
-        gains = GainErrors(identified=found.larger_relative_covariance.tolist())
+        gains = Gains(identified=found.larger_relative_covariance.tolist())
         for name, (bare, heavy, body) in {
             "recordings of its own": (fresh, other, OTHER),
             "the gains' recording without payload": (first, other, OTHER),

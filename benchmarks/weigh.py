@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, KnownMass, PayloadAnswer, PossibleBody, answer_payload, read_recording
+from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, read_recording
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot
@@ -204,7 +204,7 @@ def windows(folder: Path) -> None:
         masses, held = [], 0
         for start in np.arange(first, last - length + 1e-9, step):
             both = part(bare, start, length), part(loaded, start + lag, length)
-            answer = answer_payload(difference_weighing(robot, [both[1]], [both[0]]), gains=GainErrors((0.02,)))
+            answer = answer_payload(difference_weighing(robot, [both[1]], [both[0]]), gains=Gains((0.02,)))
             low, high = answer.mass_interval
             masses.append(answer.mass)
             held += low <= WEIGHED <= high
@@ -223,7 +223,7 @@ def timing(folder: Path) -> None:
         bare = part(read_recording(folder / "ur10e/unloaded.csv.gz", robot, GAINS), 5.0, 30.0)
         loaded = part(read_recording(folder / "ur10e/loaded_2.805kg.csv.gz", robot, GAINS), 5.0, 33.0)
         rules = (PossibleBody(), KnownMass(WEIGHED, 0.01))
-        answer_payload(difference_weighing(robot, [loaded], [bare]), constraints=rules, gains=GainErrors((0.02,)))
+        answer_payload(difference_weighing(robot, [loaded], [bare]), constraints=rules, gains=Gains((0.02,)))
         if warm:
             print(
                 f"weigh on 30 s, warm: {time.perf_counter() - begun:.2f} s wall, {time.process_time() - cpu:.2f} "

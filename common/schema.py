@@ -260,7 +260,7 @@ def _shown(value: Any) -> str:
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     """What an error of msgspec speaks of: the key, and what would do there."""
     text, _, path = str(error).partition(" - at `$")
-    key, advice = "", ""
+    key, advice, cause = "", "", error.__cause__
     for name, index in re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path):
         kind = chosen(kind, data)
         if index.isdigit():
@@ -274,12 +274,21 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]
+    if fault := _inner(text, cause, chosen(kind, data)):
+        return WrongKeyError(f"{key}.{fault.key}"[1:], fault.problem)
+    problem = advice or f"must be {words(kind)}"
+    problem = text if cause else f"{problem}, got {_shown(data)}"
+    return WrongKeyError(key[1:], problem) if key else ValueError(problem)
+
+
+def _inner(text: str, cause: BaseException | None, kind: Any) -> WrongKeyError | None:
+    """What is wrong with a key of the table at which an error stands."""
+    if isinstance(cause, WrongKeyError):
+        return cause
     for word, told in (("required", _missing), ("unknown", _unknown)):
         if found := re.search(rf"{word} field `(.*)`", text):
-            return WrongKeyError(f"{key}.{found[1]}"[1:], told(chosen(kind, data), found[1]))
-    problem = advice or f"must be {words(kind)}"
-    problem = text if error.__cause__ else f"{problem}, got {_shown(data)}"
-    return WrongKeyError(key[1:], problem) if key else ValueError(problem)
+            return WrongKeyError(found[1], told(kind, found[1]))
+    return None
 
 
 def _missing(table: type[Table], key: str) -> str:

@@ -16,7 +16,7 @@ from .answers.payload import answer_payload as answer_payload
 from .answers.payload_answer import PayloadAnswer as PayloadAnswer
 from .diagnosis.finding import Verdict as Verdict
 from .equations.equations import PAYLOAD as PAYLOAD
-from .fit.drive_gains import GainErrors as GainErrors
+from .fit.drive_gains import Gains as Gains
 from .fit.essential import SigmaBound as SigmaBound
 from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.estimate import Estimate as Estimate
@@ -33,5 +33,5 @@ from .possible.constraints import PossibleBody as PossibleBody
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
 from .recordings.map import LogMap as LogMap
-from .recordings.map_file import read_log_map as read_log_map
+from .recordings.map import read_log_map as read_log_map
 from .recordings.read import read_recording as read_recording

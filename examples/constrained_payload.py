@@ -1,7 +1,7 @@
 """A payload that can exist, with what is known beforehand: a scale, a box for the centre of mass, drive gains."""
 
 from dynident import InertialParameters, Simulator, load_robot, payload_problem, random_via_points
-from dynident.estimation import CentreOfMassInBox, GainErrors, KnownMass, answer_payload
+from dynident.estimation import CentreOfMassInBox, Gains, KnownMass, answer_payload
 from dynident.trajectories import RX90_NOISE
 
 robot = load_robot("rx90")
@@ -13,7 +13,7 @@ loaded = [simulator.record(motion, body, RX90_NOISE, seed=[1, 1])]
 
 problem = payload_problem(robot, loaded, unloaded, robust=True)
 known = [KnownMass(7.02, 0.01), CentreOfMassInBox([-0.02, -0.02, 0.05], [0.02, 0.02, 0.25])]
-gains = GainErrors(per_joint=[0.01], common=0.005)
+gains = Gains(per_joint=[0.01], common=0.005)
 
 for title, constraints in (("nothing known", []), ("scale and drawing", known)):
     payload = answer_payload(problem, [4], constraints=constraints, gains=gains).recommended

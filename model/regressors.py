@@ -65,9 +65,14 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     Raises:
         KeyError: for a name that is not a standard parameter of the robot.
     """
-    (q, qd, qdd), terms = _terms(robot)
-    phi = _matrix(robot, columns, terms)
-    return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+    states, phi = regressor_expression(robot, columns)
+    return ca.Function(name, [*states], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+
+
+def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[tuple[ca.SX, ca.SX, ca.SX], ca.SX]:
+    """Symbols q, qd, qdd and the regressor's matrix, to build on; arguments, errors as ``regressor``."""
+    states, terms = _terms(robot)
+    return states, _matrix(robot, columns, terms)
 
 
 def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:

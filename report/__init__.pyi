@@ -21,7 +21,8 @@ from .blocks import Spread as Spread
 from .blocks import Table as Table
 from .blocks import columns as columns
 from .blocks import tables_of as tables_of
-from .figures.canvas import new_figure as new_figure
+from .figures.canvas import legend as legend
+from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
 from .figures.signals import save_signals as save_signals
 from .figures.stick import save_drawing as save_drawing

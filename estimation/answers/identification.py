@@ -4,20 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.finding import Verdict
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
-from ..fit.excited import Excitation, excitation
-from ..fit.least_squares import weighted
+from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
-from ..fit.robust import RobustCovariance, jackknife
+from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
 from ..robot.equations import base_problem
 from .elimination import impossible_robot
 from .prediction import DRAWN, TorquePrediction, robot_prediction
@@ -48,7 +46,7 @@ class Identification:
     elimination: Elimination
     validation: Fit | None
     without_robust: str = ""
-    gains: GainErrors | None = None
+    gains: Gains | None = None
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
@@ -92,7 +90,7 @@ def identify(
     progress: Progress = silent,
     robust: bool = False,
     essential: StopRule | None = None,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
 ) -> Identification:
     """Identify a robot's base parameters by weighted least squares.
 
@@ -142,7 +140,7 @@ def identify(
     )
 
 
-def _with_gains(problem: Equations, estimate: Estimate, gains: GainErrors | None) -> Estimate:
+def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> Estimate:
     """An estimate with what it owes to each motor's torque, and how sure that is."""
     return replace(
         estimate,
@@ -157,12 +155,12 @@ def _with_robust(problem: Equations, estimates: Sequence[Estimate]) -> list[Esti
     Raises:
         InputError: if the data without one block do not determine the parameters.
     """
-    parts = list(problem.without_blocks())
+    pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
 
     def robust(estimate: Estimate) -> RobustCovariance:
-        def values(part: Equations) -> Array:
-            return LinearProblem(part.select(estimate.names), estimate.names).values(estimate.weights)
-
-        return jackknife(values, [parts], estimate.values, problem.block_length)
+        part = LinearProblem(problem.select(estimate.names), estimate.names)
+        with naming_blocks(problem.block_length):
+            values = part.without_blocks(estimate.weights, pairs)
+        return jackknifed([values], estimate.values, problem.block_length)
 
     return [replace(estimate, robust=robust(estimate)) for estimate in estimates]

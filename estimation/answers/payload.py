@@ -12,7 +12,7 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement
 from ..diagnosis.verdict import judge
 from ..equations.equations import merged
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
@@ -25,7 +25,7 @@ from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
-from ..possible.scaling import POSSIBLE
+from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
 from .payload_answer import PayloadAnswer, recommended
@@ -38,7 +38,7 @@ def answer_payload(
     held_out: Sequence[Recording] = (),
     processing: Processing | None = None,
     constraints: Sequence[Constraint] = POSSIBLE,
-    gains: GainErrors | None = None,
+    gains: Gains | None = None,
     essential: StopRule | None = None,
     stand_in: StandIn | None = None,
     others: Sequence[PayloadProblem] = (),
@@ -93,7 +93,7 @@ def answer_payload(
 
 
 def _constrained(
-    free: Sequence[PayloadEstimate], constraints: Sequence[Constraint], gains: GainErrors | None
+    free: Sequence[PayloadEstimate], constraints: Sequence[Constraint], gains: Gains | None
 ) -> tuple[list[ConstrainedPayload], dict[int, SolverError]]:
     """The nearest payload of each method that can exist, and why there is none."""
     payloads, failures = [], {}

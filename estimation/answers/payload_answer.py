@@ -11,10 +11,10 @@ from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
 from ..diagnosis.quantities import Agreement, Judged, allowing, judge_com, judge_inertia, judge_mass
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, Fit, error_model
-from ..fit.excited import Excitation, excitation
+from ..fit.least_squares import Excitation, excitation
 from ..fit.robust import student95
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
@@ -63,7 +63,7 @@ class PayloadAnswer:
     by_joints: ByJoints
     verdict: Verdict
     scale: KnownMass | None = None
-    gains: GainErrors | None = None
+    gains: Gains | None = None
     validation: Fit | None = None
     elimination: Elimination | None = None
     warnings: tuple[str, ...] = ()

@@ -3,10 +3,10 @@ from .finding import Finding as Finding
 from .finding import Verdict as Verdict
 from .log_check import LogCheck as LogCheck
 from .log_check import check_log as check_log
+from .misfit import Reading as Reading
 from .poses import PoseCheck as PoseCheck
 from .poses import check_pose as check_pose
-from .readings import KinematicsCheck as KinematicsCheck
-from .readings import Reading as Reading
-from .readings import rank_readings as rank_readings
-from .readings import rank_readings_by_pose as rank_readings_by_pose
+from .search import KinematicsCheck as KinematicsCheck
+from .search import rank_readings as rank_readings
+from .search import rank_readings_by_pose as rank_readings_by_pose
 from .verdict import robot_verdict as robot_verdict

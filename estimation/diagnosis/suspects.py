@@ -1,18 +1,18 @@
-"""The table of wrong assumptions: of torque channels, of the robot's description, of how joints are counted.
+"""The table of wrong assumptions: of torque channels, of the robot's description, of how joints are read.
 
 Each family undoes what it suspects and yields the misfit that is left.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...model import Coupling, Robot, load_robot, robot_names
-from .misfit import Model
+from .misfit import Model, Reading
 
 _LONGEST = 0.5  # s
 _STEP = 0.01  # s
@@ -65,14 +65,14 @@ def _best_delay(model: Model) -> tuple[float, float]:
 def signs(model: Model) -> Iterator[Suspect]:
     """One torque channel with the wrong sign."""
     for j in range(model.robot.n):
-        torque = model.sample.torque * _at(model.robot.n, j, -1.0)
+        torque = Reading.as_recorded(model.robot.n).pushed(j).of(model.sample).torque
         yield Suspect(f"the sign of the torque of joint {j + 1} is wrong", model.misfit(torque))
 
 
 def swaps(model: Model) -> Iterator[Suspect]:
     """Two torque channels exchanged."""
-    for i, j, order in _exchanges(model.robot.n):
-        torque = model.sample.torque[:, order]
+    for i, j in combinations(range(model.robot.n), 2):
+        torque = Reading.as_recorded(model.robot.n).swapped(i, j).of(model.sample).torque
         yield Suspect(f"the torques of joints {i + 1} and {j + 1} are exchanged", model.misfit(torque))
 
 
@@ -170,17 +170,15 @@ def other_robots(model: Model) -> Iterator[Suspect]:
 def backwards(model: Model) -> Iterator[Suspect]:
     """A joint that turns the other way, in position alone or in torque too."""
     for j in range(model.robot.n):
-        sign = _at(model.robot.n, j, -1.0)
-        other = Model.of(model.robot, model.sample.turned(sign))
-        yield Suspect(f"the sign of q{j + 1} is wrong", other.misfit())
-        misfit = other.misfit(model.sample.torque * sign)
-        yield Suspect(f"joint {j + 1} is counted the other way, in position and torque", misfit)
+        other = _read(model, Reading.as_recorded(model.robot.n).turned(j))
+        yield Suspect(f"the sign of q{j + 1} is wrong", other.misfit(model.sample.torque))
+        yield Suspect(f"joint {j + 1} is counted the other way, in position and torque", other.misfit())
 
 
 def exchanged(model: Model) -> Iterator[Suspect]:
     """Two joints that changed places."""
-    for i, j, order in _exchanges(model.robot.n):
-        other = Model.of(model.robot, model.sample.reordered(order))
+    for i, j in combinations(range(model.robot.n), 2):
+        other = _read(model, Reading.as_recorded(model.robot.n).swapped(i, j))
         yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", other.misfit())
         misfit = other.misfit(model.sample.torque)
         yield Suspect(f"the positions of joints {i + 1} and {j + 1} are exchanged", misfit)
@@ -188,12 +186,14 @@ def exchanged(model: Model) -> Iterator[Suspect]:
 
 def zeros(model: Model) -> Iterator[Suspect]:
     """A joint whose zero lies a quarter or half turn away."""
-    for j in range(1, model.robot.n):
-        for degrees in (90, -90, 180):
-            q = np.array(model.sample.q)
-            q[:, j] += np.radians(degrees)
-            misfit = Model.of(model.robot, replace(model.sample, q=q)).misfit()
-            yield Suspect(f"the zero of q{j + 1} is off by {abs(degrees)} degrees", misfit)
+    for j, quarters in product(range(1, model.robot.n), (1, 3, 2)):
+        misfit = _read(model, Reading.as_recorded(model.robot.n).moved(j, quarters)).misfit()
+        yield Suspect(f"the zero of q{j + 1} is off by {180 if quarters == 2 else 90} degrees", misfit)
+
+
+def _read(model: Model, reading: Reading) -> Model:
+    """The sample with its joints read in another way."""
+    return Model.of(model.robot, reading.of(model.sample))
 
 
 def frozen(model: Model) -> Iterator[Suspect]:
@@ -213,14 +213,6 @@ def _at(n: int, j: int, value: float) -> Array:
     factors = np.ones(n)
     factors[j] = value
     return factors
-
-
-def _exchanges(n: int) -> Iterator[tuple[int, int, list[int]]]:
-    """Two joints, and the order of all when they change places."""
-    for i, j in combinations(range(n), 2):
-        order = list(range(n))
-        order[i], order[j] = j, i
-        yield i, j, order
 
 
 FAMILIES: tuple[Callable[[Model], Iterator[Suspect]], ...] = (

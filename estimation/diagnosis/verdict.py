@@ -7,11 +7,13 @@ table serves every command whose evidence shows what it looks at.
 from collections.abc import Callable
 
 from ..fit.estimate import Fit
-from .checks.constraints import conflicts, contradictions
-from .checks.inertia import condition, inertia
 from .checks.joints import joints
-from .checks.mass import (
+from .checks.payload import (
+    condition,
+    conflicts,
+    contradictions,
     drift,
+    inertia,
     judged_com_and_inertia,
     judged_mass,
     methods_apart,
@@ -20,8 +22,16 @@ from .checks.mass import (
     uncertain,
     weighed_sign,
 )
-from .checks.recordings import alignment, causes, friction, steadiness
-from .checks.residual import fit_findings, residual, unexplained, validation
+from .checks.recordings import (
+    alignment,
+    causes,
+    fit_findings,
+    friction,
+    residual,
+    steadiness,
+    unexplained,
+    validation,
+)
 from .evidence import Evidence
 from .finding import Finding, Verdict, verdict_of
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from msgspec import UNSET, Meta, UnsetType, field
 
 from ...common.schema import Document, Vector, present
+from ..fit.drive_gains import Fingerprints
 
 Number = float | None
 """null where it was not determined."""
@@ -18,8 +19,6 @@ Ten = Mapping[str, Number]
 Interval = tuple[Number, Number]
 Sigma = Annotated[float, Meta(ge=0.0)]
 _Share = Annotated[float, Meta(ge=0.0, lt=1.0)]
-Recordings = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
-"""Fingerprints of the recordings that drive gains were identified from."""
 
 
 class ProcessingDocument(Document, frozen=True):
@@ -60,7 +59,7 @@ class GainErrorsDocument(Document, frozen=True):
     per_joint: tuple[_Share, ...]
     common: _Share
     identified: tuple[tuple[float, ...], ...] | UnsetType = UNSET
-    recordings: Recordings | UnsetType = UNSET
+    recordings: Fingerprints | UnsetType = UNSET
     mass: Number | UnsetType = UNSET
     notes: tuple[str, ...] | UnsetType = UNSET
 

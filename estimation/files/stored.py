@@ -1,4 +1,4 @@
-"""The document of ``dynident identify``: the robot is identified once, then payloads are weighed with it."""
+"""The documents of ``dynident identify`` and ``dynident gains``, which later runs read."""
 
 from functools import cached_property
 from pathlib import Path
@@ -7,11 +7,11 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ...common.errors import InputError
+from ...common.linear import is_covariance
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
 from ...model import Robot
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Fingerprints, Gains
 from ..fit.estimate import Estimate, Fit
-from ..fit.gain_recordings import GainRecordings
 from ..fit.robust import RobustCovariance
 from .parts import (
     EliminationDocument,
@@ -22,9 +22,69 @@ from .parts import (
     ProcessingDocument,
     ResidualDocument,
     RobustDocument,
+    Ten,
 )
 
-_REMEDY = "give the --json of 'dynident identify'"
+_OF_GAINS = "give the --json of 'dynident gains'"
+
+
+class LoadDocument(Document, frozen=True):
+    """The payload that the gains were identified with."""
+
+    known: dict[str, float] | UnsetType = UNSET
+    mass_sigma: float | UnsetType = UNSET
+    identified: Ten | UnsetType = UNSET
+
+
+class GainsTable(Document, frozen=True):
+    """Gains [N·m/A or N/A], one for each joint, and the covariance of ln K, n x n."""
+
+    values: Vector
+    relative_covariance: Matrix
+    sigma: Vector | UnsetType = UNSET
+    relative_sigma: Vector | UnsetType = UNSET
+    relative_sigma_formula: Vector | UnsetType = UNSET
+    relative_sigma_robust: Vector | UnsetType | None = UNSET
+    without_constraints: Vector | UnsetType | None = UNSET
+    identified: tuple[bool, ...] | UnsetType = UNSET
+    rests_on: tuple[str, ...] | UnsetType = UNSET
+
+
+class StoredGains(Document, frozen=True):
+    """Drive gains of a robot, and the recordings and the payload that they come from."""
+
+    robot: str
+    drive_gains: GainsTable
+    processing: ProcessingDocument | UnsetType = UNSET
+    load: LoadDocument | UnsetType = UNSET
+    fingerprints: Fingerprints | UnsetType = field(default=UNSET, name="recordings")
+    robust: RobustDocument | UnsetType = UNSET
+    relative_residual: ResidualDocument | UnsetType = UNSET
+
+
+def read_stored_gains(path: str | Path) -> Gains:
+    """Read the ``--json`` of ``dynident gains``.
+
+    Raises:
+        InputError: if the file holds no gains; the key at fault is named.
+    """
+    stored = read_json(path, StoredGains, _OF_GAINS)
+    values, C, load = stored.drive_gains.values, stored.drive_gains.relative_covariance, present(stored.load)
+    with naming(path, _OF_GAINS):
+        if not (np.isfinite(values) & (values != 0.0)).all():
+            raise WrongKeyError("drive_gains.values", "a gain is zero or null")
+        if len(C) != len(values) or not is_covariance(C):
+            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
+    return Gains(
+        identified=C.tolist(),
+        recordings=present(stored.fingerprints) or {},
+        mass=(present(load.known) or {}).get("M_L") if load else None,
+        values=tuple(values.tolist()),
+        robot=stored.robot,
+    )
+
+
+_OF_ROBOT = "give the --json of 'dynident identify'"
 
 
 class RobotData(Document, frozen=True):
@@ -67,14 +127,13 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
         return present(self.processing.drive_gains) or None
 
     @cached_property
-    def gains(self) -> GainErrors | None:
+    def gains(self) -> Gains | None:
         """Uncertainty of the drive gains that was given then; None where they were taken as exact."""
         told = self.gain_sigma
         if told is None:
             return None
-        recordings = GainRecordings.read(present(told.recordings))
-        identified = present(told.identified) or ()
-        return GainErrors(told.per_joint, told.common, identified, recordings, present(told.mass))
+        recordings, identified = present(told.recordings) or {}, present(told.identified) or ()
+        return Gains(told.per_joint, told.common, identified, recordings, present(told.mass))
 
     @cached_property
     def estimate(self) -> Estimate:
@@ -158,7 +217,7 @@ def read_stored_robot(path: str | Path) -> StoredRobot:
     Raises:
         InputError: if the file is not such a JSON; the key at fault is named.
     """
-    stored = read_json(path, StoredRobot, _REMEDY)
-    with naming(path, _REMEDY):
+    stored = read_json(path, StoredRobot, _OF_ROBOT)
+    with naming(path, _OF_ROBOT):
         stored.estimate.names  # noqa: B018  numbers that do not fit each other are refused here
     return stored

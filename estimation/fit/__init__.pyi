@@ -6,11 +6,11 @@ from .essential import eliminate as eliminate
 from .estimate import Fit as Fit
 from .estimate import error_model as error_model
 from .estimate import fit as fit
-from .excited import Excitation as Excitation
-from .excited import excitation as excitation
-from .gain_recordings import GainRecordings as GainRecordings
+from .least_squares import Excitation as Excitation
+from .least_squares import excitation as excitation
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
+from .linear_problem import Held as Held
 from .linear_problem import Known as Known
 from .linear_problem import LinearProblem as LinearProblem
 from .linear_problem import gain_sensitivity as gain_sensitivity

@@ -4,42 +4,51 @@ No residual shows such an error: all recordings of one arm share it. It is an un
 on joint j; where drives are coupled, motor k acts on joints j and k (9).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import is_covariance
+from ...model import Recording, Robot
 from ..equations.equations import Equations
-from .gain_recordings import GainRecordings
 
 NOT_TOLD = (
     "the stored robot parameters do not tell how they depend on the drive gains: identify the robot again with "
     "this version to use an uncertainty of the gains"
 )
+Fingerprints = Mapping[Literal["unloaded", "loaded"], tuple[str, ...]]
+"""Of the recordings that drive gains were identified from."""
 
 
 @dataclass(frozen=True)
-class GainErrors:
-    """Standard deviations of the relative errors e_j of the motors' torques.
+class Gains:
+    """Drive gains and how sure they are: standard deviations of the relative errors e_j of the motors' torques.
 
     Attributes:
         per_joint: of the own error of each joint's motor (0.02 for 2 %); one number stands for all joints.
         common: of an error that all joints share, as from one current sensor or supply.
         identified: covariance of gains that were identified, n x n, which comes on top; empty where they were not.
-        recordings: from which those were.
+        recordings: fingerprints of those they were identified from, without ("unloaded") and with payload
+            ("loaded"); empty where they were not read from a log.
         mass: of the payload with which those were [kg]; None where it is not known.
         notes: what else a reader must know of them, one line each.
+        values: the gains themselves [N·m/A or N/A], where they come from a file.
+        robot: whose they are; empty where that is not told.
     """
 
     per_joint: Sequence[float] = (0.0,)
     common: float = 0.0
     identified: Sequence[Sequence[float]] = ()
-    recordings: GainRecordings = GainRecordings()
+    recordings: Fingerprints = field(default_factory=dict)
     mass: float | None = None
     notes: tuple[str, ...] = ()
+    values: tuple[float, ...] = ()
+    robot: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation of a relative error."""
@@ -67,9 +76,56 @@ class GainErrors:
             raise InputError(f"a covariance of {len(known)} drive gains for {n} joints: identify gains of this arm")
         return np.asarray(np.diag(np.square(own)) + self.common**2 + known)
 
-    def says_as(self, other: "GainErrors", n: int) -> bool:
+    def says_as(self, other: "Gains", n: int) -> bool:
         """Whether both are the same uncertainty of n gains, however it is written."""
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
+
+    def check(self, robot: Robot, path: str | Path) -> None:
+        """Refuse gains of another robot, read from a file.
+
+        Raises:
+            InputError: names both.
+        """
+        if self.robot != robot.name or len(self.values) != robot.n:
+            raise InputError(
+                f"{path}: gains of {self.robot!r} with {len(self.values)} joints do not belong to {robot.name!r} "
+                f"with {robot.n}: identify gains for it"
+            )
+
+    def reused(self, loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> tuple[str, ...]:
+        """What to say of recordings that the gains were identified from and that are used again, one line each.
+
+        Args:
+            loaded: with the payload that is asked for.
+            unloaded: without, or the robot's own.
+        """
+        heavy = self.recordings.get("loaded", ())
+        again = [recording.source for recording in loaded if recording.fingerprint in heavy]
+        if again:
+            given = f", {self.mass:g} kg as given then" if self.mass is not None else ""
+            return (
+                f"These gains come from this same pair ({_named(again)}{given}): the mass is "
+                "what was typed in, it confirms nothing. The intervals take the gains' errors and the recordings' "
+                "for unrelated, which they are not. Record another payload.",
+            )
+        every = (*self.recordings.get("unloaded", ()), *heavy)
+        shared = [recording.source for recording in (*unloaded, *loaded) if recording.fingerprint in every]
+        if not shared:
+            return ()
+        return (
+            f"{_named(shared)}: the gains were identified from it too; the intervals take its noise for unrelated "
+            "to the gains' errors.",
+        )
+
+
+def fingerprints(unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> Fingerprints:
+    """Fingerprints of recordings without and with the known payload."""
+    bare, heavy = (tuple(r.fingerprint for r in group if r.fingerprint) for group in (unloaded, loaded))
+    return {"unloaded": bare, "loaded": heavy}
+
+
+def _named(sources: Sequence[str]) -> str:
+    return ", ".join(dict.fromkeys(sources))
 
 
 def motor_torques(problem: Equations, motor: int) -> tuple[Array, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ..equations.equations import Equations
-from .drive_gains import NOT_TOLD, GainErrors
+from .drive_gains import NOT_TOLD, Gains
 from .robust import RobustCovariance, student95
 
 
@@ -196,7 +196,7 @@ class Estimate:
         )
 
 
-def error_model(estimate: Estimate, gains: GainErrors | None = None) -> Estimate:
+def error_model(estimate: Estimate, gains: Gains | None = None) -> Estimate:
     """An estimate with the covariance that its errors really have.
 
     C = S C_formula S + C_gains with S = diag(sigma_robust / sigma): from a few dozen blocks the jackknife knows

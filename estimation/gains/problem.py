@@ -1,7 +1,7 @@
 """The problem of drive gains: currents without and with a payload, reduced."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.gain_recordings import GainRecordings
+from ..fit.drive_gains import Fingerprints, fingerprints
 from ..payload.problem import PayloadProblem, payload_problem
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
@@ -46,7 +46,7 @@ class GainProblem:
     deletions: tuple[tuple[Equations, ...], ...] = ()
     block_length: float = 0.0
     without_blocks: str = ""
-    recordings: GainRecordings = GainRecordings()
+    recordings: Fingerprints = field(default_factory=dict)
 
 
 def gain_problem(
@@ -82,7 +82,7 @@ def gain_problem(
     K = 1.0 / free_gains(both, weights, load or known_mass(1.0)).k
     K *= _USUAL / K.mean()
     problem = payload_problem(robot, *_scaled(robot, loaded, unloaded, K), None, processing, progress, robust=True)
-    recordings = GainRecordings.of(unloaded, loaded)
+    recordings = fingerprints(unloaded, loaded)
     return GainProblem(robot, first.base, both, weights, *_without_blocks(problem, K), recordings)
 
 

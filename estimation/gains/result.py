@@ -1,6 +1,6 @@
 """Drive gains with their uncertainty."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,8 +10,8 @@ from ...model import InertialParameters, Robot, standard_columns, standard_regre
 from ...model.base import random_states
 from ...model.kernel import Kernel
 from ...model.names import parameter_kind
+from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
-from ..fit.gain_recordings import GainRecordings
 from ..fit.robust import RobustCovariance
 from .known_load import KnownLoad
 
@@ -44,7 +44,7 @@ class DriveGains:
     load: KnownLoad
     payload: InertialParameters
     without_robust: str = ""
-    recordings: GainRecordings = GainRecordings()
+    recordings: Fingerprints = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Lock the array."""

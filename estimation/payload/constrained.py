@@ -8,13 +8,12 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import InertialParameters
-from ..fit.drive_gains import GainErrors
+from ..fit.drive_gains import Gains
 from ..fit.estimate import error_model
 from ..possible.constraints import Constraint
 from ..possible.intervals import NO_INTERVALS, Intervals, profile_intervals
-from ..possible.payload import Tested, solve_constrained, tested
+from ..possible.payload import POSSIBLE, Tested, solve_constrained, tested
 from ..possible.result import CONFLICT, Possible, Weighing
-from ..possible.scaling import POSSIBLE
 from .result import PayloadEstimate
 
 
@@ -34,7 +33,7 @@ class ConstrainedPayload:
     free: PayloadEstimate
     result: Possible
     intervals: Intervals
-    gains: GainErrors | None
+    gains: Gains | None
     tested: tuple[Tested, ...]
 
     @property
@@ -95,7 +94,7 @@ class ConstrainedPayload:
 
 
 def constrain_payload(
-    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: GainErrors | None = None
+    free: PayloadEstimate, constraints: Sequence[Constraint] = POSSIBLE, gains: Gains | None = None
 ) -> ConstrainedPayload:
     """The nearest payload that holds the constraints, with intervals.
 

@@ -18,8 +18,7 @@ from ...model import Motion, Recording, Robot
 from ..fit.robust import student95
 from ..recordings.columns import Naming
 from ..recordings.map import LogMap
-from ..recordings.opening import open_log
-from ..recordings.read import read_recording
+from ..recordings.read import open_log, read_recording
 from ..signals.alignment import aligned
 from ..signals.rows import moving_parts
 
@@ -99,12 +98,12 @@ def read_following(
     for wanted, kind in _REFERENCES:
         names = list(Naming(raw, log_map, robot).columns(wanted))
         there = [name for name in names if name in raw.names]
-        if not there and not any(one[0] == wanted for one in log_map.references):
+        if not there and not getattr(log_map, wanted):
             continue
         _check_all_there(path, names, there)
         table = np.vstack(list(raw.blocks(names)))
         _check_finite(path, names[0], table)
-        values = log_map.converted(log_map.reference(wanted), table)
+        values = log_map.si(wanted, table)
         missed = values - recording.q if kind == "following error" else recording.torque - values
         return Following(kind, Recording(recording.t, recording.q, missed, None, recording.source))
     return Following("torque", recording)

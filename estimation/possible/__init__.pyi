@@ -1,8 +1,5 @@
 from .constraints import Constraint as Constraint
 from .constraints import InHull as InHull
-from .gauge import BUDGET as BUDGET
-from .gauge import PriorRobot as PriorRobot
-from .gauge import solve_constrained_prior as solve_constrained_prior
 from .intervals import Intervals as Intervals
 from .intervals import profile_intervals as profile_intervals
 from .origin import DECIDER as DECIDER
@@ -12,8 +9,11 @@ from .origin import RobotOrigins as RobotOrigins
 from .origin import hidden_directions as hidden_directions
 from .origin import origins as origins
 from .origin import robot_origins as robot_origins
+from .prior import BUDGET as BUDGET
+from .prior import PriorRobot as PriorRobot
 from .prior import RobotPrior as RobotPrior
 from .prior import cylinder_prior as cylinder_prior
 from .prior import robot_prior as robot_prior
+from .prior import solve_constrained_prior as solve_constrained_prior
 from .robot import PossibleRobot as PossibleRobot
 from .robot import solve_constrained_base as solve_constrained_base

@@ -1,13 +1,26 @@
-"""What the links of a robot were thought to be before any data: from the robot's file, or from its geometry."""
+"""Standard parameters of a robot that can exist: those nearest to a prior that the data allow.
 
-from dataclasses import dataclass
+Data speak only of base parameters; of all robots that explain them about as well, the one whose links are nearest
+to a prior in entropic distance is one definite answer. The weight of the distance is chosen so that chi2 rises by a
+stated budget above that of the nearest robot that can exist: the prior never costs more than that.
+"""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import INERTIAL, InertialParameters, Robot
+from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
 from ...model.base import frame_origin
+from ..fit.estimate import Estimate, error_model
+from .cone import ConeProgram, SolverError, solve_cone
+from .constraints import MassBounds
+from .entropic import EntropicPoint, EntropicProgram, pseudo_inertias
+from .origin import Origin, origins
+from .payload import TOLERANCE
+from .result import Active
+from .robot import PossibleRobot, RobotProgram, solve_robot_program
 
 RADIUS = 0.08
 """Radius of the geometric default's cylinders, of the sum of the lengths between joints."""
@@ -106,3 +119,174 @@ def _cylinder(mass: float, end: Array, length: float, radius: float) -> Inertial
     along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
     inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
     return InertialParameters.from_com(mass, end / 2.0, inertia)
+
+
+BUDGET = 1.0
+"""By which chi2 may rise above the constrained minimum."""
+_MET = 1e-8
+"""Of the budget: how exactly it is met."""
+_ROUNDS = 60
+_FAR = 3.0
+"""By which the weight's logarithm changes at most in a round."""
+_NEAR = 0.3
+"""Up to this change a solution is a good start for the next; else the start is."""
+
+
+@dataclass(frozen=True)
+class PriorRobot(PossibleRobot):
+    """The robot that can exist, data first, then a prior.
+
+    Attributes:
+        nearest: the base gauge: the nearest robot that can exist.
+        prior: what the links were thought to be.
+        budget: by which chi2 was allowed to rise above ``nearest.chi2_rise``.
+        weight: of the entropic distance; infinite where the prior itself is within the budget.
+        origins: who decides each standard parameter.
+        distances: entropic distance of each link from its prior.
+    """
+
+    nearest: PossibleRobot = field(kw_only=True)
+    prior: RobotPrior = field(kw_only=True)
+    budget: float = field(kw_only=True)
+    weight: float = field(kw_only=True)
+    origins: dict[str, Origin] = field(kw_only=True)
+    distances: tuple[float, ...] = field(kw_only=True)
+
+
+def solve_constrained_prior(
+    robot: Robot,
+    base: BaseParameters,
+    estimate: Estimate,
+    prior: RobotPrior,
+    budget: float = BUDGET,
+    total_mass: MassBounds | None = None,
+) -> PriorRobot:
+    """The robot nearest to a prior among those that explain the data within a budget.
+
+    Links can exist, and drives hold the rules of ``solve_constrained_base``; the distance is that of the links
+    alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        estimate: of all of them, in their order.
+        prior: one body for each link.
+        budget: by which chi2 may rise above the constrained minimum.
+        total_mass: bounds of the mass of all links together, where known.
+
+    Raises:
+        InputError: if the estimate or the prior are not of this robot, or the budget is not positive.
+        SolverError: for anything but a clean solve.
+    """
+    if len(prior.bodies) != robot.n:
+        raise InputError(f"a prior of {len(prior.bodies)} links for the {robot.n} of {robot.name}: give one each")
+    if not 0.0 < budget < np.inf:
+        raise InputError(f"budget {budget:g} of the prior must be positive: 1 is one standard deviation")
+    estimate = error_model(estimate)
+    problem = RobotProgram.of(robot, base, estimate, total_mass)
+    nearest = solve_robot_program(problem, base, estimate)
+    z0 = _prior_point(problem, prior)
+    program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
+    found, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
+    active: tuple[Active, ...] = ()
+    if found is None:
+        start = program.start(_inside(problem, z0))
+        weight, point = _within_budget(program, start, nearest.chi2_rise, budget)
+        found, status, active = point.z, "Solved", _active(problem, point)
+    z = problem.repaired(found)
+    return PriorRobot(
+        **vars(problem.answer(base, estimate, z, active, status)),
+        nearest=nearest,
+        prior=prior,
+        budget=budget,
+        weight=weight,
+        origins=origins(robot, base),
+        distances=tuple(float(distance) for distance in program.distances(z)),
+    )
+
+
+def _prior_point(problem: RobotProgram, prior: RobotPrior) -> Array:
+    """The prior's links in scaled parameters; drives are zero."""
+    z = np.zeros(len(problem.scale))
+    for link, body in zip(problem.links, prior.bodies, strict=True):
+        z[link] = body.vector / problem.scale[link]
+    return z
+
+
+def _prior_itself(problem: RobotProgram, z0: Array, limit: float) -> Array | None:
+    """The prior's links with the drives that suit them best, if that is within the limit."""
+    F, d, A, b, bodies = problem.program
+    drives = [k for k in range(len(z0)) if k not in {place for link in problem.links for place in link}]
+    shift = A @ z0 + b
+    rows = np.abs(A[:, drives]).max(axis=1, initial=0.0) > 0.0
+    if (shift[~rows] < -TOLERANCE).any():
+        return None  # the prior breaks a bound of the mass
+    z = z0.copy()
+    if drives:
+        part = ConeProgram(F[:, drives], d - F @ z0, A[np.ix_(rows, drives)], shift[rows], bodies[:0, :, drives])
+        z[drives] = solve_cone(part, 1e3).z
+        signed = list(problem.rules.signed)
+        z[signed] = np.maximum(z[signed], 0.0)
+    return z if float(np.sum((F @ z - d) ** 2)) <= limit else None
+
+
+def _inside(problem: RobotProgram, z0: Array) -> Array:
+    """A point strictly inside: the prior's links, scaled to the bounds of their mass, drives above zero.
+
+    Raises:
+        InputError: if the bounds of the mass leave no room.
+    """
+    z = z0.copy()
+    places = [place for link in problem.links for place in link]
+    masses = problem.rules.mass_rows
+    A, b = problem.rules.A[masses] @ z0, problem.rules.b[masses]
+    if masses and min(A + b) <= 0.0:
+        ends = -b / A  # factors at which a bound is met
+        factor = float(ends.mean()) if len(masses) == 2 else float(ends[0]) * (1.1 if A[0] > 0.0 else 0.9)
+        if min(A * factor + b) <= 0.0:
+            raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
+        z[places] *= factor
+    z[list(problem.rules.signed)] = 1.0
+    if problem.rules.rotors:
+        z[problem.rules.rotors[0]] = 2.0
+    return z
+
+
+def _within_budget(
+    program: EntropicProgram, start: EntropicPoint, least: float, budget: float
+) -> tuple[float, EntropicPoint]:
+    """Weight and point at which chi2 = least + budget; chi2 rises with the weight, from ``least`` at none.
+
+    Newton's method on logarithms inside a bracket.
+    """
+    weight, low, high = 0.1 * budget, 0.0, np.inf
+    point = start
+    for _ in range(_ROUNDS):
+        point = program.minimum(weight, point)
+        rise = program.chi2(point.z) - least
+        if abs(rise - budget) <= _MET * budget:
+            return weight, point
+        low, high = (weight, high) if rise < budget else (low, weight)
+        found = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
+        point = point if abs(np.log(found / weight)) < _NEAR else start
+        weight = found
+    raise SolverError("no weight of the prior meets the budget", program.program)
+
+
+def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
+    """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
+    step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -_FAR
+    found = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
+    if low < found < high:
+        return found
+    return float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
+
+
+def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Active, ...]:
+    slack = problem.rules.A @ point.z + problem.rules.b
+    found = [
+        Active(text, float(price))
+        for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
+        if price > max(room, TOLERANCE)
+    ]
+    return tuple(sorted(found, key=lambda active: -active.multiplier))

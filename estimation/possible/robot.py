@@ -18,9 +18,9 @@ from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from .constraints import MassBounds
 from .origin import hidden_directions
+from .payload import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening
 from .result import Active, Possible
 from .robot_rules import RobotRules, link_places, sizes
-from .scaling import IDENTITY, NOISE_FLOOR, TOLERANCE, whitening
 
 _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""

@@ -12,7 +12,7 @@ from ...common.errors import InputError
 from ...model import Robot
 from .map import LogMap
 from .quantity import REFERENCES, standard_pose
-from .table import RawLog, repeated
+from .table import RawLog, listed, repeated
 
 _STANDARD = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
 _BY_NAME = {
@@ -58,7 +58,7 @@ class Naming:
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
         reference = REFERENCES.get(kind)
-        named = (self.log_map.reference(kind) if reference else self.log_map.quantity(kind)).columns
+        named = listed((self.log_map.reference(kind) if reference else self.log_map.quantity(kind)).columns)
         if len(named) == 1 and "{" in named[0]:
             return self._expanded(named[0])
         if named:
@@ -82,7 +82,7 @@ class Naming:
         """
         names, n = self.raw.joints, self.robot.n
         if self.log_map.joints or not names:
-            return self.log_map.joints
+            return listed(self.log_map.joints)
         ends = {name: re.search(r"(\d+)$", name) for name in names}
         numbers = {int(match[1]): name for name, match in ends.items() if match}
         if sorted(numbers) == list(range(1, n + 1)) and len(names) == n:
@@ -114,10 +114,10 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
         raise InputError(f"{raw.path}: column {repeated(raw.names)!r} stands in the header twice: rename one")
     naming = Naming(raw, log_map, robot)
     kind, notes = _load(naming, gains)
-    speeds = naming.holds("velocity") or log_map.names("velocity")
+    speeds = naming.holds("velocity") or log_map.velocity.columns
     velocity = naming.columns("velocity") if speeds else ()
-    chosen = Columns(log_map.time, naming.columns("position"), velocity, naming.columns(kind), kind, ())
-    if not naming.joints and not any(map(log_map.names, _STANDARD)):
+    chosen = Columns(log_map.time.column, naming.columns("position"), velocity, naming.columns(kind), kind, ())
+    if not naming.joints and not any(log_map.quantity(kind).columns for kind in _STANDARD):
         _check_near_misses(raw, robot)
     check_missing(raw, chosen.all)
     pose = log_map.pose or standard_pose(raw.names)

@@ -8,17 +8,17 @@ import re
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from itertools import islice, repeat, takewhile
 from pathlib import Path
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .table import BLOCK, DELIMITERS, Layout, RawLog
+from .table import BLOCK, DELIMITERS, Layout, RawLog, listed
 
 _NUMBERS = msgspec.json.Decoder(list[float])
 
@@ -33,7 +33,7 @@ def csv_log(path: Path, layout: Layout) -> RawLog:
         layout = replace(layout, skip=_remarks(path))
     delimiter = DELIMITERS[layout.delimiter or ("tab" if ".tsv" in path.suffixes else "comma")]
     text = _Text(path, layout, delimiter)
-    names = layout.names or text.header()
+    names = listed(layout.names) or text.header()
     first = layout.skip + (1 if layout.names else 2)
     step = max(layout.per_row, 1)
 

@@ -1,96 +1,142 @@
 """How a log becomes a recording: its layout, columns, units, sides and signs, by a file or the command line."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
+from msgspec import field
+from msgspec.structs import force_setattr, replace
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from .quantity import REFERENCES, Quantity, ToolColumns, factor
-from .table import Layout
+from ...common.schema import Real, Table, WrongKeyError, at, read_toml
+from .quantity import QUANTITIES, REFERENCES, Quantity, Reference, ToolColumns, factor
+from .table import Layout, Texts, listed
 
 _SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
 
 
-@dataclass(frozen=True)
-class FilePart:
+class FilePart(Layout, frozen=True, kw_only=True):
     """One of several files that together make a log: ``name`` within the folder, and its layout."""
 
     name: str
-    layout: Layout
 
 
-@dataclass(frozen=True)
-class LogMap:
+class Time(Table, frozen=True):
+    """The column of time and its unit ("s", "ms", "us" or "ns"), or the even sampling rate of a log without one."""
+
+    column: str = ""
+    unit: str = ""
+    rate: Real | None = field(default=None, name="rate_hz")
+
+    def __post_init__(self) -> None:
+        """Refuse unknown units and rates without meaning."""
+        if self.rate is None:
+            force_setattr(self, "column", self.column or "t")
+            force_setattr(self, "unit", self.unit or "s")
+            factor("time", self.unit)
+        elif self.column or self.unit:
+            raise ValueError("give rate_hz, or column and unit")
+        elif not 0.0 < self.rate < 1e9:
+            raise ValueError(f"rate_hz must be positive, got {self.rate}")
+
+
+class _Coupling(Table, frozen=True):
+    motor: int
+    joint: int
+    ratio: Real | None = None
+
+
+class Gears(Table, frozen=True):
+    """Gear ratios of the motors, and motors that turn with a joint that is not their own."""
+
+    gear_ratios: tuple[Real, ...]
+    coupling: tuple[_Coupling, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse motors that do not turn with their joints."""
+        if self.gear_ratios and abs(np.linalg.det(self.matrix())) < 1e-9:
+            raise ValueError("gear ratios: a motor does not turn with its joint (ratio 0)")
+
+    def matrix(self) -> Array:
+        """G of q_r = G q (8): ratios on the diagonal, couplings beside it, n x n."""
+        n, matrix = len(self.gear_ratios), np.diag(self.gear_ratios)
+        for number, coupling in enumerate(self.coupling, start=1):
+            motor, joint = coupling.motor, coupling.joint
+            if not (1 <= motor <= n and 1 <= joint <= n) or motor == joint:
+                raise WrongKeyError(f"coupling[{number}]", f"motor {motor} and joint {joint} are no two of {n}")
+            ratio = self.gear_ratios[motor - 1] if coupling.ratio is None else coupling.ratio
+            matrix[motor - 1, joint - 1] = ratio
+        return matrix
+
+
+class LogMap(Table, frozen=True, dict=True):
     """How to read a log; without arguments the standard CSV in SI units.
 
     Attributes:
         source: where it came from, for messages.
+        joints: names of the joints, base to tip.
         layout: of a text file.
         files: the files of a log that is a folder.
-        time: column of time; empty with ``rate``.
-        time_unit: "s", "ms", "us" or "ns".
-        rate: even sampling rate [Hz] of a log without a column of time.
-        quantities: what the log holds; kinds that are absent go by the standard names.
-        joints: names of the joints, base to tip.
-        gears: qm = G q, motor positions from joint positions, as rows of n; empty where nothing is on motor side.
+        motor: gears, where anything is on the motor side.
         pose: columns of the tool's pose.
-        references: (kind of ``REFERENCES``, columns, units) of what the controller wanted; else by standard names.
+        position, velocity, torque, current: what the log holds; what is absent goes by the standard names.
+        position_reference, torque_reference: what the controller wanted; else by standard names.
     """
 
-    source: str = "log map"
-    layout: Layout = Layout()
+    source: str = field(default="log map", name="title")
+    joints: Texts = ()
+    layout: Layout = field(default=Layout(), name="file")
     files: tuple[FilePart, ...] = ()
-    time: str = "t"
-    time_unit: str = "s"
-    rate: float | None = None
-    quantities: tuple[Quantity, ...] = ()
-    joints: tuple[str, ...] = ()
-    gears: tuple[tuple[float, ...], ...] = ()
+    time: Time = Time()
+    motor: Gears | None = None
     pose: ToolColumns | None = None
-    references: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = ()
+    position: Quantity = Quantity()
+    velocity: Quantity = Quantity()
+    torque: Quantity = Quantity()
+    current: Quantity = Quantity()
+    position_reference: Reference | None = None
+    torque_reference: Reference | None = None
 
     def __post_init__(self) -> None:
-        """Refuse motor sides without gears, unknown time units and rates without meaning."""
-        factor("time", self.time_unit)
-        if bool(self.time) == (self.rate is not None):
-            raise ValueError("a log has either a column of time or a rate")
-        if self.rate is not None and not 0.0 < self.rate < 1e9:
-            raise ValueError(f"rate_hz must be positive, got {self.rate}")
-        if any(quantity.side == "motor" for quantity in self.quantities) and not self.gears:
+        """Refuse motor sides without gears, joints that are named twice, and what no quantity of a kind has."""
+        force_setattr(self, "joints", listed(self.joints))
+        for kind in QUANTITIES:
+            with at(kind):
+                self.quantity(kind).check_kind(kind)
+        for kind in self._references():
+            with at(kind):
+                getattr(self, kind).check_kind(kind)
+        if any(self.quantity(kind).side == "motor" for kind in QUANTITIES) and not self.motor:
             raise ValueError("motor side without gear ratios: give [motor] gear_ratios")
-        if self.gears and abs(np.linalg.det(self.G)) < 1e-9:
-            raise ValueError("gear ratios: a motor does not turn with its joint (ratio 0)")
         if len(set(self.joints)) != len(self.joints):
             raise ValueError("a joint is named twice")
 
     @cached_property
     def G(self) -> Array:  # noqa: N802  the paper's (8): q_r = G q
-        """The gears as a matrix, n x n."""
-        return np.array(self.gears)
+        """The gears as a matrix, n x n; empty without gears."""
+        return self.motor.matrix() if self.motor else np.zeros((0, 0))
 
     def quantity(self, kind: str) -> Quantity:
-        """What is said of one quantity, or the standard."""
-        return next((q for q in self.quantities if q.kind == kind), Quantity(kind))
+        """What is said of one quantity."""
+        quantity: Quantity = getattr(self, kind)
+        return quantity
+
+    def _references(self) -> Iterator[str]:
+        """The references of which something is said."""
+        yield from (kind for kind in REFERENCES if getattr(self, kind))
 
     def reference(self, kind: str) -> Quantity:
         """What is said of a reference, of ``REFERENCES``: sign, side and zero are those of the measured quantity.
 
         A torque's side is the joint's. Units are a position's own, N·m or N for a torque, unless they are given.
         """
-        measured = self.quantity(REFERENCES[kind])
+        measured, reference = self.quantity(REFERENCES[kind]), getattr(self, kind) or Reference(())
         if kind == "torque_reference":
-            measured = Quantity("torque", sign=measured.sign)
-        _, columns, units = next((entry for entry in self.references if entry[0] == kind), (kind, (), ()))
-        return replace(
-            measured, columns=columns, unit=units or measured.unit, rated=() if units else measured.rated
-        )
-
-    def names(self, kind: str) -> bool:
-        """Whether columns of a quantity are named."""
-        return bool(self.quantity(kind).columns)
+            measured = Quantity(sign=measured.sign)
+        rated = () if reference.unit else measured.rated
+        return replace(measured, columns=reference.columns, unit=reference.unit or measured.unit, rated=rated)
 
     def check(self, n: int) -> None:
         """Refuse a map for another number of joints.
@@ -98,32 +144,36 @@ class LogMap:
         Raises:
             InputError: names the list.
         """
-        for quantity in (*self.quantities, *(self.reference(kind) for kind, *_ in self.references)):
-            quantity.check(n, self.source)
-        for name, values in (("joints", self.joints), ("gear ratios", self.gears)):
-            if values and len(values) != n:
+        for kind in QUANTITIES:
+            self.quantity(kind).check(kind, n, self.source)
+        for kind in self._references():
+            self.reference(kind).check(REFERENCES[kind], n, self.source)
+        for name, values in (("joints", self.joints), ("gear ratios", self.G)):
+            if len(values) not in (0, n):
                 raise InputError(f"{self.source}: {len(values)} {name}, the robot has {n} joints")
 
     def si(self, kind: str, raw: Array) -> Array:
         """Numbers of a log as joint-side SI values, rows x n.
 
         Args:
-            kind: of ``QUANTITIES``.
+            kind: of ``QUANTITIES`` or ``REFERENCES``.
             raw: the columns, rows x n.
         """
-        return self.converted(self.quantity(kind), raw)
-
-    def converted(self, quantity: Quantity, raw: Array) -> Array:
-        """Numbers of any quantity's columns as joint-side SI values, rows x n."""
-        values = raw * quantity.factors(raw.shape[1])
+        quantity = self.reference(kind) if kind in REFERENCES else self.quantity(kind)
+        kind = REFERENCES.get(kind, kind)
+        values = raw * quantity.factors(kind, raw.shape[1])
         if quantity.side == "motor":  # (8) and by duality (9): tau = G' tau_m
-            values = values @ self.G if quantity.kind == "torque" else values @ np.linalg.inv(self.G).T
+            values = values @ self.G if kind == "torque" else values @ np.linalg.inv(self.G).T
         return values + quantity.zero if quantity.zero else values
 
-    def with_quantity(self, quantity: Quantity) -> "LogMap":
-        """A map with another entry for one quantity."""
-        others = tuple(q for q in self.quantities if q.kind != quantity.kind)
-        return replace(self, quantities=(*others, quantity))
+
+def read_log_map(path: str | Path) -> LogMap:
+    """Read a log map; docs/logs.md tells its keys.
+
+    Raises:
+        InputError: names the file and the key.
+    """
+    return replace(read_toml(path, LogMap), source=str(path))
 
 
 def with_flags(
@@ -150,19 +200,16 @@ def with_flags(
             name, _, unit = entry.partition("=")
             if name not in _SHORT or not unit:
                 raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
-            kind = _SHORT[name]
-            if kind == "time":
-                log_map = replace(log_map, time_unit=unit)
-            else:
-                log_map = log_map.with_quantity(replace(log_map.quantity(kind), unit=(unit,)))
-        if signs:
-            for kind in _SHORT.values():
-                if kind != "time":
-                    log_map = log_map.with_quantity(_turned(log_map.quantity(kind), signs))
+            changed = replace(getattr(log_map, _SHORT[name]), unit=unit)
+            log_map = replace(log_map, **{_SHORT[name]: changed})
+        for kind in QUANTITIES if signs else ():
+            log_map = replace(log_map, **{kind: _turned(log_map.quantity(kind), signs)})
         if joints:
             log_map = replace(log_map, joints=tuple(joints))
         if topic:
             log_map = replace(log_map, layout=replace(log_map.layout, topic=topic))
+    except WrongKeyError as fault:
+        raise InputError(f"command line: {fault.problem}") from None
     except InputError:
         raise
     except ValueError as error:

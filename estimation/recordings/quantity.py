@@ -1,14 +1,16 @@
 """What a log holds of each joint and of the tool, in which columns and units, and what makes them SI."""
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Collection, Mapping
+from typing import ClassVar, Literal
 
 import numpy as np
+from msgspec.structs import force_setattr
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Real, Table, WrongKeyError
+from .table import Texts, listed, spread
 
 QUANTITIES = ("position", "velocity", "torque", "current")
 """What is measured of each joint."""
@@ -28,62 +30,65 @@ _UNITS = {
 }
 _SPELLINGS = {"Nm": "N·m", "N*m": "N·m", "N m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us", "revolution":
               "rev", "degree": "deg", "degrees": "deg", "rad/sec": "rad/s", "°": "deg", "°/s": "deg/s"}  # fmt: skip
+_Numbers = tuple[Real, ...]
 _SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(Table, frozen=True):
     """One measured quantity of all joints.
 
     Attributes:
-        kind: of ``QUANTITIES``.
         columns: one name for each joint, or one pattern: "{}" stands for the joint's number, "{0}" for the number
             less one, "{joint}" for its name. Empty: the standard names q1, qd1, tau1, i1.
-        unit: one for all joints, or one for each.
+        unit: one for all joints, or one for each; empty for the SI unit.
         side: "motor": before the gears.
         sign: 1 or -1 for each joint; of the column, before anything else.
-        zero: added to joint-side positions [rad or m], one for each joint.
+        zero_deg, zero_m: added to joint-side positions, one for each joint.
         rated: what 100 percent is, in N·m, N or A on the column's own side, one for each joint.
     """
 
-    kind: str
-    columns: tuple[str, ...] = ()
-    unit: tuple[str, ...] = ()
+    columns: Texts = ()
+    unit: Texts = ()
     side: Literal["joint", "motor"] = "joint"
-    sign: tuple[float, ...] = ()
-    zero: tuple[float, ...] = ()
-    rated: tuple[float, ...] = ()
+    sign: _Numbers = ()
+    zero_deg: _Numbers = ()
+    zero_m: _Numbers = ()
+    rated: _Numbers = ()
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
+        force_setattr(self, "columns", spread(self.columns))
+        force_setattr(self, "unit", listed(self.unit))
         if self.side not in ("joint", "motor"):
             raise ValueError(f"side {self.side!r}: give 'joint' or 'motor'")
-        if self.side == "motor" and self.kind == "current":
-            raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
         if any(abs(sign) != 1.0 for sign in self.sign):
             raise ValueError("sign must be 1 or -1")
-        if self.zero and self.kind != "position":
-            raise ValueError("only positions have a zero")
-        shares = [is_share(unit) for unit in self.units]
-        if any(shares) != bool(self.rated):
+        if any(map(is_share, self.unit)) != bool(self.rated):
             raise ValueError("rated goes with the unit percent: what 100 percent is, for each joint")
-        for unit in self.units:
-            factor(self.kind, unit)
+
+    def check_kind(self, kind: str) -> None:
+        """Refuse what no quantity of this kind has."""
+        if self.side == "motor" and kind == "current":
+            raise ValueError("a current has no side: leave 'side' out, drive gains tell its torque")
+        if self.zero and kind != "position":
+            raise ValueError("only positions have a zero")
+        for unit in self.unit:
+            factor(kind, unit)
 
     @property
-    def units(self) -> tuple[str, ...]:
-        """The units that are given, or the SI one."""
-        return self.unit or (_SI[self.kind],)
+    def zero(self) -> tuple[float, ...]:
+        """What is added to joint-side positions [rad or m], one for each joint."""
+        return tuple(map(math.radians, self.zero_deg)) or self.zero_m
 
-    def factors(self, n: int) -> Array:
+    def factors(self, kind: str, n: int) -> Array:
         """What each column is multiplied by, shape (n,)."""
-        factors = np.array([factor(self.kind, unit) for unit in self.units]) * np.ones(n)
+        factors = np.array([factor(kind, unit) for unit in self.unit or (_SI[kind],)]) * np.ones(n)
         for values in (self.sign, self.rated):
             if values:
                 factors = factors * values
         return factors
 
-    def check(self, n: int, source: str) -> None:
+    def check(self, kind: str, n: int, source: str) -> None:
         """Refuse lists that are not as long as the robot has joints.
 
         Raises:
@@ -93,11 +98,28 @@ class Quantity:
         lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
         for name, values in lists.items():
             if values and len(values) != n:
-                raise InputError(f"{source}: {self.kind}.{name} has {len(values)} entries, the robot {n} joints")
+                raise InputError(f"{source}: {kind}.{name} has {len(values)} entries, the robot {n} joints")
 
 
-@dataclass(frozen=True)
-class ToolColumns:
+class Reference(Table, frozen=True):
+    """Columns and units of what the controller wanted of each joint."""
+
+    advice: ClassVar[Mapping[str, str]] = {"columns": "name the columns"}
+
+    columns: Texts
+    unit: Texts = ()
+
+    def check_kind(self, kind: str) -> None:
+        """Refuse what no reference of this kind has."""
+        if not self.columns:
+            raise WrongKeyError("columns", "name the columns")
+        for unit in listed(self.unit):
+            if is_share(unit):
+                raise WrongKeyError("unit", "percent of what is not said: give N·m")
+            factor(REFERENCES[kind], unit)
+
+
+class ToolColumns(Table, frozen=True):
     """Columns of the tool's position and, perhaps, of its axes, in any fixed frame.
 
     Attributes:
@@ -109,14 +131,16 @@ class ToolColumns:
         rotation_unit: "rad" or "deg", of a rotation vector and of rpy.
     """
 
-    columns: tuple[str, ...]
+    columns: Texts
     unit: str = "m"
-    rotation: tuple[str, ...] = ()
+    rotation: Texts = ()
     form: str = ""
     rotation_unit: str = "rad"
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
+        force_setattr(self, "columns", spread(self.columns))
+        force_setattr(self, "rotation", spread(self.rotation))
         if len(self.columns) != 3:
             raise ValueError(f"pose.columns has {len(self.columns)} names: give those of x, y and z")
         for name, unit, known in (("unit", self.unit, _LENGTHS), ("rotation_unit", self.rotation_unit, _ANGLES)):

@@ -5,17 +5,24 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta, field
+from msgspec.structs import force_setattr
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import Table
 
 BLOCK = 16384
 """Rows that are read at once."""
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 """What separates cells; None stands for any white space."""
+
+Texts = str | tuple[str, ...]
+"""One text stands for a list of it."""
+_Count = Annotated[int, Meta(ge=0)]
 
 
 @dataclass(frozen=True)
@@ -59,14 +66,13 @@ class RawLog:
         return np.concatenate([np.empty((0, len(columns))), *self.finite_blocks(columns)])
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Table, frozen=True):
     """The layout of a text file, and what else a reader must be told.
 
     Attributes:
         delimiter: of ``DELIMITERS``; empty: tab for .tsv, comma otherwise.
         decimal: "." or ",".
-        names: names of the columns in the order of the file, instead of a header line.
+        names: names of the columns in the order of the file, instead of a header line; "q1..6" stands for six.
         skip: lines before the header, or before the numbers where ``names`` are given.
         per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
         topic: of a ROS bag; empty where there is only one with joint states.
@@ -74,21 +80,20 @@ class Layout:
 
     delimiter: str = ""
     decimal: str = "."
-    names: tuple[str, ...] = ()
-    skip: int = 0
-    per_row: int = 0
+    names: Texts = ()
+    skip: _Count = field(default=0, name="skip_lines")
+    per_row: _Count = field(default=0, name="numbers_per_row")
     topic: str = ""
 
     def __post_init__(self) -> None:
         """Refuse layouts without a meaning."""
+        force_setattr(self, "names", spread(self.names))
         if self.delimiter and self.delimiter not in DELIMITERS:
             raise ValueError(f"delimiter {self.delimiter!r}: give one of {', '.join(DELIMITERS)}")
         if self.decimal not in (".", ","):
             raise ValueError(f"decimal {self.decimal!r}: give '.' or ','")
         if self.decimal == "," and self.delimiter in ("", "comma"):
             raise ValueError("decimal ',' needs a delimiter other than comma")
-        if self.skip < 0 or self.per_row < 0:
-            raise ValueError("skip_lines and numbers_per_row must not be negative")
         if self.per_row and self.per_row != len(self.names):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")
         if repeated(self.names):
@@ -100,14 +105,19 @@ def repeated(names: Sequence[str]) -> str:
     return min((name for name in names if names.count(name) > 1), default="")
 
 
-def spread(names: Sequence[str]) -> tuple[str, ...]:
+def listed(names: Texts) -> tuple[str, ...]:
+    """Names of which a single one may stand alone."""
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def spread(names: Texts) -> tuple[str, ...]:
     """Names with ranges written out: "q1..6" is q1 to q6.
 
     Raises:
         InputError: for a range that runs backwards.
     """
     result: list[str] = []
-    for name in names:
+    for name in listed(names):
         match = re.fullmatch(r"(.*?)(\d+)\.\.(\d+)", name)
         if not match:
             result.append(name)

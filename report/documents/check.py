@@ -7,8 +7,7 @@ from msgspec import UNSET, UnsetType, field, structs
 
 from ...common.schema import Document
 from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck
-from ...estimation.diagnosis.facts import JointFacts, TimeFacts
-from ...estimation.diagnosis.log_check import Excited
+from ...estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from ...estimation.files.parts import Number
 from ...estimation.payload import FollowingChange
 from ...model import Pose, Robot

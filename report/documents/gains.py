@@ -2,10 +2,10 @@
 
 from ...estimation.files import StoredGains
 from ...estimation.files.parts import ProcessingDocument, RobustDocument
-from ...estimation.files.stored_gains import GainsTable, LoadDocument
+from ...estimation.files.stored import GainsTable, LoadDocument
 from ...estimation.gains import DriveGains
 from ...model import INERTIAL, Processing
-from .parts import recordings_document, residual_document
+from .parts import residual_document
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
@@ -35,7 +35,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
             identified=gains.identified,
             rests_on=tuple(gains.identifiability),
         ),
-        fingerprints=recordings_document(gains.recordings),
+        fingerprints=gains.recordings,
         robust=RobustDocument(robust.blocks, robust.block_length)
         if robust
         else RobustDocument(None, unavailable=gains.without_robust or None),

@@ -4,19 +4,17 @@ from collections.abc import Mapping, Sequence
 
 from msgspec import UNSET
 
-from ...estimation import GainErrors, SigmaRatio
+from ...estimation import Gains, SigmaRatio
 from ...estimation.files.parts import (
     EliminationDocument,
     EliminationStep,
     GainErrorsDocument,
     ParameterDocument,
     ProcessingDocument,
-    Recordings,
     ResidualDocument,
     RobustDocument,
 )
 from ...estimation.fit import Elimination, Fit, RobustCovariance
-from ...estimation.fit.gain_recordings import GainRecordings
 from ...model import Processing, Robot
 
 
@@ -44,22 +42,17 @@ def robust_document(robust: RobustCovariance | None, reason: str) -> RobustDocum
     return RobustDocument.of(robust, warning=robust.warning or None)
 
 
-def gain_errors_document(gains: GainErrors) -> GainErrorsDocument:
+def gain_errors_document(gains: Gains) -> GainErrorsDocument:
     """What was said of the gains' errors; where gains were identified, their covariance, recordings and payload."""
-    known = any(gains.recordings)
+    known = any(gains.recordings.values())
     return GainErrorsDocument(
         tuple(gains.per_joint),
         gains.common,
         identified=tuple(map(tuple, gains.identified)) or UNSET,
-        recordings=recordings_document(gains.recordings) if known else UNSET,
+        recordings=gains.recordings if known else UNSET,
         mass=gains.mass if known else UNSET,
         notes=gains.notes or UNSET,
     )
-
-
-def recordings_document(recordings: GainRecordings) -> Recordings:
-    """Fingerprints of the recordings behind drive gains."""
-    return {"unloaded": recordings.unloaded, "loaded": recordings.loaded}
 
 
 def elimination_document(

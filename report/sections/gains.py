@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...estimation import GainErrors
+from ...estimation import Gains
 from ...estimation.gains import DriveGains
 from ...model import Robot
 from ..blocks import Block, Notes, Table, columns
@@ -51,7 +51,7 @@ def scales_in_words(robot: Robot) -> str:
     return "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
 
 
-def gain_error_notes(robot: Robot, gains: GainErrors | None, what: str = "Intervals") -> list[str]:
+def gain_error_notes(robot: Robot, gains: Gains | None, what: str = "Intervals") -> list[str]:
     """What ``what`` hold of the gains' errors, and what else there is to know of them."""
     scales, each = scales_in_words(robot), "motor" if robot.coupling else "joint"
     if gains is None:

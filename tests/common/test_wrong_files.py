@@ -9,7 +9,7 @@ import pytest
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.common.schema import Table, json_text, toml_text
-from dynident.estimation import read_log_map
+from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.files import (
     StoredGains,
     StoredPayload,
@@ -18,8 +18,7 @@ from dynident.estimation.files import (
     read_stored_payload,
     read_stored_robot,
 )
-from dynident.estimation.gains import known_load, read_known_load
-from dynident.estimation.recordings import map_file
+from dynident.estimation.gains import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
@@ -115,8 +114,8 @@ def stored() -> Iterator[File]:
 FILES = [
     toml("robot", FULL, RobotTable, load_robot),
     toml("scene", WHOLE, Scene, read_scene),
-    toml("map", MAP, map_file.MapTable, read_log_map),
-    toml("load", LOAD, known_load.LoadTable, read_known_load),
+    toml("map", MAP, LogMap, read_log_map),
+    toml("load", LOAD, KnownLoad, read_known_load),
     toml("body", LOAD.replace("mass_sigma = 0.01\n", ""), payload_file.BodyTable, read_payload),
     toml("ten", TEN, payload_file.TenTable, read_payload),
     *stored(),

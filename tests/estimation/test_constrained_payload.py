@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation import (
     CentreOfMassInBox,
-    GainErrors,
+    Gains,
     InEllipsoid,
     KnownMass,
     MassBounds,
@@ -158,7 +158,7 @@ def test_ur10e(recordings: Path) -> None:
     problem = payload_problem(robot, [loaded], [bare], robust=True)
     plain = answer_payload(problem, methods=(3,)).recommended
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
-    answer = answer_payload(problem, gains=GainErrors((0.02,)))
+    answer = answer_payload(problem, gains=Gains((0.02,)))
     for one in answer.constrained:
         low, high = one.intervals.parameters[9]
         assert low < 2.805 < high

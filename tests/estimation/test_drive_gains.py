@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, GainErrors, PayloadProblem, identify, identify_payload, payload_problem
+from dynident.estimation import Estimate, Gains, PayloadProblem, identify, identify_payload, payload_problem
 from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.estimate import error_model
@@ -130,7 +130,7 @@ def test_a_stored_robot_brings_its_own_errors(arm: tuple[Simulator, Recordings],
     assert both[1] == pytest.approx(both[0], rel=1e-5, abs=1e-8)
     old = replace(later, known=replace(known, gain_sensitivity=None))
     with pytest.raises(InputError, match="identify the robot again"):
-        constrain_payload(identify_payload(old, 1), gains=GainErrors((0.02,)))
+        constrain_payload(identify_payload(old, 1), gains=Gains((0.02,)))
 
 
 def test_a_robots_parameters_by_rescaled_recordings(
@@ -202,7 +202,7 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
 
     expected = brute(solved)
     for motor, column in zip(MOTORS, expected.T, strict=True):
-        gains = GainErrors(0.01 * np.eye(6)[motor])
+        gains = Gains(0.01 * np.eye(6)[motor])
         C = error_model(found.estimate, gains).covariance - error_model(found.estimate).covariance
         assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
 
@@ -211,18 +211,18 @@ def test_common_and_own_errors(problem: PayloadProblem) -> None:
     """A common error widens the mass by its share of it; one number stands for six; both add up."""
     free = identify_payload(problem, 4)
 
-    def sigma(gains: GainErrors | None) -> Array:
+    def sigma(gains: Gains | None) -> Array:
         return constrain_payload(free, gains=gains).sigma
 
     alone = sigma(None)
     assert alone == pytest.approx(free.estimate.sigma)
-    common = sigma(GainErrors(common=0.03))
+    common = sigma(Gains(common=0.03))
     J = sensitivity(free.estimate)
     share = free.mass if problem.robot.spring is None else abs(J[9].sum())
     assert np.sqrt(common[9] ** 2 - alone[9] ** 2) == pytest.approx(0.03 * share, rel=1e-6)
-    assert sigma(GainErrors((0.02,))) == pytest.approx(sigma(GainErrors((0.02,) * 6)))
+    assert sigma(Gains((0.02,))) == pytest.approx(sigma(Gains((0.02,) * 6)))
     own = 0.02 * np.linalg.norm(J, axis=1)
-    both = sigma(GainErrors((0.02,), 0.03))
+    both = sigma(Gains((0.02,), 0.03))
     assert both**2 == pytest.approx(common**2 + own**2, rel=1e-6)
 
 
@@ -233,7 +233,7 @@ def test_intervals_hold_a_payload_whose_gains_are_wrong(
     wrong = problem_of(arm, [1.03, 1.04, 1.02, 1.04, 1.03, 1.03])
     for method in METHODS:
         free: PayloadEstimate = identify_payload(wrong, method)
-        ends = [constrain_payload(free, gains=g).intervals.parameters[9] for g in (None, GainErrors((0.01,), 0.03))]
+        ends = [constrain_payload(free, gains=g).intervals.parameters[9] for g in (None, Gains((0.01,), 0.03))]
         assert not ends[0][0] <= payload.mass <= ends[0][1]
         assert ends[1][0] <= payload.mass <= ends[1][1]
 
@@ -241,9 +241,9 @@ def test_intervals_hold_a_payload_whose_gains_are_wrong(
 @pytest.mark.parametrize("sigmas", [(-0.01,), (1.0,), (), (float("nan"),)])
 def test_what_is_no_uncertainty_is_refused(sigmas: tuple[float, ...]) -> None:
     with pytest.raises(InputError, match="drive gains"):
-        GainErrors(sigmas)
+        Gains(sigmas)
 
 
 def test_as_many_as_joints() -> None:
     with pytest.raises(InputError, match="2 uncertainties of drive gains for 6 joints"):
-        GainErrors((0.01, 0.02)).covariance(6)
+        Gains((0.01, 0.02)).covariance(6)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import Estimate, GainErrors, identify, identify_payload, payload_problem
+from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
 from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload import constrain_payload
@@ -17,7 +17,7 @@ from dynident.report.sections.robot import robot_notes, robot_table
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray
 
-GAINS = GainErrors((0.02,))
+GAINS = Gains((0.02,))
 SETTINGS = Processing(decimate=4)
 NOISE = np.array([3.0, 3.0, 2.0, 1.0, 1.0, 0.7])
 RUNS = 20
@@ -88,7 +88,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
     known = identify(robot, [bare], SETTINGS, gains=GAINS).estimate
     assert known.covariance_by_gains is not None
 
-    def mass_sigma(known: Estimate, gains: GainErrors | None) -> float:
+    def mass_sigma(known: Estimate, gains: Gains | None) -> float:
         problem = payload_problem(robot, [loaded], [], known, SETTINGS)
         return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
 
@@ -103,9 +103,7 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
 def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
     bare = recorders[0](1, 0.02)
-    exact, found = (
-        identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, GainErrors(common=0.03))
-    )
+    exact, found = (identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, Gains(common=0.03)))
     estimate = found.estimate
     assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
     assert estimate.total_sigma == pytest.approx(np.hypot(estimate.larger_sigma, 0.03 * np.abs(estimate.values)))
@@ -132,7 +130,7 @@ def test_stored_robot_keeps_the_gains_uncertainty(
     robot: Robot, recorders: tuple[Record, Record], tmp_path: Path
 ) -> None:
     """Read back, the distance of the nearest robot that can exist is the same, gains included."""
-    gains = GainErrors((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
+    gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
     result = identify(robot, [recorders[0](2, 0.02)], SETTINGS, gains=gains)
     path = tmp_path / "robot.json"
     write_json(path, identification_document(result, SETTINGS, None))

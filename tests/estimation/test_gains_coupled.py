@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation import (
-    GainErrors,
+    Gains,
     PayloadProblem,
     identify_gains,
     identify_payload,
@@ -131,7 +131,7 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     assert at_once.unloaded is not None
     robots = tuple(weighted(at_once.unloaded).weights)
     shifted = [replace(weighing(gains.values * (1.0 + 1e-5 * own)), robot_weights=robots) for own in np.eye(6)]
-    unsure = GainErrors(identified=gains.larger_relative_covariance.tolist())
+    unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = identify_payload(at_once, method)
         values = [method_of(method)(one).values(free.estimate.weights) for one in shifted]

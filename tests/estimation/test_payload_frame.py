@@ -7,7 +7,7 @@ from math import radians
 import numpy as np
 import pytest
 from dynident.estimation import (
-    GainErrors,
+    Gains,
     KnownMass,
     PayloadAnswer,
     PossibleBody,
@@ -70,7 +70,7 @@ def test_friction_behind_link_side_sensors(
     notes = " ".join(recommended_notes(one))
     assert "Scales of the torque sensors are taken as exact: --gain-sigma" in notes
     assert "rive gains" not in notes
-    told = gain_error_notes(plain, GainErrors((0.01,)))
+    told = gain_error_notes(plain, Gains((0.01,)))
     assert told == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
 
 
@@ -150,7 +150,7 @@ def test_gain_errors_move_along(rx90: Robot, payload: InertialParameters, wander
     simulator = simulator_of(rx90)
     motion = wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    gains = GainErrors((0.02,), 0.01)
+    gains = Gains((0.02,), 0.01)
     plain, tool = (
         answer_payload(payload_problem(robot, [loaded], [bare]), (3,), gains=gains).recommended
         for robot in (simulator.robot, with_tool(simulator.robot, TOOL, "tool 1"))

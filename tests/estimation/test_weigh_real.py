@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import GainErrors, PayloadAnswer, answer_payload, read_recording
+from dynident.estimation import Gains, PayloadAnswer, answer_payload, read_recording
 from dynident.estimation.payload import difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import Recording, load_robot
@@ -39,7 +39,7 @@ def pair(recordings: Path) -> tuple[Recording, Recording, float]:
 
 def windows(pair: tuple[Recording, Recording, float], length: float, starts: list[float]) -> list[PayloadAnswer]:
     bare, loaded, lag = pair
-    robot, gains = load_robot("ur10e"), GainErrors((0.02,))
+    robot, gains = load_robot("ur10e"), Gains((0.02,))
     return [
         answer_payload(
             difference_weighing(robot, [part(loaded, start + lag, length)], [part(bare, start, length)]),

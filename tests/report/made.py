@@ -4,10 +4,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from dynident.estimation import PAYLOAD, Estimate, GainErrors, SigmaRatio
+from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio
 from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
-from dynident.estimation.fit.gain_recordings import GainRecordings
+from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.payload import PayloadEstimate
 from dynident.estimation.possible import PossibleRobot, PriorRobot
 from dynident.model import InertialParameters, Processing
@@ -24,8 +24,8 @@ ROBOT = SimpleNamespace(
     drives=DRIVES,
     coupling=SimpleNamespace(coulomb="paper"),
 )
-GAINS = GainErrors((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), GainRecordings(("u",), ("l",)),
-                   6.5, ("said",))  # fmt: skip
+SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
+GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), SEEN, 6.5, ("said",))
 
 
 def numbers(*shape: int) -> Any:
@@ -239,6 +239,6 @@ def drive_gains() -> Any:
         relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
         identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
         payload=body(6.0), load=SimpleNamespace(known=("M_L",), values=np.array([6.1]), mass_sigma=0.015),
-        recordings=GainRecordings(("u0", "u1"), ("l0",)),
+        recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
         robust=SimpleNamespace(blocks=9, block_length=1.25), without_robust="",
     )  # fmt: skip

@@ -2,17 +2,17 @@
 
 import math
 from dataclasses import asdict
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from dynident import __version__
-from dynident.common.schema import Document, convert
+from dynident.common.schema import Document, convert, write_json
 from dynident.estimation.diagnosis import Finding, robot_verdict
-from dynident.estimation.diagnosis.facts import JointFacts, TimeFacts
-from dynident.estimation.diagnosis.log_check import Excited
-from dynident.estimation.files import StoredGains, StoredPayload, StoredRobot
+from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
+from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
 from dynident.model import INERTIAL
@@ -345,7 +345,7 @@ def test_weigh(possible: bool) -> None:
     assert isinstance(document, StoredPayload)
 
 
-def test_gains() -> None:
+def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
     document = documents.gains_document(gains, made.PROCESSING)
     same(
@@ -370,9 +370,11 @@ def test_gains() -> None:
             "relative_residual": residual(made.FIT),
         },
     )
-    stored = convert(written(document), StoredGains)
+    path = tmp_path / "gains.json"
+    write_json(path, document)
+    stored = read_stored_gains(path)
     assert np.array_equal(stored.values, gains.values)
-    assert np.array_equal(stored.relative_covariance, gains.larger_relative_covariance)
+    assert np.array_equal(stored.identified, gains.larger_relative_covariance)
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import inertia, joints, mass, recordings, residual
+from dynident.estimation.diagnosis.checks import joints, payload, recordings
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
 from dynident.estimation.diagnosis.quantities import (
@@ -84,45 +84,45 @@ SIDES = (
         "error",
         "payload leaves 25 %",
         lambda x: Evidence(ROBOT, parameters=robot_of(x)),
-        residual.RESIDUAL,
+        recordings.RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "50 % of the torque of joint 3",
         lambda x: Evidence(ROBOT, parameters=robot_of(one_joint(x))),
-        residual.JOINT_RESIDUAL,
+        recordings.JOINT_RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "method 4 leaves 25 % of the torque unexplained",
         lambda x: of_payload(estimate_of(left=x), parameters=robot_of(0.2)),
-        residual.RESIDUAL,
+        recordings.RESIDUAL,
     ),
     Side(
         "residual",
         "error",
         "of the torque with payload",
         lambda x: of_payload(estimate_of(left=0.05 * x), parameters=robot_of(0.05)),
-        residual.LOADED_RATIO,
+        recordings.LOADED_RATIO,
     ),
     Side(
         "residual",
         "error",
         "of the torque with payload",
         lambda x: of_payload(estimate_of(left=0.01 * x), parameters=robot_of(0.001)),
-        residual.LOADED_RATIO,
+        recordings.LOADED_RATIO,
     ),
     Side(
         "validation",
         "warning",
         "does not carry over",
         lambda x: held_out(0.05 * x, 0.05),
-        residual.VALIDATION_RATIO,
+        recordings.VALIDATION_RATIO,
     ),
-    Side("validation", "warning", "does not carry over", lambda x: held_out(x, 0.01), residual.VALIDATION_FLOOR),
-    Side("validation", "error", "does not carry over", lambda x: held_out(x, 0.1), residual.RESIDUAL),
+    Side("validation", "warning", "does not carry over", lambda x: held_out(x, 0.01), recordings.VALIDATION_FLOOR),
+    Side("validation", "error", "does not carry over", lambda x: held_out(x, 0.1), recordings.RESIDUAL),
     Side(
         "friction",
         "error",
@@ -142,23 +142,23 @@ SIDES = (
         "error",
         "gives a negative mass",
         lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
-        -mass.SIGMAS,
+        -payload.SIGMAS,
     ),
     Side(
         "sign",
         "error",
         "does not differ from zero",
         lambda x: of_payload(estimate_of(ten=with_mass(0.01 * x))),
-        mass.SIGMAS,
+        payload.SIGMAS,
         True,
     ),
-    Side("weighed_sign", "error", "mass is negative", lambda x: of_weighing(mass=0.01 * x), -mass.SIGMAS),
+    Side("weighed_sign", "error", "mass is negative", lambda x: of_weighing(mass=0.01 * x), -payload.SIGMAS),
     Side(
         "weighed_sign",
         "error",
         "does not differ from zero",
         lambda x: of_weighing(mass=0.01 * x),
-        mass.SIGMAS,
+        payload.SIGMAS,
         True,
     ),
     Side(
@@ -166,21 +166,21 @@ SIDES = (
         "error",
         "masses spread from 5 to",
         lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
-        mass.MASS_SPREAD,
+        payload.MASS_SPREAD,
     ),
     Side(
         "methods_apart",
         "error",
         "methods 1 and 3 disagree",
         lambda x: two_masses(5.0 * x / (1.0 - x / 2.0)),
-        mass.APART,
+        payload.APART,
     ),
     Side(
         "methods_apart",
         "error",
         "methods 1 and 3 disagree",
         lambda x: two_masses(x * float(np.hypot(0.03, 0.03)), 0.03),
-        mass.SIGMAS,
+        payload.SIGMAS,
     ),
     Side(
         "uncertain",
@@ -219,7 +219,7 @@ SIDES = (
         "error",
         "50 % of the torque of joint 3",
         lambda x: of_weighing(unexplained=one_joint(x)),
-        residual.JOINT_RESIDUAL,
+        recordings.JOINT_RESIDUAL,
     ),
     Side(
         "joints",
@@ -313,7 +313,7 @@ SIDES = (
         CONFLICT,
         True,
     ),
-    Side("other_ways", "error", "by the other way the mass is 5.25", _weighed, mass.OTHER_WAY),
+    Side("other_ways", "error", "by the other way the mass is 5.25", _weighed, payload.OTHER_WAY),
     Side("drift", "warning", "mass drifts", drifting, FIVE_PERCENT),
     Side(
         "steadiness",
@@ -331,14 +331,14 @@ SIDES = (
     ),
     Side("steadiness", "error", "centre of mass moves", lambda x: in_time(6, 5.0 * SIZE * x), recordings.CHANGE),
     Side("alignment", "warning", "U and L differ by 5.0 mrad", mismatched, recordings.MISMATCH),
-    Side("condition", "warning", "nearly dependent", lambda x: Evidence(ROBOT, condition=x), inertia.CONDITION),
+    Side("condition", "warning", "nearly dependent", lambda x: Evidence(ROBOT, condition=x), payload.CONDITION),
     Side("inertia", "warning", "YY by 30 %", lambda x: inertia_sigma(YY=float(MOMENTS[1]) * x), INERTIA_SIGMA),
     Side(
         "inertia",
         "warning",
         "hardly shows XY",
         lambda x: inertia_sigma(YY=0.31 * float(MOMENTS[1]), XY=OWN * x),
-        inertia.OWN_SIZE,
+        payload.OWN_SIZE,
     ),
     Side(
         "causes",
@@ -461,8 +461,8 @@ def test_a_cause_is_serious_where_it_explains_half() -> None:
 
 
 def test_the_verdict_on_a_robot() -> None:
-    assert robot_verdict(fit_of(0.999 * residual.RESIDUAL)).level == "use"
-    verdict = robot_verdict(fit_of(1.001 * residual.RESIDUAL))
+    assert robot_verdict(fit_of(0.999 * recordings.RESIDUAL)).level == "use"
+    verdict = robot_verdict(fit_of(1.001 * recordings.RESIDUAL))
     assert verdict.level == "do_not_use"
     assert verdict.reasons[0].startswith("the model leaves 25 %")
 

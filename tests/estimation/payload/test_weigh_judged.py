@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, PayloadProblem, answer_payload
+from dynident.estimation import Gains, PayloadProblem, answer_payload
 from dynident.model import InertialParameters
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, cut, weighed
 from dynident.trajectories import Simulator
@@ -54,7 +54,7 @@ def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
 
 
 def test_gain_errors_widen(record: Record, simulator: Simulator, arm: PayloadProblem) -> None:
-    plain, unsure = answer_payload(arm), answer_payload(arm, gains=GainErrors((0.0,), 0.02))
+    plain, unsure = answer_payload(arm), answer_payload(arm, gains=Gains((0.0,), 0.02))
     wider = unsure.model.sigma[9] ** 2 - plain.model.sigma[9] ** 2
     assert np.sqrt(wider) == pytest.approx(0.02 * plain.free.ten[9], rel=1e-6)  # common: scales the mass
 

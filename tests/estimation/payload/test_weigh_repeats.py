@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.estimation import GainErrors, answer_payload, identify
+from dynident.estimation import Gains, answer_payload, identify
 from dynident.estimation.payload import difference_weighing, known_robot_weighing
 from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
@@ -46,7 +46,7 @@ def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simu
     pair = record((2, 3, 5, 6))
     problem = known_robot_weighing(robot, [pair.loaded], known)
     answer = answer_payload(
-        problem, gains=GainErrors((0.01,)), others=[difference_weighing(robot, [pair.loaded], [pair.bare])]
+        problem, gains=Gains((0.01,)), others=[difference_weighing(robot, [pair.loaded], [pair.bare])]
     )
     assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
     certain = answer_payload(replace(problem, known=replace(known, covariance=0.0 * known.covariance)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_recording
-from dynident.estimation.recordings import Layout, Quantity, open_log, with_flags
+from dynident.estimation.recordings import Layout, Quantity, Time, open_log, with_flags
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import FORMATS, NAMES, as_bag, as_csv, as_npz, same
 
@@ -75,7 +75,7 @@ def test_ros_bag_with_numbered_joints(tmp_path: Path, arm: Robot, signals: dict[
 
 
 def test_effort_may_be_a_current(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
-    how = LogMap(joints=NAMES, quantities=(Quantity("current", ("{joint}.effort",)),))
+    how = LogMap(joints=NAMES, current=Quantity("{joint}.effort"))
     recording = read_recording(as_bag(tmp_path / "mcap", signals), arm, [10.0] * 6, how)
     assert np.allclose(recording.torque, 10.0 * signals["tau"])
 
@@ -85,7 +85,8 @@ def test_structures_of_a_mat_file(tmp_path: Path, arm: Robot, signals: dict[str,
 
     savemat(tmp_path / "s.mat", {"log": {**signals, "run": {"id": 3}}})
     kinds = {"position": "log.q{}", "velocity": "log.qd{}", "torque": "log.tau{}"}
-    how = LogMap(time="log.t", quantities=tuple(Quantity(kind, (name,)) for kind, name in kinds.items()))
+    entries: dict[str, Any] = {kind: Quantity(name) for kind, name in kinds.items()}
+    how = LogMap(time=Time("log.t"), **entries)
     same(read_recording(tmp_path / "s.mat", arm, None, how), signals)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map, read_recording
-from dynident.estimation.recordings import FilePart, Layout, Quantity, with_flags
+from dynident.estimation.recordings import FilePart, Quantity, Time, with_flags
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
 
@@ -15,8 +15,8 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[s
     np.savetxt(tmp_path / "a.csv", signals["q"], delimiter=",")
     np.savetxt(tmp_path / "b.csv", signals["tau"][:-1], delimiter=",")
     names = {kind: tuple(f"{kind}{j}" for j in range(1, 7)) for kind in ("q", "tau")}
-    parts = (FilePart("a.csv", Layout(names=names["q"])), FilePart("b.csv", Layout(names=names["tau"])))
-    how = LogMap(files=parts, time="", rate=100.0)
+    parts = (FilePart(name="a.csv", names=names["q"]), FilePart(name="b.csv", names=names["tau"]))
+    how = LogMap(files=parts, time=Time(rate=100.0))
     with pytest.raises(InputError, match=r"a\.csv, b\.csv have not the same number of rows"):
         read_recording(tmp_path, arm, None, how)
     np.savetxt(tmp_path / "b.csv", signals["tau"], delimiter=",")
@@ -60,7 +60,7 @@ def test_bad_log_maps(tmp_path: Path, text: str, words: str) -> None:
 
 def test_lists_must_be_as_long_as_the_robot(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
     path = as_csv(tmp_path / "a.csv", signals)
-    how = LogMap("m.toml", quantities=(Quantity("position", sign=(1.0, -1.0)),))
+    how = LogMap("m.toml", position=Quantity(sign=(1.0, -1.0)))
     with pytest.raises(InputError, match=r"position\.sign has 2 entries, the robot 6"):
         read_recording(path, arm, None, how)
     with pytest.raises(InputError, match="5 joints, the robot has 6"):

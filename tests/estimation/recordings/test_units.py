@@ -1,17 +1,19 @@
 """Units, signs, sides and ratings are undone."""
 
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
+from dynident.common.schema import convert
 from dynident.estimation import LogMap, read_log_map, read_recording
-from dynident.estimation.recordings import Quantity
+from dynident.estimation.recordings import Gears, Quantity, Time
 from dynident.estimation.recordings.quantity import factor
 from dynident.model import load_robot
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 UNITS = {
     "position": ("rad", "deg", "rev"),
@@ -30,7 +32,8 @@ def test_units_and_signs_are_undone(kind: str, data: st.DataObject) -> None:
     unit, sign = data.draw(st.sampled_from(UNITS[kind])), data.draw(SIGNS)
     values = np.random.default_rng(data.draw(st.integers(0, 99))).normal(size=(5, 6))
     raw = values / factor(kind, unit) * sign
-    how = LogMap(quantities=(Quantity(kind, unit=(unit,), sign=sign),))
+    entry: dict[str, Any] = {kind: Quantity(unit=unit, sign=sign)}
+    how = LogMap(**entry)
     assert np.allclose(how.si(kind, raw), values, rtol=1e-12)
 
 
@@ -40,10 +43,9 @@ def test_power_is_the_same_on_both_sides(data: st.DataObject) -> None:
     ratios, coupled = data.draw(RATIOS), data.draw(st.floats(-50.0, 50.0))
     G = np.diag(ratios)
     G[5, 4] = coupled
-    how = LogMap(
-        gears=tuple(map(tuple, G)),
-        quantities=(Quantity("velocity", side="motor"), Quantity("torque", side="motor")),
-    )
+    motor = convert({"gear_ratios": ratios, "coupling": [{"motor": 6, "joint": 5, "ratio": coupled}]}, Gears)
+    how = LogMap(motor=motor, velocity=Quantity(side="motor"), torque=Quantity(side="motor"))
+    assert np.array_equal(how.G, G)
     qm, taum = np.random.default_rng(0).normal(size=(2, 4, 6))
     joint = np.sum(how.si("velocity", qm) * how.si("torque", taum), axis=1)
     assert np.allclose(joint, np.sum(qm * taum, axis=1), rtol=1e-6, atol=1e-8)
@@ -51,7 +53,7 @@ def test_power_is_the_same_on_both_sides(data: st.DataObject) -> None:
 
 @given(rated=st.lists(st.floats(1.0, 400.0), min_size=6, max_size=6).map(tuple))
 def test_percent_of_rated(rated: tuple[float, ...]) -> None:
-    how = LogMap(quantities=(Quantity("torque", unit=("percent",), rated=rated),))
+    how = LogMap(torque=Quantity(unit="percent", rated=rated))
     assert np.allclose(how.si("torque", np.full((1, 6), 50.0)), 0.5 * np.array(rated))
 
 
@@ -68,6 +70,6 @@ def test_tx40_motor_side_gives_the_joint_side(recordings: Path) -> None:
     path = recordings / "tx40" / "tx40.csv.gz"
     joint = read_recording(path, robot)
     recipe = read_log_map(Path(__file__).parents[3] / "examples/logs/tx40_figaroh.toml")
-    motor = read_recording(path, robot, None, replace(recipe, files=(), time="t", rate=None))
+    motor = read_recording(path, robot, None, replace(recipe, files=(), time=Time()))
     assert np.abs(motor.q - joint.q).max() < 1e-8
     assert np.abs(motor.torque - joint.torque).max() < 1e-6
