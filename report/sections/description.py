@@ -59,7 +59,6 @@ def _lines(robot: Robot) -> list[str]:
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
         lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
-<<<<<<< HEAD
     if robot.mass is not None:
         lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
     if robot.flange_pose is not None:
@@ -69,7 +68,7 @@ def _lines(robot: Robot) -> list[str]:
             f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
         )
     lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
-    return [*lines, *_sources(robot), *(f"Made exact: {note}" for note in robot.snapped)]
+    return [*lines, *_sources(robot), *(f"Note: {note}" for note in robot.snapped)]
 
 
 def _sources(robot: Robot) -> Iterable[str]:
@@ -91,9 +90,6 @@ def assumed_notes(robot: Robot, *what: str) -> list[str]:
 
 def _sentence(text: str) -> str:
     return text[0].upper() + text[1:]
-=======
-    return [*lines, *(f"Note: {note}" for note in robot.snapped)]
->>>>>>> 0b72b98925332725a7a5622d4400a93ec275c694
 
 
 def _vector(values: list[float]) -> str:
