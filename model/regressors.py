@@ -56,9 +56,7 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     """Regressor of chosen columns.
 
     Args:
-        robot: the robot, n joints.
         columns: standard parameters, as in ``standard_columns``; the order is kept.
-        name: the function's name.
 
     Returns:
         Function of q, qd, qdd (each n x 1; rad or m, per second, per second squared) to an n x

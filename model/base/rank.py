@@ -18,10 +18,6 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 
     Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
     into them. This finds the same names as Khalil's closed-form rules.
-
-    Args:
-        robot: the robot.
-        seed: of the random states.
     """
     W = stacked_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed))
     return base_parameters_of(standard_columns(robot), W)
