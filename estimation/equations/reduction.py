@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
-from ...common.paged import collected, parts
+from ...common.paged import collected, give_back, parts
 from ...model import Motion, Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
@@ -49,8 +49,11 @@ class Recorded:
 
     def cut(self, edges: Array) -> list[Equations]:
         """The equations between neighbouring edges [s], reduced."""
-        ends = np.searchsorted(self._t, edges)
-        return [_reduced(self._observer, self._blocks(*pair), self._decimate) for pair in pairwise(ends.tolist())]
+        ends, pieces = np.searchsorted(self._t, edges), []
+        for first, last in pairwise(ends.tolist()):
+            pieces.append(_reduced(self._observer, self._blocks(first, last), self._decimate))
+            give_back()
+        return pieces
 
     def residuals(self, values: Array) -> Residuals:
         """What the first columns' values leave."""
