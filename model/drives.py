@@ -175,7 +175,6 @@ def drive_terms(
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
-        drives: the drives.
         qd: joint speeds, n x 1 [rad/s or m/s].
         qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2].
         sign: what stands for the sign in Coulomb friction.

@@ -3,7 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Protocol
+
+import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -12,7 +15,7 @@ from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
 from ..fit.linear_problem import Held, Known, LinearProblem
-from ..fit.robust import RobustCovariance, jackknife
+from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
@@ -30,6 +33,9 @@ class Posed(Protocol):
 
     def values(self, weights: Array) -> Array:
         """Their values alone."""
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Their values without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
@@ -164,23 +170,22 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
     if not problem.loaded.leave_one_out:
         return estimate, problem.no_blocks
     try:
-        return replace(estimate, robust=_robust(problem, method, posed, estimate)), ""
+        return replace(estimate, robust=_robust(problem, posed, estimate)), ""
     except InputError as error:
         return estimate, str(error)
 
 
-def _robust(problem: PayloadProblem, method: Method, posed: Posed, estimate: Estimate) -> RobustCovariance:
+def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
     """By the delete-a-block jackknife, weights fixed at those of the result.
 
     A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
     a time as well.
     """
-    robust = jackknife(
-        lambda part: method(part).values(estimate.weights),
-        problem.without_blocks,
-        estimate.values,
-        problem.loaded.block_length,
-    )
+    groups, length = problem.left_out, problem.loaded.block_length
+    with naming_blocks(length):
+        values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    robust = jackknifed(np.split(values, ends), estimate.values, length)
     share = posed.lasting(estimate.weights)
     if not share.any():
         return robust  # the method does without anything known earlier
@@ -208,10 +213,15 @@ def _part(known: Known, places: Sequence[int]) -> Known:
         every = known.gain_sensitivity()
         return every[own] if every is not None else None
 
+    def without_blocks() -> Array | None:
+        every = known.left_out()
+        return every[:, own] if every is not None else None
+
     return known._replace(
         names=tuple(known.names[k] for k in places),
         values=known.values[own],
         covariance=known.covariance[own][:, own],
         lasting=known.lasting[own][:, own],
         gain_sensitivity=derivatives,
+        left_out=without_blocks,
     )

@@ -53,7 +53,7 @@ def _lines(robot: Robot) -> list[str]:
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
         lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
-    return [*lines, *(f"Made exact: {note}" for note in robot.snapped)]
+    return [*lines, *(f"Note: {note}" for note in robot.snapped)]
 
 
 def _vector(values: list[float]) -> str:

@@ -12,7 +12,7 @@ from ...model import InertialParameters, Motion, Robot, base_parameters, inverse
 from ...model.dynamics import dry_friction_names
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
-from ..motions.samples import Plan
+from ..motions.samples import Plan, sample_count
 from .controller import Controller, mean_inertia
 from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample
 from .simulator import check_parameters, parameter_vector
@@ -80,7 +80,7 @@ class ClosedLoop:
         Raises:
             InputError: if the controller loses the robot.
         """
-        counts = np.array([int(task.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for task in tasks])
+        counts = np.array([sample_count(task.reference.duration, self.rate) for task in tasks])
         own = np.array([[self.robot.parameters[name] for name in self._dry]])
         tasks = [task if task.friction is not None else task._replace(friction=own) for task in tasks]
         batch = _Batch(tasks, counts, self.robot.n, [self._parameters(task.payload) for task in tasks])
