@@ -12,6 +12,9 @@ from ..common.toml import toml_text
 from ..model import Recording
 from ..trajectories import Controller, Experiment
 
+SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
+"""Of ``model.SOURCED``, what a simulation rests on."""
+
 
 def write_recording(path: str | Path, recording: Recording) -> None:
     """Write time, positions and torques in the columns that ``dynident payload`` and ``identify`` read."""
@@ -40,6 +43,7 @@ def write_truth(
         versions: of the programs that made it.
     """
     robot, errors = experiment.robot, experiment.errors
+    assumed = robot.assumed(*SIMULATED)
     loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
     truth = {
         "robot": robot.name,
@@ -47,6 +51,7 @@ def write_truth(
         "payload_frame": robot.payload_frame,
         "seed": experiment.seed,
         "versions": versions,
+        **({"assumed": assumed} if assumed else {}),
         "parameters": robot.parameters,
         **({"payload": loads[0].named()} if loads else {}),
         "controller": asdict(controller),
