@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -23,6 +24,9 @@ _FEWEST = 60  # states altogether
 _BLOCKS = 20
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
+
+
+Places = NDArray[np.intp]
 
 
 class Rival(NamedTuple):
@@ -43,7 +47,7 @@ class _States(NamedTuple):
 
     sample: Sample
     loaded: Array
-    block: Array
+    block: Places
 
 
 class _Fit(NamedTuple):
@@ -155,7 +159,7 @@ def _fit(robot: Robot, states: _States, weights: Array) -> _Fit:
     return _Fit(squares, rms)
 
 
-def _solved(parts: Sequence[tuple[Array, Array, Array]], columns: int) -> Array:
+def _solved(parts: Sequence[tuple[Places, Array, Array]], columns: int) -> Array:
     """Least squares by the Gram matrix of columns scaled to norm 1: good enough to compare residuals, and fast."""
     gram, right = np.zeros((columns, columns)), np.zeros(columns)
     for used, rows, y in parts:
