@@ -21,6 +21,9 @@ from msgspec import Meta, inspect
 from .errors import InputError
 from .files import write_bytes
 
+TOML_BYTES = 1_000_000
+"""A TOML file that a user writes comes nowhere near."""
+_DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
 _LARGEST = 1e9
 Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
@@ -99,7 +102,7 @@ def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
     Raises:
         InputError: names the file and the key.
     """
-    return toml_table(read_text(path), kind, path)
+    return toml_table(read_text(path, TOML_BYTES), kind, path)
 
 
 def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
@@ -110,10 +113,17 @@ def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
     """
     if not text.strip():
         raise InputError(f"{source}: is empty")
+    # The parser would need a time that grows with the square of a key's parts.
+    if deep := _DEEP.search(text):
+        raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except RecursionError:
+        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source}: not valid TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
     with naming(source):
         return convert(data, kind)
 
@@ -127,20 +137,24 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
     with naming(path, remedy):
         try:
             data = msgspec.json.decode(read_text(path))
-        except (msgspec.DecodeError, RecursionError) as error:
+        except RecursionError:
+            raise InputError("cannot be read as JSON (nested too deeply)") from None
+        except (msgspec.DecodeError, ValueError) as error:
             raise InputError(f"cannot be read as JSON ({error})") from None
         return convert(data, kind)
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     """The text of a file.
 
     Raises:
-        InputError: if there is none.
+        InputError: if there is none, or if it has more than ``largest`` bytes.
     """
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder: give a file")
     try:
+        if Path(path).stat().st_size > largest:
+            raise InputError(f"{path}: larger than {largest // 1_000_000} MB: another kind of file?")
         return Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
@@ -227,12 +241,20 @@ def _array(kind: Any, values: Any) -> Any:
     try:
         rows = msgspec.convert(values, _NUMBERS[kind])
     except msgspec.ValidationError:  # it would not tell where the list is
-        raise ValueError(f"must be {told}, got {repr(values)[:40]}") from None
+        raise ValueError(f"must be {told}, got {_shown(values)}") from None
     if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+def _shown(value: Any) -> str:
+    """The beginning of a value as Python writes it."""
+    try:
+        return repr(value)[:40]
+    except (ValueError, RecursionError):  # a number of thousands of digits, a list in a list and so on
+        return "more than can be shown"
 
 
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
@@ -255,7 +277,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     if fault := _inner(text, cause, chosen(kind, data)):
         return WrongKeyError(f"{key}.{fault.key}"[1:], fault.problem)
     problem = advice or f"must be {words(kind)}"
-    problem = text if cause else f"{problem}, got {repr(data)[:40]}"
+    problem = text if cause else f"{problem}, got {_shown(data)}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 

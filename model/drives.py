@@ -176,7 +176,6 @@ def drive_terms(
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
-        drives: the drives.
         qd: joint speeds, n x 1 [rad/s or m/s]; as arrays n x N.
         qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2]; as arrays n x N.
         sign: what stands for the sign in Coulomb friction.

@@ -13,6 +13,9 @@ from ..common.files import write_text
 from ..model import Recording
 from ..trajectories import Controller, Experiment
 
+SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
+"""Of ``model.SOURCED``, what a simulation rests on."""
+
 
 def write_recording(path: str | Path, recording: Recording) -> None:
     """Write time, positions and torques in the columns that ``dynident payload`` and ``identify`` read."""
@@ -49,6 +52,8 @@ def write_truth(
     }
     lines += _lines(about_robot | {"seed": experiment.seed})
     lines += _table("versions", versions)
+    assumed = robot.assumed(*SIMULATED)
+    lines += _table("assumed", assumed) if assumed else []
     lines += _table("parameters", robot.parameters)
     bodies = [run.task.payload for run in experiment.runs if run.task.payload is not None]
     if bodies:

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.errors import InputError
 from ...model.names import parameter_kind
-from ..equations.equations import PAYLOAD, Equations
-from ..fit.robust import jackknife
+from ..equations.equations import PAYLOAD, Equations, WithoutEach
+from ..fit.robust import jackknifed
 from ..payload.methods import FRICTION
 from ..payload.problem import PayloadProblem
 from ..payload.result import in_payload_frame
@@ -23,6 +22,7 @@ JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
 """The same of one joint's torque alone."""
 BURST = 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out."""
+_Block = tuple[Equations | None, Equations | None]
 
 
 class Scale(NamedTuple):
@@ -46,14 +46,13 @@ class Scale(NamedTuple):
 class Bursts(NamedTuple):
     """Stretches of time whose residuals stand out.
 
-    ``many`` of ``blocks`` of at least ``length`` [s]; ``mass``: the payload's without them [kg]; ``change``: of its
-    ten parameters in the payload's frame, (10,).
+    ``many`` of ``blocks`` of at least ``length`` [s]; ``change``: of the payload's ten without them, in its
+    frame, (10,).
     """
 
     many: int
     blocks: int
     length: float
-    mass: float
     change: Array
 
 
@@ -70,8 +69,10 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     """
     if problem.unloaded is None or problem.bare is None or not problem.loaded.leave_one_out:
         return ()
-    robot = problem.bare.values
-    values, formula = _scales(problem, robot, weights)
+    question = _Question(problem.unloaded.columns, problem.robot.n, problem.bare.values, weights)
+    gram = question.gram(problem.unloaded, problem.loaded)
+    spare = sum(problem.unloaded.effective_rows) + sum(problem.loaded.effective_rows) - question.unknown - 1
+    values, formula = question.answers(gram, max(spare, 1.0))
     limits = [(SCALE, SCALE_Z), *[(JOINT_SCALE, JOINT_SCALE_Z)] * problem.robot.n]
     told = [
         k
@@ -80,67 +81,107 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     ]
     if not told:
         return ()
-    try:
-        robust = jackknife(
-            lambda part: _scales(part, robot, weights)[0][0],
-            problem.without_blocks,
-            values[0],
-            problem.loaded.block_length,
-        )
-    except InputError:  # too few blocks to know
+    left = [
+        np.array([question.answers(gram - question.gram(bare, heavy), 1.0)[0][0] for bare, heavy in group])
+        for group in _blocks(problem)
+    ]
+    if min(map(len, left), default=0) < 2:
         return ()
+    robust = jackknifed(left, values[0], problem.loaded.block_length).sigma
     return tuple(
-        Scale(k, 1.0 + float(values[0, k]), max(float(robust.sigma[k]), float(formula[k])), float(values[1, k]))
+        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), float(values[1, k]))
         for k in told
     )
 
 
 def bursts(problem: PayloadProblem, weights: Array) -> Bursts | None:
-    """Stretches whose mean squared residual is over 3 times the median, and the payload without them.
+    """Stretches whose mean squared residual is over 3 times the median, and what the payload is without them.
 
-    None where there are none, or where their equations do not determine the payload.
+    None where there are none, or more than half.
     """
     if problem.unloaded is None or not problem.loaded.leave_one_out:
         return None
-    groups = problem.without_blocks
-    whole = _gram(problem, weights)
-    ten, values = _payload(whole)
-    squares = _squares(problem, values, weights)
-    count, blocks, rest = 0, 0, whole.copy()
-    for group in groups:
-        left = np.array([_squares(part, values, weights) for part in group])
-        means = (squares[0] - left[:, 0]) / np.maximum(squares[1] - left[:, 1], 1.0)
-        high = np.flatnonzero(means > BURST * np.median(means))
-        blocks, count = blocks + len(means), count + len(high)
-        for k in high:
-            rest -= whole - _gram(group[k], weights)
-    if not count or 2 * count > blocks:
+    loaded = in_payload_frame(problem.robot, problem.loaded)
+    columns = len(loaded.columns)
+    whole = _gram(problem.unloaded, loaded, weights, columns)
+    values = _inverse(whole[:-1, :-1]) @ whole[:-1, -1]
+    blocks, high = 0, list[Array]()
+    for group in _blocks(problem):
+        grams = [
+            _gram(bare, heavy and in_payload_frame(problem.robot, heavy), weights, columns) for bare, heavy in group
+        ]
+        rows = [sum(part.equations for part in parts if part is not None) for parts in group]
+        error = np.append(-values, 1.0)
+        means = np.array([error @ gram @ error / max(count, 1) for gram, count in zip(grams, rows, strict=True)])
+        high += [gram for gram, mean in zip(grams, means, strict=True) if mean > BURST * np.median(means)]
+        blocks += len(grams)
+    if not high or 2 * len(high) > blocks:
         return None
-    without, _ = _payload(rest)
-    return Bursts(count, blocks, problem.loaded.block_length, float(without[9]), without - ten)
+    rest = whole - np.sum(high, axis=0)
+    change = _inverse(rest[:-1, :-1]) @ rest[:-1, -1] - values
+    return Bursts(len(high), blocks, problem.loaded.block_length, change[-len(PAYLOAD) :])
 
 
-def _scales(problem: PayloadProblem, robot: Array, weights: Array) -> tuple[Array, Array]:
-    """Scale less 1 and mass for all joints, then each, 2 x (n + 1); formula's sigma of the scales, (n + 1,)."""
+def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
+    """Rows of each block of time, without and with payload, in groups of blocks; those of one motion together."""
     assert problem.unloaded is not None
-    base, n = problem.unloaded.columns, problem.robot.n
-    moved = [k for k, name in enumerate(base) if parameter_kind(name) in FRICTION]
-    rigid = [k for k in range(len(base)) if k not in moved]
-    c, own = len(base) + len(PAYLOAD), len(moved)
-    size = c + own + n + 2  # the scales of all joints and of each, and the torque
-    gram = np.zeros((size, size))
-    for j, (bare, heavy, weight) in enumerate(
-        zip(problem.unloaded.factors, problem.loaded.factors, weights, strict=True)
-    ):
-        rows = np.zeros((len(bare) + len(heavy), size))
-        rows[: len(bare), [*range(len(base)), -1]] = bare
-        below = rows[len(bare) :]
-        below[:, [*rigid, *range(len(base), c), -1]] = heavy[:, [*rigid, *range(len(base), c), -1]]
-        below[:, c : c + own] = heavy[:, moved]
-        below[:, c + own] = below[:, c + own + 1 + j] = heavy[:, rigid] @ robot[rigid]
-        gram += weight**2 * rows.T @ rows
-    spare = sum(problem.unloaded.effective_rows) + sum(problem.loaded.effective_rows) - c - own - 1
-    return _one_by_one(gram, c + own, len(base) + len(PAYLOAD) - 1, max(spare, 1.0))
+    heavy = _parts(problem.loaded)
+    bare = _parts(problem.unloaded)
+    if problem.paired:
+        return [list(zip(bare, heavy, strict=True))]
+    groups: list[list[_Block]] = [[(None, part) for part in heavy], [(part, None) for part in bare]]
+    return [group for group in groups if group]
+
+
+def _parts(equations: Equations) -> Sequence[Equations]:
+    cut = equations.leave_one_out
+    return cut.blocks if isinstance(cut, WithoutEach) else ()
+
+
+class _Question(NamedTuple):
+    """Method 4 with friction of its own in the loaded rows, and one more column for each scale.
+
+    ``base``: the robot's columns; ``n``: number of joints; ``robot``: its parameters; ``weights`` of the joints.
+    """
+
+    base: tuple[str, ...]
+    n: int
+    robot: Array
+    weights: Array
+
+    @property
+    def moved(self) -> list[int]:
+        """Places of friction and offsets."""
+        return [k for k, name in enumerate(self.base) if parameter_kind(name) in FRICTION]
+
+    @property
+    def unknown(self) -> int:
+        """Number of columns before those of the scales."""
+        return len(self.base) + len(PAYLOAD) + len(self.moved)
+
+    def gram(self, bare: Equations | None, heavy: Equations | None) -> Array:
+        """Gram matrix of all columns and the torque, the scales' columns last but one: all joints, then each."""
+        b, c, size = len(self.base), len(self.base) + len(PAYLOAD), self.unknown + self.n + 2
+        rigid = [k for k in range(b) if k not in self.moved]
+        gram = np.zeros((size, size))
+        for j, weight in enumerate(self.weights):
+            if bare is not None:
+                own = weight * bare.factors[j]
+                gram[np.ix_([*range(b), -1], [*range(b), -1])] += own.T @ own
+            if heavy is not None:
+                factor = weight * heavy.factors[j]
+                rows = np.zeros((len(factor), size))
+                places = [*rigid, *range(b, c), -1]
+                rows[:, places] = factor[:, places]
+                rows[:, c : self.unknown] = factor[:, self.moved]
+                along = factor[:, rigid] @ self.robot[rigid]
+                rows[:, self.unknown] = rows[:, self.unknown + 1 + j] = along
+                gram += rows.T @ rows
+        return gram
+
+    def answers(self, gram: Array, spare: float) -> tuple[Array, Array]:
+        """Scale less 1, and mass on one scale, 2 x (n + 1); the formula's sigma of the scales, (n + 1,)."""
+        return _one_by_one(gram, self.unknown, len(self.base) + len(PAYLOAD) - 1, spare)
 
 
 def _one_by_one(gram: Array, unknown: int, mass: int, spare: float) -> tuple[Array, Array]:
@@ -157,35 +198,17 @@ def _one_by_one(gram: Array, unknown: int, mass: int, spare: float) -> tuple[Arr
     return np.array([value, weighed]), sigma
 
 
-def _gram(problem: PayloadProblem, weights: Array) -> Array:
-    """Gram matrix of method 4's columns and the torque, the payload in its own frame."""
-    assert problem.unloaded is not None
-    heavy = in_payload_frame(problem.robot, problem.loaded)
-    base, whole = len(problem.unloaded.columns), len(heavy.columns) + 1
-    gram = np.zeros((whole, whole))
-    bare = np.ix_([*range(base), whole - 1], [*range(base), whole - 1])
-    for own, other, weight in zip(problem.unloaded.factors, heavy.factors, weights, strict=True):
-        gram[bare] += weight**2 * own.T @ own
-        gram += weight**2 * other.T @ other
+def _gram(bare: Equations | None, heavy: Equations | None, weights: Array, columns: int) -> Array:
+    """Gram matrix of method 4's columns, the robot's first, and the torque."""
+    gram = np.zeros((columns + 1, columns + 1))
+    for j, weight in enumerate(weights):
+        if bare is not None:
+            own, places = weight * bare.factors[j], [*range(len(bare.columns)), columns]
+            gram[np.ix_(places, places)] += own.T @ own
+        if heavy is not None:
+            factor = weight * heavy.factors[j]
+            gram += factor.T @ factor
     return gram
-
-
-def _payload(gram: Array) -> tuple[Array, Array]:
-    """The payload's ten, and all values of method 4."""
-    values = _inverse(gram[:-1, :-1]) @ gram[:-1, -1]
-    return values[-len(PAYLOAD) :], values
-
-
-def _squares(problem: PayloadProblem, values: Array, weights: Array) -> Array:
-    """Sum of the weighted squared residuals of method 4, and the number of equations."""
-    assert problem.unloaded is not None
-    heavy = in_payload_frame(problem.robot, problem.loaded)
-    parts: Sequence[tuple[Equations, Array]] = (
-        (problem.unloaded, values[: len(problem.unloaded.columns)]),
-        (heavy, values),
-    )
-    total = sum(float(np.sum((weights * part.error_norms(x)) ** 2)) for part, x in parts)
-    return np.array([total, float(sum(part.equations for part, _ in parts))])
 
 
 def _inverse(gram: Array) -> Array:

@@ -31,6 +31,19 @@ def autocorrelation_time(series: Sequence[tuple[Array, Array]], step: float) -> 
     return step * max(tau, 0.5)
 
 
+def inflation(series: Sequence[tuple[Array, Array]]) -> float:
+    """By how much the memory of errors raises the variance of their mean, 1 + 2 (rho_1 + ...), at least 1.
+
+    Args:
+        series: as of ``autocorrelation_time``, on the closest rows' grid.
+    """
+    there = [(t, values) for t, values in series if len(t) > 1]
+    if not there:
+        return 1.0
+    step = min(float(np.diff(t).min()) for t, _ in there)
+    return max(1.0, 2.0 * autocorrelation_time(there, step) / step)
+
+
 def autocorrelation(t: Array, values: Array, step: float, lags: int) -> Array:
     """Autocorrelation rho_0 = 1, rho_1 ... rho_lags of one series; rows that were left out form no pairs.
 

@@ -10,6 +10,7 @@ from .least_squares import Excitation as Excitation
 from .least_squares import excitation as excitation
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
+from .linear_problem import Held as Held
 from .linear_problem import Known as Known
 from .linear_problem import LinearProblem as LinearProblem
 from .linear_problem import gain_sensitivity as gain_sensitivity

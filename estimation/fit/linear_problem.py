@@ -19,6 +19,7 @@ from ..equations.equations import Equations, triangular
 from .drive_gains import motor_torques
 from .estimate import Estimate, Fit, fit
 from .least_squares import Solution, checked, joint_weights, solve
+from .left_out import left_out
 
 
 class Known(NamedTuple):
@@ -26,7 +27,8 @@ class Known(NamedTuple):
 
     ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
     blocks hold the recordings that the parameters come from; ``degrees_of_freedom``; ``gain_sensitivity``:
-    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known.
+    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known;
+    ``left_out``: gives the values without each of the blocks that they come from, B x c, none by default.
     """
 
     names: tuple[str, ...]
@@ -35,6 +37,23 @@ class Known(NamedTuple):
     lasting: Array
     degrees_of_freedom: float = float("inf")
     gain_sensitivity: Callable[[], Array | None] = lambda: None
+    left_out: Callable[[], Array | None] = lambda: None
+
+
+class Held(NamedTuple):
+    """How a parameter is held near zero.
+
+    ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
+    white noise would give what the recordings say of it. One more equation counts for as much as that allows.
+    """
+
+    sigma: float
+    inflation: float = 1.0
+
+    @property
+    def weight(self) -> float:
+        """Of the equation, in units of weighted rows."""
+        return float(np.sqrt(self.inflation)) / self.sigma
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +64,14 @@ class LinearProblem:
         equations: in all the columns.
         wanted: the parameters that are asked for.
         known: parameters known from elsewhere, group by group.
-        held: standard deviations of parameters that are near zero: one more equation for each.
+        held: parameters that are near zero: one more equation for each.
         shown: equations in the same columns whose torques the fit is told of; all by default.
     """
 
     equations: Equations
     wanted: tuple[str, ...]
     known: tuple[Known, ...] = ()
-    held: Mapping[str, float] = field(default_factory=dict)
+    held: Mapping[str, Held] = field(default_factory=dict)
     shown: Equations | None = None
 
     @cached_property
@@ -72,6 +91,24 @@ class LinearProblem:
         """The wanted values for given weights; linear in the torques."""
         R, c = self._factor(weights), len(self.unknown.columns)
         return np.asarray(solve_triangular(R[:c, :c], R[:c, c])[self._places])
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """The wanted values without a block of these equations and one of those that known parameters come from.
+
+        Args:
+            weights: of the joints, shape (n,).
+            pairs: which blocks, -1 for none; without known parameters the equations' own blocks in their order.
+
+        Raises:
+            InputError: if what is left does not determine the parameters.
+        """
+        names = tuple(chain.from_iterable(group.names for group in self.known))
+        near = {name: held.weight for name, held in self.held.items()}
+        values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
+        if not self.known:
+            return np.asarray(values[: len(pairs), :, 0])
+        known = np.concatenate([_in_turn(group) for group in self.known], axis=1)
+        return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def estimate(self, weights: Array | None = None) -> Estimate:
         """All unknown parameters, with what is known to be part of their error.
@@ -114,7 +151,8 @@ class LinearProblem:
             c = len(self.unknown.columns)
             inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
             places = [self.unknown.columns.index(name) for name in self.held]
-            moved = (inverse @ inverse.T)[self._places][:, places] / np.array(list(self.held.values()))
+            pull = np.array([held.weight**2 * held.sigma for held in self.held.values()])
+            moved = (inverse @ inverse.T)[self._places][:, places] * pull
             total += moved @ moved.T
         return total
 
@@ -125,11 +163,10 @@ class LinearProblem:
     def _stacked(self, weights: Array) -> Array:
         """Weighted factor of all joints in the unknown columns, the held ones' equations below."""
         rows = self.unknown.stacked(weights)
-        for name, sigma in self.held.items():
-            own = np.zeros((1, rows.shape[1]))
-            own[0, self.unknown.columns.index(name)] = 1.0 / sigma
-            rows = np.vstack([rows, own])
-        return rows
+        places = [self.unknown.columns.index(name) for name in self.held]
+        own = np.zeros((len(places), rows.shape[1]))
+        own[range(len(places)), places] = [held.weight for held in self.held.values()]
+        return np.vstack([rows, own])
 
     def _factor(self, weights: Array) -> Array:
         return checked(self._stacked(weights), self.unknown.columns, *self._rows)
@@ -169,11 +206,17 @@ class LinearProblem:
         return gain_sensitivity(self.equations, weights, taken, self.held)
 
 
+def _in_turn(known: Known) -> Array:
+    """Values without each of their own blocks, last of all the whole ones."""
+    parts = known.left_out()
+    return known.values[None] if parts is None else np.vstack([parts, known.values])
+
+
 def gain_sensitivity(
     equations: Equations,
     weights: Array,
     known: Sequence[tuple[Sequence[str], Array]] = (),
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, Held] | None = None,
 ) -> Array:
     """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
@@ -196,6 +239,6 @@ def gain_sensitivity(
     for factor, torque, weight in zip(equations.factors, torques, weights, strict=True):
         taken = sum((factor[:, where] @ derivatives for where, derivatives in parts), np.zeros_like(torque))
         rows.append(weight * np.column_stack([factor[:, places], torque - taken]))
-    rows += [np.eye(1, c + n, columns.index(name)) / sigma for name, sigma in (held or {}).items()]
+    rows += [one.weight * np.eye(1, c + n, columns.index(name)) for name, one in (held or {}).items()]
     R = triangular(np.vstack(rows))
     return np.asarray(solve_triangular(R[:c, :c], R[:c, c:]))

@@ -13,6 +13,7 @@ from .equations import payload_equations as payload_equations
 from .following import FollowingChange as FollowingChange
 from .following import following_change as following_change
 from .following import read_following as read_following
+from .friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .from_change import payload_map as payload_map
 from .methods import METHODS as METHODS
 from .methods import combined as combined

@@ -4,7 +4,7 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -123,15 +123,17 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """
     n, short = problem.robot.n, problem.short
 
-    def posed(part: PayloadProblem) -> LinearProblem:
-        return from_robot(part, names=PAYLOAD) if part.difference is None else from_difference(part, PAYLOAD)
+    paired = problem.difference is not None
+    whole = from_difference(problem, PAYLOAD) if paired else from_robot(problem, names=PAYLOAD)
 
     def parts() -> list[list[LinearProblem]]:
-        return [[posed(part) for part in group] for group in problem.without_blocks]
+        if problem.paired:
+            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
+        return [[from_robot(part, names=PAYLOAD) for part in group] for group in problem.without_blocks]
 
     joints = tuple(range(1, n + 1)) if short is None else short.joints
     groups = joint_groups(n) if short is None else moving_groups(joints)
-    return joints_view(posed(problem), parts, weights, groups, joints)
+    return joints_view(whole, parts, weights, groups, joints)
 
 
 def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:

@@ -16,7 +16,7 @@ from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares
 from ...model import Robot, base_parameters
 from ...model.motion import Measurement
-from ..equations.correlation import autocorrelation_time
+from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observation import Observation, Observer
 from ..equations.reduction import reduced
@@ -101,7 +101,8 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldOff
     weights = joint_weights(problem, _shortest(problem, np.ones(len(coulomb)))[0])
     values, _ = _shortest(problem, weights)
     noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
-    weighty = noise * np.sqrt([_inflation(plain, values, j) for j in range(len(noise))])
+    series = [[(one.t[j], one.errors(values)[j]) for one in plain] for j in range(len(noise))]
+    weighty = noise * np.sqrt([inflation(joint) for joint in series])
     sigma = np.where(np.array(problem.rows) > 0, OFFSET_SHARE * coulomb, 0.0)
     sigma[max(len(noise) - _WRIST, 1) :] = 0.0
     stiffness = np.divide(weighty, sigma, out=np.zeros_like(noise), where=sigma > 0.0)
@@ -117,15 +118,6 @@ def _unlikely(rise: float, joints: int) -> bool:
     from scipy.special import chdtrc
 
     return joints > 0 and bool(chdtrc(joints, max(rise, 0.0)) < _CONTRADICTED)
-
-
-def _inflation(recordings: Sequence[Observation], values: Array, joint: int) -> float:
-    """By how much the memory of a joint's errors raises the variance of their mean."""
-    series = [(one.t[joint], one.errors(values)[joint]) for one in recordings if len(one.t[joint]) > 1]
-    if not series:
-        return 1.0
-    step = min(float(np.diff(t).min()) for t, _ in series)
-    return max(1.0, 2.0 * autocorrelation_time(series, step) / step)
 
 
 def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:

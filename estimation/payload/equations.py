@@ -11,6 +11,7 @@ from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
+from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer, Pieces
 from ..equations.reduction import recorded, reduced_measurement
@@ -32,12 +33,16 @@ class PairedMeasurement(NamedTuple):
 
 
 class PayloadEquations(NamedTuple):
-    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded."""
+    """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
+
+    ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
+    """
 
     loaded: Equations
     unloaded: Equations | None
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
+    inflation: tuple[float, ...] = ()
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -123,16 +128,18 @@ def payload_equations(
         return _whole(robot, base, loaded, unloaded, pairs, processing)
     own = [(data, None) for data in loaded]
     changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
-    with_payload, with_pieces = recorded(loaded_observer(robot, base), own, processing)
+    observer = loaded_observer(robot, base)
+    with_payload, with_pieces = recorded(observer, own, processing)
     groups = [left_over(with_pieces, with_payload.select(base.columns))]
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
         bare = [(data, None) for data in unloaded]
-        without, bare_pieces = recorded(Observer(robot, base.columns), bare, processing)
+        without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
         groups.append(left_over(bare_pieces, without))
     if changes:
-        difference, change_pieces = recorded(difference_observer(robot), changes, processing)
+        alone = observer.only(payload_columns(robot), PAYLOAD)
+        difference, change_pieces = recorded(alone, changes, processing)
         groups.append(left_over(change_pieces, difference))
     length = length_by_residuals(groups)
     edges = [block_edges(recording, length) for recording in groups[0]]
@@ -142,7 +149,9 @@ def payload_equations(
     if difference is not None:
         difference = in_blocks(difference, change_pieces, edges, length)
     stretches = _cut(with_pieces, _long_edges(groups[0]))
-    return PayloadEquations(in_blocks(with_payload, with_pieces, edges, length), without, difference, stretches)
+    memory = tuple(inflation([(left.t[j], left.errors[j]) for left in groups[0]]) for j in range(robot.n))
+    loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, memory)
 
 
 def _whole(

@@ -1,9 +1,12 @@
 """The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Protocol
+
+import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -11,9 +14,10 @@ from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, fit
-from ..fit.linear_problem import Known, LinearProblem
-from ..fit.robust import RobustCovariance, jackknife
+from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
+from .friction import with_changes
 from .from_change import from_change
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
@@ -30,6 +34,9 @@ class Posed(Protocol):
     def values(self, weights: Array) -> Array:
         """Their values alone."""
 
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Their values without blocks of time with and without payload, one row for each of ``left_out``."""
+
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
 
@@ -43,7 +50,7 @@ def from_robot(
     """Method 1, (22) and (23): the loaded recording minus what the robot alone would need.
 
     The covariance accounts for that of the robot's parameters: C_L = s^2 (W_L' W_L)^-1 + P C P' with
-    P = W_L^+ W.
+    P = W_L^+ W. Of a robot that was identified on another day, friction may differ within limits.
 
     Args:
         problem: with ``unloaded`` or ``known``.
@@ -53,7 +60,10 @@ def from_robot(
     robot = problem.robot_known
     if free_friction:
         robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
-    return _posed(problem, problem.loaded, (robot,), names)
+    if problem.known is None:
+        return _posed(problem, problem.loaded, (robot,), names)
+    loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)
+    return _posed(problem, loaded, (robot,), names, held)
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -68,18 +78,22 @@ def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None)
 
 
 def _posed(
-    problem: PayloadProblem, equations: Equations, known: tuple[Known, ...], names: Sequence[str] | None
+    problem: PayloadProblem,
+    equations: Equations,
+    known: tuple[Known, ...],
+    names: Sequence[str] | None,
+    held: Mapping[str, Held] | None = None,
 ) -> LinearProblem:
     """Equations in the payload's frame, of its parameters ``names`` alone."""
     wanted = problem.chosen if names is None else tuple(names)
     columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
-    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known)
+    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known, held or {})
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
-    """Method 4, (30): all recordings at once; the robot's parameters are common to both."""
-    both, loaded = (in_payload_frame(problem.robot, part) for part in (problem.both, problem.loaded))
-    return LinearProblem(both, tuple(names), shown=loaded)
+    """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
+    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
@@ -156,23 +170,22 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
     if not problem.loaded.leave_one_out:
         return estimate, problem.no_blocks
     try:
-        return replace(estimate, robust=_robust(problem, method, posed, estimate)), ""
+        return replace(estimate, robust=_robust(problem, posed, estimate)), ""
     except InputError as error:
         return estimate, str(error)
 
 
-def _robust(problem: PayloadProblem, method: Method, posed: Posed, estimate: Estimate) -> RobustCovariance:
+def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
     """By the delete-a-block jackknife, weights fixed at those of the result.
 
     A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
     a time as well.
     """
-    robust = jackknife(
-        lambda part: method(part).values(estimate.weights),
-        problem.without_blocks,
-        estimate.values,
-        problem.loaded.block_length,
-    )
+    groups, length = problem.left_out, problem.loaded.block_length
+    with naming_blocks(length):
+        values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    robust = jackknifed(np.split(values, ends), estimate.values, length)
     share = posed.lasting(estimate.weights)
     if not share.any():
         return robust  # the method does without anything known earlier
@@ -200,10 +213,15 @@ def _part(known: Known, places: Sequence[int]) -> Known:
         every = known.gain_sensitivity()
         return every[own] if every is not None else None
 
+    def without_blocks() -> Array | None:
+        every = known.left_out()
+        return every[:, own] if every is not None else None
+
     return known._replace(
         names=tuple(known.names[k] for k in places),
         values=known.values[own],
         covariance=known.covariance[own][:, own],
         lasting=known.lasting[own][:, own],
         gain_sensitivity=derivatives,
+        left_out=without_blocks,
     )

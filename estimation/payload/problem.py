@@ -1,7 +1,7 @@
 """The payload problem: what the four methods need, reduced once."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,15 +13,17 @@ from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
 from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
-from ..fit.linear_problem import Known, gain_sensitivity
+from ..fit.left_out import left_out
+from ..fit.linear_problem import Held, Known, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import measurement
 from .equations import PairedMeasurement, payload_equations
+from .friction import FRICTION_CHANGE, friction_changes
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
@@ -59,6 +61,8 @@ class PayloadProblem:
         no_blocks: why there are no blocks of time although they were asked for.
         source: the recordings themselves, in which the verdict looks for causes.
         robot_weights: weights of the joints without payload, taken as given; estimated by default.
+        inflation: by how much the memory of each joint's errors under load raises variances.
+        friction: frictions of the robot that may be others under load, and how far.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
 
@@ -75,6 +79,8 @@ class PayloadProblem:
     no_blocks: str = ""
     source: Source | None = None
     robot_weights: Sequence[float] | None = None
+    inflation: tuple[float, ...] = ()
+    friction: Mapping[str, Held] = field(default_factory=dict)
     short: ShortMotion | None = None
 
     def __post_init__(self) -> None:
@@ -111,12 +117,19 @@ class PayloadProblem:
     @cached_property
     def both(self) -> Equations:
         """The equations of (30), robot and payload together, columns base, then ``PAYLOAD``."""
+        return self.beside(self.loaded)
+
+    def beside(self, loaded: Equations) -> Equations:
+        """Equations with payload together with those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        parts = [
-            replace(part, leave_one_out=()) for part in (self.unloaded.renamed(self.loaded.columns), self.loaded)
-        ]
-        return merged(parts)
+        bare = self.unloaded.renamed(loaded.columns)
+        both = merged([bare, loaded])
+        less, more = bare.leave_one_out, loaded.leave_one_out
+        if not (self.paired and isinstance(less, WithoutEach) and isinstance(more, WithoutEach)):
+            return both
+        pairs = zip(less.blocks, more.blocks, strict=True)
+        return replace(both, leave_one_out=WithoutEach(stacked(pair, compress=False) for pair in pairs))
 
     @cached_property
     def robot_known(self) -> Known:
@@ -138,7 +151,29 @@ class PayloadProblem:
             nothing,
             bare.degrees_of_freedom,
             lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: (
+                left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.leave_one_out else None
+            ),
         )
+
+    @cached_property
+    def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
+
+        Blocks that share no motion are left out one recording at a time: two groups then.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        if not self.loaded.leave_one_out:
+            raise InputError(self.no_blocks or "robust standard deviations need recordings in blocks of time")
+        loaded = range(len(self.loaded.without_blocks()))
+        bare = self.unloaded is not None and self.unloaded.leave_one_out
+        unloaded = range(len(self.unloaded.without_blocks())) if self.unloaded and bare else range(0)
+        if self.paired:
+            return (tuple((b, b if unloaded else -1) for b in loaded),)
+        groups = tuple((b, -1) for b in loaded), tuple((-1, b) for b in unloaded)
+        return groups if unloaded else groups[:1]
 
     @cached_property
     def without_blocks(self) -> "tuple[tuple[PayloadProblem, ...], ...]":
@@ -200,6 +235,7 @@ def payload_problem(
     processing: Processing | None = None,
     progress: Progress = silent,
     robust: bool = False,
+    friction_change: float = FRICTION_CHANGE,
 ) -> PayloadProblem:
     """Process recordings with and without payload and reduce them.
 
@@ -212,6 +248,8 @@ def payload_problem(
         progress: told what is being worked on.
         robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
             not with a ``known`` robot that has none itself.
+        friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
+            robot's own (1 sigma); 0 takes it as the same.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -233,7 +271,7 @@ def payload_problem(
     equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
     if equations.unloaded and equations.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    return PayloadProblem(
+    problem = PayloadProblem(
         robot,
         base,
         equations.loaded,
@@ -246,7 +284,20 @@ def payload_problem(
         equations.stretches,
         no_blocks,
         Source(tuple(loaded), tuple(unloaded), processing),
+        inflation=equations.inflation,
     )
+    return _with_friction(problem, friction_change)
+
+
+def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
+    """With what friction may change by, where the robot's own is known."""
+    try:
+        robot = problem.alone
+    except InputError:  # by method 3 it is not needed
+        robot = None
+    if robot is None or not problem.inflation:
+        return problem
+    return replace(problem, friction=friction_changes(robot, problem.inflation, share))
 
 
 def _together(

@@ -24,6 +24,7 @@ from ...trajectories import (
 from ...trajectories import NearMotion as NearPlan
 from ...trajectories.design import Floor
 from ...trajectories.motions import Plan
+from ..motions.written import rests_on
 
 
 class LimitDocument(Document, frozen=True):
@@ -84,7 +85,7 @@ class MotionDocument(Document, frozen=True):
 
 
 class DesignDocument(Document, frozen=True):
-    """A designed or judged motion: its criterion, what it would teach, its limits."""
+    """A designed or judged motion: its criterion, what it would teach, its limits, what it assumes of the robot."""
 
     robot: str
     robot_fingerprint: str
@@ -103,6 +104,7 @@ class DesignDocument(Document, frozen=True):
     floor: FloorDocument | None
     evaluated: str | None
     val3_replay: ReplayDocument | None
+    assumed: dict[str, str]
     version: str
     seed: int | UnsetType = UNSET
     starts: int | UnsetType = UNSET
@@ -146,6 +148,7 @@ class NearDocument(Document, frozen=True):
     rehearsal_s: float
     cpu_s: float
     limits: LimitsDocument
+    assumed: dict[str, str]
     seed: int
 
 
@@ -193,6 +196,7 @@ def design_document(
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=evaluated,
         val3_replay=_replay(replay) if replay else None,
+        assumed=problem.robot.assumed(*rests_on(problem)),
         version=__version__,
         solver="augmented" if design else UNSET,
         motion=_motion(design.plan) if design else UNSET,
@@ -237,6 +241,7 @@ def near_document(
         rehearsal_s=motion.slowed(0.1).duration,
         cpu_s=design.cpu_s,
         limits=LimitsDocument(score.max_violation, torque_checked=design.problem.torque_limited),
+        assumed=design.problem.robot.assumed(*rests_on(design.problem)),
         seed=design.seed,
     )
 

@@ -94,6 +94,11 @@ def data_notes(answer: PayloadAnswer) -> list[str]:
         lines.append(f"Relative residual of the robot's model: {residual_text(robot_fit)}")
     if validation is not None:
         lines.append(f"The same on the validation recording: {residual_text(validation)}")
+    if problem.friction and any(estimate.method == 4 for estimate in answer.estimates):
+        lines.append(
+            "Method 4: friction under load may differ from the robot's own (--friction-change), which the "
+            "intervals allow for."
+        )
     return [*lines, _alignment(problem)] if problem.pairs else lines
 
 

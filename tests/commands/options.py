@@ -115,6 +115,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--method": "--method 4",
         "--free-friction": "--method 1 | --free-friction",
+        "--friction-change": "--method 4 | --friction-change 30%",
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
@@ -258,6 +259,5 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--trajectories": "--trajectories 4",
         "--noise": "--noise none",
         "--gain-error": "--gain-error 0.1",
-        "--repeat": "--repeat 2",
     },
 }  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.estimation.equations import Equations
-from dynident.estimation.fit import Known, LinearProblem
+from dynident.estimation.fit import Held, Known, LinearProblem
 
 NAMES = ("A", "B", "C", "D")
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])
@@ -35,7 +35,7 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
         (1e7, by_hand(STACKED[:, :4], STACKED[:, 4])[:3]),
         (0.3, by_hand(np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / 0.3]]]), np.append(STACKED[:, 4], 0.0))[:3]),
     ):
-        held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": sigma})
+        held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
         assert held.values(WEIGHTS) == pytest.approx(expected, abs=1e-9)
         assert held.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
 
@@ -43,9 +43,18 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
 def test_what_a_held_column_lasts_is_its_influence() -> None:
     """The values move by as much as the level they are held at; no block of time shows that level."""
     sigma = 0.3
-    held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": sigma})
+    held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
     A = np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / sigma]]])
     moved = by_hand(A, np.append(0.0 * STACKED[:, 4], 1.0 / sigma))[:3]
+    assert held.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
+
+
+def test_a_held_column_counts_for_as_much_as_rows_that_remember_allow() -> None:
+    """Data that are worth four times less leave the prior four times the weight; it errs no more than it did."""
+    sigma, doubled = 0.3, np.vstack([STACKED[:, :4], [[0, 0, 0, 2.0 / 0.3]]])
+    held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma, 4.0)})
+    assert held.values(WEIGHTS) == pytest.approx(by_hand(doubled, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
+    moved = by_hand(doubled, np.append(0.0 * STACKED[:, 4], 2.0 / sigma))[:3]
     assert held.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
 
 

@@ -423,8 +423,9 @@ PLANS = [
 def test_design(plan: Any, motion: dict[str, Any]) -> None:
     goal = SimpleNamespace(rate=14.0, data_length=60.0)
     problem: Any = SimpleNamespace(
-        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal
-    )
+        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal,
+        torque_limited=False,
+    )  # fmt: skip
     found: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
     document = documents.design_document(
@@ -444,6 +445,7 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
                 "criterion_value": 0.05, "condition_number": 51.05, "condition_number_scaled": 5.55,
                 "duration_s": 12.05, "limits_met": False, "violations": ["too fast by 0.05"],
             },
+            "assumed": {"speed": "told"},
             "version": __version__,
             **(SEARCH | {"motion": motion} if motion else {}),
         },
@@ -471,6 +473,7 @@ def test_near() -> None:
             "predicted_sigma": {"mass": 0.011, "com": spread.com, "inertia_com": spread.inertia_com},
             "condition_number": 51.07, "condition_number_scaled": 5.57, "duration_s": 23.0, "rehearsal_s": 10.0,
             "cpu_s": 3.5, "limits": {"max_violation": 0.195, "torque_checked": True}, "seed": 9,
+            "assumed": {"speed": "told", "torque": "told"},
         },
     )  # fmt: skip
 

@@ -30,10 +30,10 @@ def scale(evidence: Evidence) -> list[Finding]:
 def burst(evidence: Evidence) -> list[Finding]:
     """Short stretches that neither robot nor payload explain, and that move the mass."""
     bursts, mass = evidence.bursts, evidence.mass
-    if bursts is None or abs(bursts.mass - mass) <= MOVED * abs(mass):
+    if bursts is None or abs(bursts.change[9]) <= MOVED * abs(mass):
         return []
     text = (
         f"{bursts.many} of {bursts.blocks} stretches of {bursts.length:.2g} s have outstanding residuals (contact, "
-        f"a hose, a shock?): without them the mass would be {bursts.mass:.3g} kg; the intervals reach both"
+        f"a hose, a shock?): without them the mass is {mass + bursts.change[9]:.3g} kg; the intervals reach both"
     )
     return [note(text, "mass")]

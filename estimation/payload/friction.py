@@ -1,0 +1,52 @@
+"""Friction under load that is not quite the robot's own: it changes by the day, by temperature and with the load.
+
+Left as it was, what it changed by goes into the payload; wholly free, it takes most of what a motion tells of the
+mass. So it may change as far as friction of real arms does.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from ...model.names import parameter_kind
+from ..equations.equations import Equations
+from ..fit.estimate import Estimate
+from ..fit.linear_problem import Held
+
+FRICTION_CHANGE = 0.10
+"""Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
+
+From day to day a real UR10e's Coulomb friction differs by 1 to 9 %, its viscous friction by 2 to 12 %.
+"""
+_OFFSETS = 0.012
+"""Standard deviation of a constant torque's change, as a share of the arm's largest Coulomb friction: 0.2 N·m on a
+UR10e."""
+_CHANGE = " under load"
+"""Behind the name of a friction: how much more it is with payload."""
+_NONE = 1e-9
+"""Share of the arm's largest friction below which a joint has none."""
+
+
+def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, Held]:
+    """Which frictions may change under load, and how far.
+
+    Args:
+        robot: its own parameters, friction among them.
+        inflation: of each joint's errors, by their memory.
+        share: standard deviation over friction; 0 for none at all.
+    """
+    kinds = {name: parameter_kind(name) for name in robot.names}
+    largest = max((abs(robot[name]) for name, kind in kinds.items() if kind == "FS"), default=0.0)
+    sigmas = {name: share * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
+    if share > 0.0:
+        sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
+    return {
+        name: Held(sigma, inflation[int(name.removeprefix(kinds[name])) - 1])
+        for name, sigma in sigmas.items()
+        if sigma > _NONE * largest
+    }
+
+
+def with_changes(equations: Equations, held: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
+    """Equations under load with one more column for each friction that may change, and how these are held."""
+    names = [f"{name}{_CHANGE}" for name in held]
+    wide = equations.select((*equations.columns, *held)).called((*equations.columns, *names))
+    return wide, dict(zip(names, held.values(), strict=True))
