@@ -16,7 +16,7 @@ from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFac
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
-from dynident.model import INERTIAL
+from dynident.model import INERTIAL, Processing
 from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.written import written
@@ -344,6 +344,11 @@ def test_weigh(possible: bool) -> None:
         },
     )  # fmt: skip
     assert isinstance(document, StoredPayload)
+
+
+def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
+    processing = Processing(equation_rate=12.5)
+    assert written(documents.gains_document(made.drive_gains(), processing))["processing"]["equations_hz"] == 12.5
 
 
 def test_gains(tmp_path: Path) -> None:
