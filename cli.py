@@ -23,7 +23,7 @@ _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used, 3 our fault)."""
+    """Run one command; returns its status: 0 answered, 1 do not use, 2 the input cannot be used, 3 our fault."""
     words = tuple(sys.argv[1:] if argv is None else argv)
     if today := moved(words):
         print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)

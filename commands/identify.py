@@ -18,11 +18,11 @@ from .options import (
     add_command,
     option,
 )
+from .progress import status
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
 """Options, and with which choices of ``--constrained`` they count."""
-from .progress import status
 
 
 @dataclass(frozen=True)
