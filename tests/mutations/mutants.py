@@ -268,7 +268,8 @@ TEXTS: dict[str, Callable[[bytes, Draw], bytes]] = {
 }
 VALUES = (
     "", "0", "-1", "1", "2", "7", "0.5", "nan", "inf", "-inf", "1e300", "-1e300", "1e-300", "999999999", "9" * 400,
-    "x", "[/x]", "1,2,3", "1,2,3,4,5,6", "0,0,0,0,0,0", "nowhere.toml", "nowhere.csv", "out.json", ".", "none", "%s",
+    "x", "[/x]",
+    "1,2,3", "1,2,3,4,5,6", "0,0,0,0,0,0", "nowhere.toml", "nowhere.csv", "out.json", ".", "none", "%s",
     "ä" * 50, "10%", "2,2", "[bold", "six_axis.toml", "tx_robot.json",
 )  # fmt: skip
 """What may be typed behind an option."""
