@@ -25,7 +25,7 @@ reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 class _Processing(ProcessingOptions):
     """Processing without decimation: the samples are thin by themselves."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate"})
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
 
 
 @dataclass(frozen=True)

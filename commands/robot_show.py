@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import report
+from .. import model, report
 from ..common.errors import InputError
 from . import ANSWERED
 from .options import FramedRobotOptions, Options, add_command, option
@@ -42,7 +42,7 @@ def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
     at = drawing.at or (0.0,) * robot.n
     if len(at) != robot.n:
         raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
-    report.print_blocks(report.robot_description(robot))
+    report.print_blocks(report.robot_description(model.stand_in.rehearsed(robot)))
     if drawing.drawing:
         draw(robot, drawing.drawing, at)
     return ANSWERED

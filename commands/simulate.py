@@ -92,8 +92,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arm: RobotOptions, asked: _Simulate) -> int:
     """Run it."""
-    robot = arm.load()
-    trajectories.simulation.check_parameters(robot)
+    robot = model.with_stand_in(arm.load())
     payload = model.read_payload(asked.payload) if asked.payload else None
     references = _references(robot, asked.trajectory, asked.seed)
     disturbances = _disturbances(robot, asked.noise, list(references.values()))
@@ -183,3 +182,4 @@ def _write(folder: Path, experiment: Any, controller: Any) -> None:
             f"{1e3 * one.tracking_error.max():.2f} mrad"
         )
     print(f"{folder / 'truth.toml'}: what is true of them")
+    report.print_blocks([report.Notes(report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))])

@@ -33,6 +33,7 @@ from .render.html import write_plots as write_plots
 from .render.html import write_report as write_report
 from .render.latex import latex_tables as latex_tables
 from .render.terminal import print_blocks as print_blocks
+from .sections.description import assumed_notes as assumed_notes
 from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page

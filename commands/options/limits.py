@@ -60,9 +60,9 @@ class LimitOptions(Options):
     )
 
     def known(self, robot: model.Robot) -> tuple[model.Robot, Mapping[str, float]]:
-        """The robot with the parameters of ``--robot-parameters``, and these by name; nothing without."""
+        """The robot with the parameters of ``--robot-parameters``, and these by name; a stand-in without."""
         if not self.robot_parameters:
-            return robot, {}
+            return model.stand_in.rehearsed(robot), {}
         stored = estimation.files.read_stored_robot(self.robot_parameters)
         values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
         return stored.applied_to(robot), values

@@ -153,7 +153,7 @@ class Observer:
             processing: settings.
             partner: another motion on the same time whose slow rows are left out as well.
         """
-        return self.stream(_used(data, processing, partner), processing.decimate)
+        return self.stream(_used(data, processing, partner), processing.thinning(data.motion.rate))
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
@@ -179,7 +179,7 @@ class Observer:
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        return self._held(list(self.blocks(data, processing, partner)), processing.decimate)
+        return self._held(list(self.blocks(data, processing, partner)), processing.thinning(data.motion.rate))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """The same with the rows to use, N x n, given."""
@@ -193,10 +193,10 @@ class Observer:
         for block in self.blocks(data, processing, partner):
             waiting.append(block)
             if sum(len(one.t) for one in waiting) >= _PIECE:
-                yield self._held(waiting, processing.decimate)
+                yield self._held(waiting, processing.thinning(data.motion.rate))
                 waiting = []
         if waiting:
-            yield self._held(waiting, processing.decimate)
+            yield self._held(waiting, processing.thinning(data.motion.rate))
 
     def opener(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
         """Opens the equations piece by piece as often as wanted; they are made once, and many live in a file."""
@@ -207,7 +207,7 @@ class Observer:
         def pieces() -> Iterator[Observation]:
             for part in parts(len(t), _PIECE):
                 block = Block(equations[part].T, keep[part].T > 0.0, t[part, 0])
-                yield self._held([block], processing.decimate)
+                yield self._held([block], processing.thinning(data.motion.rate))
 
         if len(t) > _PIECE:
             return pieces

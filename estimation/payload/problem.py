@@ -21,7 +21,7 @@ from ..fit.linear_problem import Held, Known, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
+from ..signals.filtering import grid_rate, measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .short_motion import ShortMotion
@@ -343,7 +343,8 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, processing.rate, processing.max_mismatch) for a, b in zip(unloaded, loaded, strict=True)
+        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
+        for a, b in zip(unloaded, loaded, strict=True)
     )
 
 

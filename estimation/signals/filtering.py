@@ -33,12 +33,22 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     Raises:
         InputError: if the recording is too short or the cut-off too high for its rate.
     """
-    even = resampled(recording, processing.rate)
+    even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
     _check_cutoff(even.q, q, processing.cutoff, recording.source)
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
     return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
+
+
+def mean_rate(recording: Recording) -> float:
+    """Samples a second [Hz]."""
+    return (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
+
+
+def grid_rate(recording: Recording, processing: Processing) -> float | None:
+    """The even rate [Hz] to which a recording is resampled; None keeps its own."""
+    return None if processing.rate is None else processing.grid_rate(mean_rate(recording))
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
