@@ -22,7 +22,7 @@ from .from_change import from_change
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
 
-_FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
+FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
 class Posed(Protocol):
@@ -59,7 +59,7 @@ def from_robot(
     """
     robot = problem.robot_known
     if free_friction:
-        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
+        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
     if problem.known is None:
         return _posed(problem, problem.loaded, (robot,), names)
     loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)

@@ -11,6 +11,7 @@ import pytest
 from dynident import __version__
 from dynident.common.schema import Document, convert, write_json
 from dynident.estimation.diagnosis import Finding, robot_verdict
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
@@ -210,7 +211,7 @@ def test_identify() -> None:
             "gain_sigma": GAINS,
             "relative_residual": residual(made.FIT),
             "validation": residual(made.CHECK),
-            "reasons_against_use": robot_verdict(estimate.fit).reasons,
+            "reasons_against_use": robot_verdict(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
         },
     )
     stored = convert(written(document), StoredRobot)
