@@ -38,7 +38,9 @@ def recordings(seed: int, change: float) -> tuple[Recording, Recording]:
         if name.startswith(("FS", "FV"))
     }
     pair = []
-    for k, (arm, load) in enumerate(((robot, None), (replace(robot, parameters={**robot.parameters, **moved}), LOAD))):
+    for k, (arm, load) in enumerate(
+        ((robot, None), (replace(robot, parameters={**robot.parameters, **moved}), LOAD))
+    ):
         recording = Simulator(arm).record(motion, load, None, source=str(k))
         size = 0.02 * np.sqrt(np.mean(recording.torque**2, axis=0))
         noise = size * remembering(recording.torque.shape, draw)
