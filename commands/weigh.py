@@ -11,7 +11,7 @@ from .. import estimation, model, report
 from ..common.errors import InputError
 from . import COMMANDS
 from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
-from .knowledge import constraints_of, gain_errors_of, knowledge_arguments
+from .knowledge import constraints_of, friction_argument, friction_change, gain_errors_of, knowledge_arguments
 from .report import provenance, report_arguments, settings_in_words, write_page
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--max-mismatch", type=float, metavar="RAD", help="largest difference of position with and without payload"
     )
+    friction_argument(parser, "--robot-parameters")
     knowledge_arguments(parser)
     processing_arguments(parser)
     report_arguments(parser)
@@ -68,6 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run it."""
     if not arguments.unloaded and not arguments.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if arguments.friction_change is not None and not arguments.robot_parameters:
+        raise InputError("--friction-change belongs to --robot-parameters: a difference of torques frees friction")
     constraints = constraints_of(arguments)
     stand_in = estimation.StandIn.parse(arguments.inertia) if arguments.inertia is not None else None
     stored = estimation.files.read_stored_robot(arguments.robot_parameters) if arguments.robot_parameters else None
@@ -137,7 +140,7 @@ def _problems(
     if stored is not None:
         problems.append(
             estimation.payload.known_robot_weighing(
-                robot, loaded, stored.estimate, processing, arguments.moving, progress
+                robot, loaded, stored.estimate, processing, arguments.moving, progress, friction_change(arguments)
             )
         )
     return problems[0], problems[1:]

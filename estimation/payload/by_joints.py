@@ -4,11 +4,12 @@ By torque differences (29) where there are pairs, otherwise by the loaded torque
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -124,7 +125,11 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     n, short = problem.robot.n, problem.short
 
     def posed(part: PayloadProblem) -> LinearProblem:
-        return from_robot(part, names=PAYLOAD) if part.difference is None else from_difference(part, PAYLOAD)
+        if part.difference is not None:
+            return from_difference(part, PAYLOAD)
+        problem = from_robot(part, names=PAYLOAD)
+        # What one joint shows does not correct the robot: its parameters stay as they are.
+        return replace(problem, known=problem.given, prior=None)
 
     def parts() -> list[list[LinearProblem]]:
         return [[posed(part) for part in group] for group in problem.without_blocks]
@@ -243,13 +248,13 @@ class JointEquations(NamedTuple):
     @staticmethod
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
-        known = problem.known[0] if problem.known else None
-        names = known.names if known else ()
         unknown = problem.unknown.select(PAYLOAD)
-        taken = problem.equations.select(names).factors
-        lasting = known.lasting if known else np.zeros((0, 0))
+        taken = problem.equations.select([name for group in problem.known for name in group.names]).factors
+        lasting = _together([group.lasting for group in problem.known])
         # What an earlier identification's jackknife says counts instead of its formula.
-        covariance = lasting if lasting.any() or known is None else known.covariance
+        covariance = _together(
+            [group.lasting if group.lasting.any() else group.covariance for group in problem.known]
+        )
         return JointEquations(
             tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
             tuple(w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)),
@@ -257,6 +262,11 @@ class JointEquations(NamedTuple):
             lasting,
             unknown.effective_rows,
         )
+
+
+def _together(covariances: Sequence[Array]) -> Array:
+    """Covariance of independent groups of parameters."""
+    return np.asarray(block_diag(*covariances)) if covariances else np.zeros((0, 0))
 
 
 def _mass_of(joints: Sequence[int]) -> Callable[[JointEquations], _Number | None]:

@@ -1,5 +1,6 @@
 """Method 2: the change of the base parameters under load, (24)-(28) for any robot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -66,6 +67,11 @@ class ChangeOfParameters:
     def lasting(self, weights: Array) -> Array:
         """Blocks of time hold all recordings that it uses."""
         return np.zeros((len(PAYLOAD), len(PAYLOAD)))
+
+    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """Covariance where errors remember: the formula's, by the middle joint's memory."""
+        covariance = self._step(weighted(self._loaded, weights)).covariance
+        return np.asarray(float(np.median(inflation)) * covariance)
 
     @cached_property
     def _loaded(self) -> Equations:
