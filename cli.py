@@ -12,14 +12,9 @@ from importlib import import_module
 from typing import NoReturn
 
 from . import __version__
-from .commands import COMMANDS, moved
-from .commands.arguments import BAD_INPUT, BROKEN_PIPE, INTERRUPTED, check_folder, check_target
+from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
 from .common.errors import InputError
 
-_FILES_WRITTEN = ("json", "report", "csv", "latex", "npz", "ros2", "urscript", "rehearsal")
-"""Options that name a file to write."""
-_FOLDERS_WRITTEN = ("plots", "val3")
-"""Options that name a folder to write into, made if missing."""
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 """Packages whose versions decide the numbers."""
 
@@ -39,10 +34,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments = _parser(words).parse_args(words)
         arguments.argv = words
-        for option in _FILES_WRITTEN:
-            check_target(option, getattr(arguments, option, None))
-        for option in _FOLDERS_WRITTEN:
-            check_folder(option, getattr(arguments, option, None))
         with warnings.catch_warnings():
             warnings.showwarning = _note
             return int(arguments.run(arguments))

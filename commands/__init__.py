@@ -6,6 +6,8 @@ Only the file of the command that is called is imported, so that ``dynident --he
 import shlex
 from collections.abc import Sequence
 
+ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+"""Exit statuses of every command."""
 COMMANDS = {
     "weigh": "what hangs on the flange, from a short motion near a pose",
     "verify": "how much the following error fell after a payload was entered",

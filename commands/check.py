@@ -2,71 +2,65 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import estimation, model, report
-from ..common.errors import InputError
-from . import COMMANDS
-from .arguments import (
-    ANSWERED,
-    DO_NOT_USE,
-    log_map,
-    processing_arguments,
-    read_recordings,
-    robot_argument,
-    settings,
-)
+from .. import estimation, report
+from . import ANSWERED, DO_NOT_USE
+from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
+
+
+@dataclass(frozen=True)
+class _Logs(ResultOptions):
+    """The logs, and where their signals are drawn."""
+
+    logs: tuple[str, ...] = option(
+        "logs", reads="logs", nargs="+", metavar="LOG", help="recordings, with or without payload"
+    )
+    plots: str | None = option(
+        writes="folder", metavar="DIR", help="draw the signals there, PNG and SVG; made if missing"
+    )
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser(
+    add_command(
+        commands,
         "check",
-        help=COMMANDS["check"],
+        run,
+        RobotOptions,
+        ProcessingOptions,
+        _Logs,
         description="Look at logs: what was understood, what looks wrong, and how surely they show each base "
         "parameter. Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
         "reproduces a logged tool pose, is for 'dynident robot check'.",
     )
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="recordings, with or without payload")
-    robot_argument(parser)
-    parser.add_argument("--plots", metavar="DIR", help="draw the signals there, PNG and SVG")
-    processing_arguments(parser)
-    parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(robot: RobotOptions, processing: ProcessingOptions, files: _Logs) -> int:
     """Run it."""
-    folder = Path(arguments.plots) if arguments.plots else None
-    if folder and not folder.is_dir():
-        raise InputError(f"--plots {arguments.plots!r}: no such folder; make it first")
-    robot, processing = settings(arguments)
-    checks: list[estimation.diagnosis.LogCheck] = []
-    for path in arguments.logs:
-        gains, currents = _gains(path, arguments, robot)
-        (recording,) = read_recordings([path], robot, gains, set(), arguments)
-        checks.append(estimation.diagnosis.check_log(robot, recording, processing, currents))
+    setup = processing.setup(robot.load())
+    checks = [_checked(path, setup) for path in files.logs]
     for number, check in enumerate(checks, 1):
-        report.print_blocks(report.check_screen(robot, check))
-        if folder:
-            _plot(folder, number, check)
-    if arguments.json:
-        report.documents.write_json(
-            arguments.json,
-            report.documents.check_document(robot, checks),
-        )
+        report.print_blocks(report.check_screen(setup.robot, check))
+        if files.plots:
+            _plot(Path(files.plots), number, check)
+    files.write_json(lambda: report.documents.check_document(setup.robot, checks))
     return ANSWERED if all(check.usable for check in checks) else DO_NOT_USE
 
 
-def _gains(path: str, arguments: argparse.Namespace, robot: model.Robot) -> tuple[tuple[float, ...] | None, bool]:
-    """Gains to read with, and whether the log's torques stay currents."""
-    if arguments.drive_gains is None and estimation.recordings.holds_currents_only(path, robot, log_map(arguments)):
-        return (1.0,) * robot.n, True
-    return arguments.drive_gains, False
+def _checked(path: str, setup: Setup) -> estimation.diagnosis.LogCheck:
+    """One log; without gains its torques stay currents."""
+    robot = setup.robot
+    currents = setup.gains is None and estimation.recordings.holds_currents_only(path, robot, setup.log_map)
+    gains = (1.0,) * robot.n if currents else setup.gains
+    (recording,) = replace(setup, gains=gains, told=set()).read([path])
+    return estimation.diagnosis.check_log(robot, recording, setup.processing, currents)
 
 
-def _plot(folder: Any, number: int, check: estimation.diagnosis.LogCheck) -> None:
+def _plot(folder: Path, number: int, check: estimation.diagnosis.LogCheck) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
     stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
     for ending in ("png", "svg"):
         report.save_signals(

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from .. import model
-from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from . import ANSWERED
+from .options import Options, RobotOptions, add_command, option
+
+
+@dataclass(frozen=True)
+class _Code(Options):
+    """Which function, and where its files go."""
+
+    function: str = option(required=True, metavar="NAME", help="such as base_regressor")
+    out: str = option(writes="folder", required=True, metavar="DIR", help="folder of the files, made if missing")
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("codegen", help=COMMANDS["codegen"])
-    robot_argument(parser)
-    parser.add_argument("--function", required=True, metavar="NAME", help="such as base_regressor")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the files, made if missing")
-    parser.set_defaults(run=run)
+    add_command(commands, "codegen", run, RobotOptions, _Code)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(robot: RobotOptions, code: _Code) -> int:
     """Run it."""
-    for path in model.generate_code(chosen_robot(arguments), arguments.function, arguments.out):
+    for path in model.generate_code(robot.load(), code.function, code.out):
         print(path)
     return ANSWERED

@@ -2,29 +2,51 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .. import report, trajectories
 from ..common.files import write_text
-from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from . import ANSWERED
 from .motion_pages import FIGURE_RATE, Judged, show
 from .motion_request import Asked, build_request
 from .motion_search import best_motion, floor_of
-from .options import GoalOptions, LimitOptions, MotionFiles, ShapeOptions
+from .options import (
+    GoalOptions,
+    LimitOptions,
+    MotionFiles,
+    Options,
+    RobotOptions,
+    ShapeOptions,
+    add_command,
+    option,
+)
 from .values import positive, whole
 
 _REPLAY_RATE = 500.0  # Hz
 
 
 @dataclass(frozen=True)
-class DesignFiles(MotionFiles):
+class _Search(Options):
+    """How a motion is searched for."""
+
+    GROUP = "search"
+
+    seed: int = option(type=whole, default=0, help="of the random starts (default: 0)")
+    starts: int | None = option(type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3)")
+    bound: bool = option(action="store_true", help="estimate the floor over all motions, and the gap")
+
+
+@dataclass(frozen=True)
+class _DesignFiles(MotionFiles):
     """Formats of the motion, and the folder of a VAL3 application."""
 
-    val3: str | None
+    val3: str | None = option(
+        writes="folder",
+        metavar="DIR",
+        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
+    )
 
     def write(self, written: report.motions.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
@@ -38,30 +60,23 @@ class DesignFiles(MotionFiles):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("design", help=COMMANDS["design"])
-    robot_argument(parser)
-    ShapeOptions.declare(parser)
-    GoalOptions.declare(parser)
-    LimitOptions.declare(parser)
-    group = parser.add_argument_group("search")
-    group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
-    group.add_argument("--starts", type=positive, metavar="K", help="random starts (default: 6 by d and a, else 3)")
-    group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
-    files = MotionFiles.declare(parser)
-    files.add_argument(
-        "--val3",
-        metavar="DIR",
-        help="VAL3 application of via points, best with --segments trapezoid or blend; made if missing",
+    add_command(
+        commands, "design", run, RobotOptions, ShapeOptions, GoalOptions, LimitOptions, _Search, _DesignFiles
     )
-    parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(
+    arm: RobotOptions,
+    shape: ShapeOptions,
+    goal: GoalOptions,
+    limits: LimitOptions,
+    search: _Search,
+    files: _DesignFiles,
+) -> int:
     """Run it."""
-    shape, goal, limits = ShapeOptions.of(arguments), GoalOptions.of(arguments), LimitOptions.of(arguments)
-    files, robot = DesignFiles.of(arguments), chosen_robot(arguments)
+    robot = arm.load()
     asked = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
-    request = build_request(robot, asked, goal, limits, arguments.heaviest_payload)
+    request = build_request(robot, asked, goal, limits)
     robot, kind = request.problem.robot, request.problem.criterion.kind
     files.check(robot)
     if files.val3:
@@ -71,11 +86,12 @@ def run(arguments: argparse.Namespace) -> int:
         text = None if best is None else report.criterion_text(kind, best)
         return f"; best: {text or 'no motion within the limits yet'}"
 
-    design = best_motion(request.problem, arguments.seed, arguments.starts, words)
-    floor = floor_of(request.problem, design.score, arguments.seed) if arguments.bound else None
+    design = best_motion(request.problem, search.seed, search.starts, words)
+    floor = floor_of(request.problem, design.score, search.seed) if search.bound else None
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
     replay = _replayed(design) if files.val3 else None
-    show(arguments, files, request, Judged(title, design.score, samples, design, floor, replay))
+    judged = Judged(title, design.score, samples, design, floor, replay)
+    show(files, request, judged, limits, goal, arm)
     written = report.motions.WrittenMotion(
         robot, design.plan, request.problem.bounds, report.motions.design_head(design)
     )

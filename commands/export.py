@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +11,8 @@ import numpy as np
 from .. import report
 from ..common.errors import InputError
 from ..common.files import write_text
-from . import COMMANDS
-from .arguments import ANSWERED, DO_NOT_USE, check_target
+from . import ANSWERED, DO_NOT_USE
+from .options import Options, add_command, option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,103 +24,91 @@ NAMES = (
 )  # fmt: skip
 """The formats, told again here so that ``--help`` need not load them."""
 _POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
+_HOW = "metres and degrees, R = Rz Ry Rx"
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parser = commands.add_parser("export", help=COMMANDS["export"])
-    parser.add_argument("payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload'")
-    parser.add_argument("--to", required=True, choices=NAMES, metavar="NAME", help=", ".join(NAMES))
-    parser.add_argument("--out", metavar="F", help="file to write; the terminal by default")
-    parser.add_argument(
-        "--method",
+@dataclass(frozen=True)
+class _Export(Options):
+    """The payload, the format, and the frames and units that are asked for."""
+
+    payload: str = option(
+        "payload", reads="payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload'"
+    )
+    to: str = option(required=True, choices=NAMES, metavar="NAME", help=", ".join(NAMES))
+    out: str | None = option(writes="file", metavar="F", help="file to write; the terminal by default")
+    method: int | None = option(
         type=int,
         choices=(1, 2, 3, 4),
         help="whose estimate (default: the recommended, else 4, 3, 1, 2); the constrained one where it is there",
     )
-    pose = "metres and degrees, R = Rz Ry Rx"
-    parser.add_argument(
-        "--flange-frame",
+    flange_frame: tuple[float, ...] | None = option(
         type=float,
         nargs=6,
         metavar=_POSE,
-        help=f"the controller's flange in the payload's frame ({pose}); needed unless that frame is the flange",
+        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange",
     )
-    parser.add_argument(
-        "--tool-frame",
+    tool_frame: tuple[float, ...] | None = option(
         type=float,
         nargs=6,
         metavar=_POSE,
-        help=f"abb: the tool in the flange frame ({pose}): writes a grip load in the tool frame, not a tool load",
+        help=f"abb: the tool in the flange frame ({_HOW}): writes a grip load in the tool frame, not a tool load",
     )
-    parser.add_argument(
-        "--meters-per-unit", type=float, metavar="M", help="usd: unit of length of the stage (default: 1)"
+    meters_per_unit: float | None = option(
+        type=float, metavar="M", help="usd: unit of length of the stage (default: 1)"
     )
-    parser.add_argument(
-        "--despite-verdict", action="store_true", help="write it, inertia and all, whatever the verdict"
-    )
-    parser.set_defaults(run=run)
+    despite_verdict: bool = option(action="store_true", help="write it, inertia and all, whatever the verdict")
+
+    def check(self, form: report.controllers.ControllerFormat) -> None:
+        """Refuse an option that the format does not know: it would be ignored."""
+        formats = report.controllers.FORMATS.values()
+        for name, known in (
+            ("tool_frame", [other.name for other in formats if other.in_tool_frame]),
+            ("meters_per_unit", [other.name for other in formats if other.own_units]),
+        ):
+            if form.name not in known:
+                self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
+
+    def placed(self, load: report.controllers.ControllerLoad) -> report.controllers.ControllerLoad:
+        """The load in the frame and the units that were asked for."""
+        if self.flange_frame is not None:
+            load = _seen_from(load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}")
+        elif not report.controllers.payload_file.is_flange(load.frame):
+            raise InputError(
+                f"{self.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
+                "flange's pose in it (0 0 0 0 0 0 if it is the same)"
+            )
+        if self.tool_frame is not None:
+            told = f"tool, at {_told(self.tool_frame)} in the flange"
+            load = replace(_seen_from(load, self.tool_frame, told), in_tool_frame=True)
+        if self.meters_per_unit is not None:
+            load = replace(load, meters_per_unit=self.meters_per_unit)
+        return load
 
 
-def run(arguments: argparse.Namespace) -> int:
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(commands, "export", run, _Export)
+
+
+def run(asked: _Export) -> int:
     """Run it."""
-    check_target("out", arguments.out)
-    form = report.controllers.FORMATS[arguments.to]
-    _check_options(form, arguments)
-    load = report.controllers.read_load(arguments.payload, arguments.method, arguments.despite_verdict)
-    if load.verdict == "do_not_use" and not arguments.despite_verdict:
+    form = report.controllers.FORMATS[asked.to]
+    asked.check(form)
+    load = report.controllers.read_load(asked.payload, asked.method, asked.despite_verdict)
+    if load.verdict == "do_not_use" and not asked.despite_verdict:
         reasons = "; ".join(load.reasons)
         print(f"dynident: not written: the verdict on {load.source} is 'do not use': {reasons}", file=sys.stderr)
         return DO_NOT_USE
-    load = _placed(load, arguments)
+    load = asked.placed(load)
     text = form.text(load)
     if form.comment is None and not form.head_inside:
         for line in form.head(load):
             print(f"dynident: note: {line}", file=sys.stderr)
-    if arguments.out:
-        write_text(arguments.out, text)
+    if asked.out:
+        write_text(asked.out, text)
     else:
         print(text, end="")
     return ANSWERED
-
-
-def _check_options(form: report.controllers.ControllerFormat, arguments: argparse.Namespace) -> None:
-    """An option that the format does not know would be ignored."""
-    for option, given, known in (
-        (
-            "--tool-frame",
-            arguments.tool_frame,
-            [f.name for f in report.controllers.FORMATS.values() if f.in_tool_frame],
-        ),
-        (
-            "--meters-per-unit",
-            arguments.meters_per_unit,
-            [f.name for f in report.controllers.FORMATS.values() if f.own_units],
-        ),
-    ):
-        if given is not None and form.name not in known:
-            raise InputError(f"{option} belongs to --to {', '.join(known)}, not to {form.name}")
-
-
-def _placed(
-    load: report.controllers.ControllerLoad, arguments: argparse.Namespace
-) -> report.controllers.ControllerLoad:
-    """The load in the frame and the units that were asked for."""
-    if arguments.flange_frame is not None:
-        load = _seen_from(
-            load, arguments.flange_frame, f"flange, at {_told(arguments.flange_frame)} in {load.frame}"
-        )
-    elif not report.controllers.payload_file.is_flange(load.frame):
-        raise InputError(
-            f"{arguments.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
-            "flange's pose in it (0 0 0 0 0 0 if it is the same)"
-        )
-    if arguments.tool_frame is not None:
-        told = f"tool, at {_told(arguments.tool_frame)} in the flange"
-        load = replace(_seen_from(load, arguments.tool_frame, told), in_tool_frame=True)
-    if arguments.meters_per_unit is not None:
-        load = replace(load, meters_per_unit=arguments.meters_per_unit)
-    return load
 
 
 def _seen_from(

@@ -2,52 +2,68 @@
 
 from __future__ import annotations
 
-import argparse
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 from rich.console import Console
 
 from .. import estimation, report
-from ..common.errors import InputError
-from . import COMMANDS
-from .arguments import ANSWERED, DO_NOT_USE, processing_arguments, read_recordings, robot_argument, settings
+from . import ANSWERED, DO_NOT_USE
+from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, add_command, option
+
+
+@dataclass(frozen=True)
+class _Known(Options):
+    """Recordings, and the payload that is known."""
+
+    unloaded: tuple[str, ...] = option(
+        reads="without payload",
+        action="append",
+        required=True,
+        metavar="LOG",
+        help="currents without payload; repeatable",
+    )
+    loaded: tuple[str, ...] = option(
+        reads="with payload", action="append", required=True, metavar="LOG", help="currents with it; repeatable"
+    )
+    mass: float | None = option(either="load!", type=float, metavar="KG", help="the payload's mass")
+    payload: str | None = option(
+        either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
+    )
+    mass_sigma: float | None = option(type=float, metavar="KG", help="its standard deviation (default: 0)")
+
+    def load(self) -> estimation.gains.KnownLoad:
+        """What is known of the payload."""
+        if self.payload:
+            self.refuse("mass_sigma", "belongs to --mass; in a payload's file it is the key mass_sigma")
+            return estimation.gains.read_known_load(self.payload)
+        assert self.mass is not None
+        return estimation.gains.known_mass(self.mass, self.mass_sigma or 0.0)
+
+
+class _Processing(ProcessingOptions):
+    """Processing without the gains that are asked for."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"drive_gains"})
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("gains", help=COMMANDS["gains"])
-    robot_argument(parser)
-    for option, what in (("unloaded", "currents without payload"), ("loaded", "currents with it")):
-        parser.add_argument(
-            f"--{option}", action="append", required=True, metavar="LOG", help=f"{what}; repeatable"
-        )
-    known = parser.add_mutually_exclusive_group(required=True)
-    known.add_argument("--mass", type=float, metavar="KG", help="the payload's mass")
-    known.add_argument("--payload", metavar="TOML", help="mass, com, inertia_com as far as they are known")
-    parser.add_argument("--mass-sigma", type=float, metavar="KG", help="its standard deviation (default: 0)")
-    processing_arguments(parser, gains=False)
-    parser.set_defaults(run=run)
+    add_command(commands, "gains", run, RobotOptions, _Known, _Processing, ResultOptions)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: RobotOptions, known: _Known, processing: _Processing, files: ResultOptions) -> int:
     """Run it."""
-    if arguments.payload and arguments.mass_sigma is not None:
-        raise InputError("--mass-sigma belongs to --mass; in a payload's file it is the key mass_sigma")
-    load = estimation.gains.read_known_load(arguments.payload) if arguments.payload else None
-    load = load or estimation.gains.known_mass(arguments.mass, arguments.mass_sigma or 0.0)
-    robot, processing = settings(arguments)
-    told = set[str]()
-    amperes = (1.0,) * robot.n
+    load = known.load()
+    setup = processing.setup(arm.load())
+    robot = setup.robot
     plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
-    unloaded, loaded = (
-        read_recordings(paths, plain, amperes, told, arguments) for paths in (arguments.unloaded, arguments.loaded)
-    )
+    amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+    unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with Console(stderr=True).status("reading") as status:
-        problem = estimation.gains.gain_problem(robot, unloaded, loaded, processing, status.update, load)
+        problem = estimation.gains.gain_problem(robot, unloaded, loaded, setup.processing, status.update, load)
         status.update("estimating")
         gains = estimation.identify_gains(problem, load)
     report.print_blocks(report.gains_screen(gains))
-    if arguments.json:
-        report.documents.write_json(arguments.json, report.documents.gains_document(gains, processing))
+    files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
     return ANSWERED if any(gains.identified) else DO_NOT_USE

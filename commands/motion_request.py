@@ -47,22 +47,19 @@ class Asked(NamedTuple):
     start: Array | None = None
 
 
-def build_request(
-    robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions, heaviest: str | None
-) -> Request:
+def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions) -> Request:
     """Read all files and build the problem.
 
     Args:
         robot: the robot.
         motion: what is asked of it.
         goal, limits: options.
-        heaviest: the payload of ``--heaviest-payload``.
 
     Raises:
         InputError: for whatever does not fit; one line.
     """
     robot, known = limits.known(robot)
-    payload = _payload(heaviest) if heaviest else None
+    payload = _payload(limits.heaviest_payload) if limits.heaviest_payload else None
     bounds = limits.bounds(robot)
     reference = _payload_reference(robot, payload) if goal.payload_only else _reference(robot, known)
     problem = trajectories.build_design(

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,16 +15,21 @@ from .. import model, report, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import write_text
-from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
-from .motion_pages import FIGURE_RATE, motion_provenance
+from . import ANSWERED
+from .motion_pages import FIGURE_RATE
 from .motion_search import best_motion
-from .options import LimitOptions, MotionFiles, NoiseOptions
+from .options import (
+    LimitOptions,
+    MotionFiles,
+    NoiseOptions,
+    Options,
+    RobotOptions,
+    add_command,
+    in_si,
+    option,
+)
 from .options.goals import RATE
-from .options.reading import Options, in_si
-from .report import write_page
-from .values import gains_list, positive, positive_number, whole
-from .weigh import joint_list
+from .values import gains_list, joint_list, positive, positive_number, whole
 
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
@@ -34,62 +39,40 @@ _REHEARSAL = 0.1  # of the speed
 
 
 @dataclass(frozen=True)
-class NearOptions(Options):
+class _Near(Options):
     """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
 
-    pose: tuple[float, ...]
-    second_pose: str | None
-    joints: tuple[int, ...]
-    range: tuple[float, ...] | None
-    duration: float
-    mass: float | None
-    mass_sigma: float | None
-    expected_mass: float | None
+    GROUP = "motion"
 
-    @staticmethod
-    def declare(parser: argparse.ArgumentParser) -> Any:
-        """Add them to the command.
-
-        Returns:
-            The group of what is known of the payload.
-        """
-        group = parser.add_argument_group("motion")
-        group.add_argument(
-            "--pose",
-            type=gains_list,
-            required=True,
-            metavar="Q1,Q2,..",
-            help="where it stands [deg or m]; =-90,.. with minus",
-        )
-        group.add_argument(
-            "--second-pose",
-            metavar="auto|Q1,Q2,..",
-            help="do it again at another wrist pose, outside the range: one that helps, or this one",
-        )
-        group.add_argument(
-            "--joints", type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
-        )
-        group.add_argument(
-            "--range",
-            type=gains_list,
-            metavar="R|R1,R2,..",
-            help=f"to either side [deg or m] (default: {_RANGE:g})",
-        )
-        group.add_argument(
-            "--duration", type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}"
-        )
-        group = parser.add_argument_group("payload")
-        group.add_argument("--mass", type=positive_number, metavar="KG", help="the payload was weighed")
-        group.add_argument(
-            "--mass-sigma", type=positive_number, metavar="KG", help="standard deviation of the scale"
-        )
-        group.add_argument(
-            "--expected-mass",
-            type=positive_number,
-            metavar="KG",
-            help=f"about its mass, not weighed (default: {_MASS:g})",
-        )
-        return group
+    pose: tuple[float, ...] = option(
+        type=gains_list,
+        required=True,
+        metavar="Q1,Q2,..",
+        help="where it stands [deg or m]; =-90,.. with minus",
+    )
+    second_pose: str | None = option(
+        metavar="auto|Q1,Q2,..",
+        help="do it again at another wrist pose, outside the range: one that helps, or this one",
+    )
+    joints: tuple[int, ...] = option(
+        type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
+    )
+    range: tuple[float, ...] | None = option(
+        type=gains_list, metavar="R|R1,R2,..", help=f"to either side [deg or m] (default: {_RANGE:g})"
+    )
+    duration: float = option(type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}")
+    mass: float | None = option(group="payload", type=positive_number, metavar="KG", help="the payload was weighed")
+    mass_sigma: float | None = option(
+        group="payload", type=positive_number, metavar="KG", help="standard deviation of the scale"
+    )
+    expected_mass: float | None = option(
+        group="payload",
+        type=positive_number,
+        metavar="KG",
+        help=f"about its mass, not weighed (default: {_MASS:g})",
+    )
+    seed: int = option(group="search", type=whole, default=0, help="of the random starts (default: 0)")
+    starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")
 
     def check(self, robot: model.Robot) -> None:
         """Refuse what does not go together.
@@ -126,11 +109,21 @@ class NearOptions(Options):
         return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
 
 
+class _Limits(LimitOptions):
+    """Limits; the payload to come is the heaviest."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"heaviest_payload"})
+
+
 @dataclass(frozen=True)
-class NearFiles(MotionFiles):
+class _NearFiles(MotionFiles):
     """Formats of the motion, and the file of its rehearsal."""
 
-    rehearsal: str | None
+    rehearsal: str | None = option(
+        writes="file",
+        metavar="F.csv",
+        help="the same way once at a tenth of the speed (default: beside --csv)",
+    )
 
     def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
         """Write the motion, its rehearsal and the JSON."""
@@ -152,28 +145,12 @@ class NearFiles(MotionFiles):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser(
-        "near",
-        help=COMMANDS["near"],
-        epilog="A Fourier series, which VAL3's moves cannot follow: take --csv, --ros2 or --urscript.",
-    )
-    robot_argument(parser)
-    NoiseOptions.add_to(NearOptions.declare(parser), f"(default: {RATE:g}), with --torque-noise")
-    LimitOptions.declare(parser, heaviest=False)
-    group = parser.add_argument_group("search")
-    group.add_argument("--seed", type=whole, default=0, help="of the random starts (default: 0)")
-    group.add_argument("--starts", type=positive, default=1, metavar="K", help="random starts (default: 1)")
-    files = MotionFiles.declare(parser, "--csv, --ros2 and --rehearsal")
-    files.add_argument(
-        "--rehearsal", metavar="F.csv", help="the same way once at a tenth of the speed (default: beside --csv)"
-    )
-    parser.set_defaults(run=run)
+    add_command(commands, "near", run, RobotOptions, _Near, NoiseOptions, _Limits, _NearFiles)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: RobotOptions, options: _Near, noise: NoiseOptions, limits: _Limits, files: _NearFiles) -> int:
     """Visibility first, then the design."""
-    options, limits, noise = NearOptions.of(arguments), LimitOptions.of(arguments), NoiseOptions.of(arguments)
-    files, robot = NearFiles.of(arguments), chosen_robot(arguments)
+    robot = arm.load()
     options.check(robot)
     if noise.torque_noise is None:
         noise.refuse("independent_rate", "has no effect without --torque-noise")
@@ -181,7 +158,7 @@ def run(arguments: argparse.Namespace) -> int:
     robot, known = limits.known(robot)
     bounds = limits.bounds(robot)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
-    shape, hint = _shape(options, robot, goal, bounds, arguments.seed)
+    shape, hint = _shape(options, robot, goal, bounds, options.seed)
     visibility = shape.visibility(robot)
     screen: list[report.Block] = [report.visibility_table(visibility)]
     report.print_blocks(screen)
@@ -189,7 +166,7 @@ def run(arguments: argparse.Namespace) -> int:
     limited, loads = _torques(robot, known, bounds, options.expected)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
-    design = best_motion(problem, arguments.seed, arguments.starts)
+    design = best_motion(problem, options.seed, options.starts)
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
     notes = report.near_notes(result)
     if hint is not None:
@@ -198,12 +175,12 @@ def run(arguments: argparse.Namespace) -> int:
     report.print_blocks(screen[1:])
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
-    write_page(arguments, lambda: report.near_page(result, samples, screen, motion_provenance(arguments)))
+    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     return ANSWERED
 
 
 def _shape(
-    options: NearOptions,
+    options: _Near,
     robot: model.Robot,
     goal: trajectories.NearGoal,
     bounds: trajectories.JointBounds,

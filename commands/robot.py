@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import Any
 
 from .. import model
-from . import COMMANDS, robot_check, robot_new, robot_show, robot_urdf
-from .arguments import ANSWERED
+from . import ANSWERED, COMMANDS, robot_check, robot_new, robot_show, robot_urdf
+from .options import add_command
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command and of those below it."""
     parser = commands.add_parser("robot", help=COMMANDS["robot"])
     below = parser.add_subparsers(required=True, metavar="what")
-    listed = below.add_parser("list", help="the shipped robots")
-    listed.set_defaults(run=run_list)
+    add_command(below, "list", run_list, help="the shipped robots")
     for command in (robot_show, robot_new, robot_check, robot_urdf):
         command.add_parser(below)
 
 
-def run_list(_: argparse.Namespace) -> int:
+def run_list() -> int:
     """Names and titles."""
     for name in model.robot_names():
         print(f"{name:14s}{model.load_robot(name).title}")

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from rich.console import Console
 
-from .. import estimation, model, report
-from .arguments import (
-    ANSWERED,
-    DO_NOT_USE,
-    log_map,
-    processing_arguments,
-    read_recordings,
-    robot_argument,
-    settings,
-)
+from .. import estimation, report
+from . import ANSWERED, DO_NOT_USE
+from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
 from .robot_poses import checked_poses, pose_lines
 
 _SHOWN = 6
@@ -29,43 +22,60 @@ reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
 
 
+class _Processing(ProcessingOptions):
+    """Processing without decimation: the samples are thin by themselves."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
+
+
+@dataclass(frozen=True)
+class _Data(ResultOptions):
+    """The recordings, and the result as JSON."""
+
+    data: tuple[str, ...] = option(
+        reads="without payload", action="append", required=True, metavar="LOG", help="recording without payload"
+    )
+
+
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser(
+    add_command(
+        commands,
         "check",
+        run,
+        RobotOptions,
+        _Processing,
+        _Data,
         help="check order, senses and zeros of the joints by a recording: its tool poses, its torques",
         description=_DESCRIPTION,
     )
-    robot_argument(parser)
-    parser.add_argument("--data", action="append", required=True, metavar="LOG", help="recording without payload")
-    processing_arguments(parser, decimation=False)  # its samples are thin by themselves
-    parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
     """Run it."""
-    robot, processing = settings(arguments)
+    setup = processing.setup(arm.load())
+    robot = setup.robot
     with Console(stderr=True).status("reading") as status:
-        poses = checked_poses(arguments, robot, status.update)
-        recordings = _recordings(arguments, robot, bool(poses))
-        check = (
-            estimation.diagnosis.rank_readings(robot, recordings, processing, status.update) if recordings else None
-        )
+        poses = checked_poses(files.data, setup, status.update)
+        recordings = setup.read(_with_torques(files.data, setup) if poses else files.data)
+        check = None
+        if recordings:
+            check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, status.update)
     text = [line for log in poses for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ()))]
     text += lines(check) if check else ["No torques or currents: the pose alone is compared."]
     print(*text, sep="\n")
-    if arguments.json:
-        logs = [report.documents.pose_document(*log) for log in poses]
-        report.documents.write_json(arguments.json, report.documents.robot_check_document(robot, logs, check))
+    files.write_json(
+        lambda: report.documents.robot_check_document(
+            robot, [report.documents.pose_document(*log) for log in poses], check
+        )
+    )
     faithful = all(log.check.reproduced for log in poses) and not (check and check.suggested)
     return ANSWERED if faithful else DO_NOT_USE
 
 
-def _recordings(arguments: argparse.Namespace, robot: model.Robot, poses: bool) -> list[model.Recording]:
-    """The recordings; of logs with poses those that carry torques too."""
-    how = log_map(arguments)
-    paths = [path for path in arguments.data if not poses or estimation.recordings.holds_torques(path, robot, how)]
-    return read_recordings(paths, robot, arguments.drive_gains, set(), arguments)
+def _with_torques(paths: tuple[str, ...], setup: Setup) -> list[str]:
+    """Logs that carry torques beside their poses."""
+    return [path for path in paths if estimation.recordings.holds_torques(path, setup.robot, setup.log_map)]
 
 
 def lines(check: estimation.diagnosis.KinematicsCheck) -> list[str]:

@@ -6,7 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,8 @@ import numpy as np
 from .. import model, report
 from ..common.errors import InputError
 from ..common.files import write_text
-from .arguments import ANSWERED
+from . import ANSWERED
+from .options import Options, add_command, option
 from .robot_show import draw
 from .values import numbers
 
@@ -28,41 +29,53 @@ an option is asked for.
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parser = commands.add_parser("new", help="make a robot's file from a data sheet", description=_DESCRIPTION)
-    parser.add_argument("--name", help="short name")
-    parser.add_argument("--title", help="full name")
-    parser.add_argument(
-        "--joint",
+@dataclass(frozen=True)
+class _Sheet(Options):
+    """What a data sheet says; what must be known and is not given is asked for."""
+
+    name: str | None = option(help="short name")
+    title: str | None = option(help="full name")
+    joint: tuple[str, ...] | None = option(
         action="append",
         metavar="AXIS,X,Y,Z[,slide]",
         help="x, -y, .. or a:b:c, and a point [m]; one option per joint, --joint=-y,.. for a leading minus",
     )
-    parser.add_argument("--flange", metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis")
-    parser.add_argument("--drawn-at", type=numbers, metavar="Q1,..", help="joint positions of that pose [deg or m]")
-    parser.add_argument("--limits", metavar="LOW:HIGH,..", help="positions, one pair a joint [deg or m]")
-    parser.add_argument("--speeds", type=numbers, metavar="V1,..", help="largest speeds [deg/s or m/s]")
-    parser.add_argument("--torques", type=numbers, metavar="T1,..", help="largest torques [N·m or N], if known")
-    parser.add_argument("--rated-payload", type=float, metavar="KG", help="by the data sheet")
-    parser.add_argument("--side", choices=("motor", "link"), default="motor", help="where torque is measured")
-    parser.add_argument("--source", default="", help="where the numbers come from")
-    parser.add_argument("--out", metavar="F.toml", help="file to write (default: NAME.toml)")
-    parser.add_argument("--drawing", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)")
-    parser.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
-    parser.set_defaults(run=run)
+    flange: str | None = option(metavar="X,Y,Z,ZAXIS,XAXIS", help="origin [m], direction out of it, its x axis")
+    drawn_at: tuple[float, ...] | None = option(
+        type=numbers, metavar="Q1,..", help="joint positions of that pose [deg or m]"
+    )
+    limits: str | None = option(metavar="LOW:HIGH,..", help="positions, one pair a joint [deg or m]")
+    speeds: tuple[float, ...] | None = option(type=numbers, metavar="V1,..", help="largest speeds [deg/s or m/s]")
+    torques: tuple[float, ...] | None = option(
+        type=numbers, metavar="T1,..", help="largest torques [N·m or N], if known"
+    )
+    rated_payload: float | None = option(type=float, metavar="KG", help="by the data sheet")
+    side: str = option(choices=("motor", "link"), default="motor", help="where torque is measured")
+    source: str = option(default="", help="where the numbers come from")
+    out: str | None = option(writes="file", metavar="F.toml", help="file to write (default: NAME.toml)")
+    drawing: str | None = option(
+        writes="file", metavar="F", help=".svg, .png or .pdf (default: beside the file, .svg)"
+    )
+    overwrite: bool = option(action="store_true", help="replace the file if it is there")
 
 
-def run(arguments: argparse.Namespace) -> int:
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(
+        commands, "new", run, _Sheet, help="make a robot's file from a data sheet", description=_DESCRIPTION
+    )
+
+
+def run(given: _Sheet) -> int:
     """Run it."""
-    ask(arguments)
-    robot, drawn_at = new_robot(arguments)
-    out = Path(arguments.out or f"{robot.name}.toml")
-    if out.exists() and not arguments.overwrite:
+    sheet = asked(given)
+    robot, drawn_at = new_robot(sheet)
+    out = Path(sheet.out or f"{robot.name}.toml")
+    if out.exists() and not sheet.overwrite:
         raise InputError(f"{out}: is there already: give another --out, or --overwrite")
-    write_text(out, model.files.robot_toml(robot, arguments.source))
+    write_text(out, model.files.robot_toml(robot, sheet.source))
     report.print_blocks(report.robot_description(robot))
-    draw(robot, arguments.drawing or str(out.with_suffix(".svg")), drawn_at)
+    draw(robot, sheet.drawing or str(out.with_suffix(".svg")), drawn_at)
     print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
     return ANSWERED
 
@@ -76,29 +89,31 @@ _OPTIONAL: tuple[tuple[str, str, Callable[[str], Any]], ...] = (
 """Options that may stay unknown: name, question, how the answer is read."""
 
 
-def ask(arguments: argparse.Namespace) -> None:
-    """Ask for what the command line leaves out.
+def asked(sheet: _Sheet) -> _Sheet:
+    """The sheet with answers to what it leaves out.
 
     Raises:
         InputError: without a terminal to ask on; names what is missing.
     """
-    missing = [name for name in ("name", "joint", "flange") if not getattr(arguments, name)]
+    missing = [name for name in ("name", "joint", "flange") if not getattr(sheet, name)]
     if not missing:
-        return
+        return sheet
     if not sys.stdin.isatty():
         options = ", ".join(f"--{name}" for name in missing)
         raise InputError(f"give {options}, or run it in a terminal to be asked")
     print(" ".join(_DESCRIPTION.split()))
-    if not arguments.name:
-        arguments.name = _asked("Short name", str)
-    if not arguments.joint:
-        arguments.joint = _asked_joints()
-    if not arguments.flange:
-        arguments.flange = _asked("Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", str)
-        _flange(arguments.flange)
+    answers: dict[str, Any] = {}
+    if not sheet.name:
+        answers["name"] = _asked("Short name", str)
+    if not sheet.joint:
+        answers["joint"] = tuple(_asked_joints())
+    if not sheet.flange:
+        answers["flange"] = _asked("Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", str)
+        _flange(answers["flange"])
     for name, question, read in _OPTIONAL:
-        if getattr(arguments, name) is None:
-            setattr(arguments, name, _asked(question, read, optional=True))
+        if getattr(sheet, name) is None:
+            answers[name] = _asked(question, read, optional=True)
+    return replace(sheet, **answers)
 
 
 def _asked_joints() -> list[str]:
@@ -127,31 +142,31 @@ def _asked(question: str, read: Callable[[str], Any], optional: bool = False) ->
         raise InputError(f"{question}: {error}") from None
 
 
-def new_robot(arguments: argparse.Namespace) -> tuple[model.Robot, tuple[float, ...]]:
+def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
     """The robot that the answers describe, and the positions [deg or m] of the pose they describe it in.
 
     Raises:
         InputError: names the option that does not fit.
     """
-    axes = [_axis(text) for text in arguments.joint]
-    flange = _flange(arguments.flange)
+    axes = [_axis(text) for text in sheet.joint or ()]
+    flange = _flange(sheet.flange or "")
     n = len(axes)
-    drawn_at = _counted("--drawn-at", arguments.drawn_at, n) or (0.0,) * n
-    axes = _limited(axes, arguments)
+    drawn_at = _counted("--drawn-at", sheet.drawn_at, n) or (0.0,) * n
+    axes = _limited(axes, sheet)
     frames = model.files.modified_dh(axes, flange)
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     try:
         robot = model.Robot(
-            name=arguments.name,
+            name=sheet.name or "",
             joints=tuple(_shifted(joint, q) for joint, q in zip(frames.joints, drawn_at, strict=True)),
             gravity=(x, y, z),
-            drives=model.Drives.on_link_side() if arguments.side == "link" else model.Drives(),
+            drives=model.Drives.on_link_side() if sheet.side == "link" else model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
             flange=frames.flange,
             base=frames.base,
-            rated_payload=math.inf if arguments.rated_payload is None else arguments.rated_payload,
+            rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
             processing=model.Processing(cutoff=10.0, decimate=5, slow_fraction=0.01),
-            title=arguments.title or arguments.name,
+            title=sheet.title or sheet.name or "",
         )
     except ValueError as error:
         raise InputError(str(error)) from None
@@ -165,11 +180,11 @@ def _shifted(joint: Any, q: float) -> Any:
     return replace(joint, r=round(joint.r - q, 12) + 0.0)
 
 
-def _limited(axes: list[model.files.JointAxis], arguments: argparse.Namespace) -> list[model.files.JointAxis]:
+def _limited(axes: list[model.files.JointAxis], sheet: _Sheet) -> list[model.files.JointAxis]:
     """The axes with the limits that were given."""
     n = len(axes)
-    speeds, torques = (_counted(f"--{name}", getattr(arguments, name), n) for name in ("speeds", "torques"))
-    pairs = arguments.limits.split(",") if arguments.limits else None
+    speeds, torques = _counted("--speeds", sheet.speeds, n), _counted("--torques", sheet.torques, n)
+    pairs = sheet.limits.split(",") if sheet.limits else None
     if pairs and len(pairs) != n:
         raise InputError(f"--limits has {len(pairs)} pairs for {n} joints: give low:high for each")
     limited = []

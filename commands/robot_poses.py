@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from .. import estimation, model
 from ..common.errors import InputError
-from .arguments import log_map
+from .options import Setup
 
 _LEAST_MOVEMENT = 0.05
 """m: a tool that moves by less proves nothing."""
@@ -25,17 +24,15 @@ class CheckedLog(NamedTuple):
     readings: estimation.diagnosis.KinematicsCheck | None
 
 
-def checked_poses(
-    arguments: argparse.Namespace, robot: model.Robot, progress: Callable[[str], None]
-) -> list[CheckedLog]:
+def checked_poses(paths: Sequence[str], setup: Setup, progress: Callable[[str], None]) -> list[CheckedLog]:
     """Check every log that carries tool poses.
 
     Raises:
         InputError: names the log that cannot be used.
     """
-    checked = []
-    for path in arguments.data:
-        poses = estimation.recordings.read_tool_poses(path, robot, log_map(arguments))
+    checked, robot = [], setup.robot
+    for path in paths:
+        poses = estimation.recordings.read_tool_poses(path, robot, setup.log_map)
         if poses is None:
             continue
         progress(f"comparing tool poses of {poses.source}")

@@ -2,36 +2,49 @@
 
 from __future__ import annotations
 
-import argparse
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import report
+from .. import model, report
 from ..common.errors import InputError
-from .arguments import ANSWERED, chosen_robot, payload_frame_argument, robot_argument
+from . import ANSWERED
+from .options import FramedRobotOptions, Options, add_command, option
 from .values import numbers
+
+
+@dataclass(frozen=True)
+class _Drawing(Options):
+    """A stick figure of the robot."""
+
+    at: tuple[float, ...] | None = option(
+        type=numbers, metavar="Q1,Q2,..", help="positions to draw [deg or m] (default: 0)"
+    )
+    drawing: str | None = option(writes="file", metavar="F", help="write a stick figure: .png, .svg or .pdf")
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("show", help="table, limits and frames of a robot, and a drawing")
-    robot_argument(parser)
-    payload_frame_argument(parser)
-    parser.add_argument("--at", type=numbers, metavar="Q1,Q2,..", help="positions to draw [deg or m] (default: 0)")
-    parser.add_argument("--drawing", metavar="F", help="write a stick figure: .png, .svg or .pdf")
-    parser.set_defaults(run=run)
+    add_command(
+        commands,
+        "show",
+        run,
+        FramedRobotOptions,
+        _Drawing,
+        help="table, limits and frames of a robot, and a drawing",
+    )
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
     """Run it."""
-    robot = chosen_robot(arguments)
-    at = arguments.at or (0.0,) * robot.n
+    robot = arm.load()
+    at = drawing.at or (0.0,) * robot.n
     if len(at) != robot.n:
         raise InputError(f"--at has {len(at)} numbers, {robot.name} has {robot.n} joints: give one per joint")
-    report.print_blocks(report.robot_description(robot))
-    if arguments.drawing:
-        draw(robot, arguments.drawing, at)
+    report.print_blocks(report.robot_description(model.stand_in.rehearsed(robot)))
+    if drawing.drawing:
+        draw(robot, drawing.drawing, at)
     return ANSWERED
 
 

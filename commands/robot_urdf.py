@@ -2,46 +2,49 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from .. import estimation, model, report
 from ..common.errors import InputError
 from ..common.files import write_text
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from . import ANSWERED
+from .options import Options, RobotOptions, add_command, option
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parser = commands.add_parser("urdf", help="write the whole robot with its bodies as URDF")
-    robot_argument(parser)
-    parser.add_argument(
-        "--robot-parameters",
+@dataclass(frozen=True)
+class _Bodies(Options):
+    """Where the bodies come from, and the file to write."""
+
+    robot_parameters: str | None = option(
+        reads="robot's parameters",
         metavar="JSON",
         help="the --json of 'dynident identify' (default: the parameters of the robot's own file)",
     )
-    parser.add_argument(
-        "--gauge",
+    gauge: estimation.possible.Gauge | None = option(
         choices=("base", "prior"),
         help="what decides the parameters that no motion shows: a convention (base), or the prior of 'identify "
         "--constrained prior' (default: prior where the JSON has it)",
     )
-    parser.add_argument("--out", required=True, metavar="F.urdf", help="file to write")
-    parser.set_defaults(run=run)
+    out: str = option(writes="file", required=True, metavar="F.urdf", help="file to write")
 
 
-def run(arguments: argparse.Namespace) -> int:
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(commands, "urdf", run, RobotOptions, _Bodies, help="write the whole robot with its bodies as URDF")
+
+
+def run(arm: RobotOptions, bodies: _Bodies) -> int:
     """Run it."""
-    robot = chosen_robot(arguments)
-    if arguments.robot_parameters:
-        text, gauge = _identified(robot, arguments.robot_parameters, arguments.gauge)
-    elif arguments.gauge:
-        raise InputError("--gauge belongs to --robot-parameters: the robot's own file has no gauge")
+    robot = arm.load()
+    if bodies.robot_parameters:
+        text, gauge = _identified(robot, bodies.robot_parameters, bodies.gauge)
     else:
+        bodies.refuse("gauge", "belongs to --robot-parameters: the robot's own file has no gauge")
         gauge = "the values are those of the robot's own description."
         text = report.urdf.robot_urdf(robot, dict(robot.parameters), gauge)
-    write_text(arguments.out, text)
-    print(f"{arguments.out}: {gauge}")
+    write_text(bodies.out, text)
+    print(f"{bodies.out}: {gauge}")
     return ANSWERED
 
 

@@ -2,53 +2,55 @@
 
 from __future__ import annotations
 
-import argparse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from .. import estimation, model, trajectories
 from ..common.errors import InputError
-from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from . import ANSWERED
 from .motion_pages import Judged, show
 from .motion_request import Asked, build_request
 from .motion_search import floor_of
-from .options import GoalOptions, LimitOptions, ResultFiles
+from .options import GoalOptions, LimitOptions, Options, PageOptions, RobotOptions, add_command, option
 from .values import positive_number, whole
+
+
+@dataclass(frozen=True)
+class _Scored(Options):
+    """The motion, and the floor it is compared with."""
+
+    GROUP = "motion"
+
+    log: str = option("log", reads="motion", metavar="LOG", help="a log, or a CSV of t, q and perhaps qd, qdd")
+    log_map: str | None = option(reads="log map", metavar="TOML", help="columns, units and signs of the log")
+    cutoff: float | None = option(type=positive_number, metavar="HZ", help="low-pass on positions")
+    max_duration: float | None = option(type=positive_number, metavar="S", help="how long it may take")
+    bound: bool = option(
+        group="floor", action="store_true", help="estimate the floor over all motions, and the gap"
+    )
+    seed: int | None = option(
+        group="floor", type=whole, metavar="SEED", help="of the random states of --bound (default: 0)"
+    )
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("score", help=COMMANDS["score"])
-    parser.add_argument("log", metavar="LOG", help="a log, or a CSV of t, q and perhaps qd, qdd")
-    robot_argument(parser)
-    group = parser.add_argument_group("motion")
-    group.add_argument("--log-map", metavar="TOML", help="columns, units and signs of the log")
-    group.add_argument("--cutoff", type=positive_number, metavar="HZ", help="low-pass on positions")
-    group.add_argument("--max-duration", type=positive_number, metavar="S", help="how long it may take")
-    GoalOptions.declare(parser)
-    LimitOptions.declare(parser)
-    group = parser.add_argument_group("floor")
-    group.add_argument("--bound", action="store_true", help="estimate the floor over all motions, and the gap")
-    group.add_argument("--seed", type=whole, metavar="SEED", help="of the random states of --bound (default: 0)")
-    ResultFiles.add_to(parser.add_argument_group("files"))
-    parser.set_defaults(run=run)
+    add_command(commands, "score", run, RobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: RobotOptions, scored: _Scored, goal: GoalOptions, limits: LimitOptions, files: PageOptions) -> int:
     """Run it."""
-    if arguments.seed is not None and not arguments.bound:
-        raise InputError("--seed has no effect without --bound: nothing is designed")
-    goal, limits, files = GoalOptions.of(arguments), LimitOptions.of(arguments), ResultFiles.of(arguments)
-    asked = Asked(length=arguments.max_duration, longest=arguments.max_duration)
-    request = build_request(chosen_robot(arguments), asked, goal, limits, arguments.heaviest_payload)
-    motion = _logged_motion(arguments.log, request.problem.robot, arguments.log_map, arguments.cutoff)
+    if not scored.bound:
+        scored.refuse("seed", "has no effect without --bound: nothing is designed")
+    asked = Asked(length=scored.max_duration, longest=scored.max_duration)
+    request = build_request(arm.load(), asked, goal, limits)
+    motion = _logged_motion(scored.log, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
-    floor = floor_of(request.problem, score, arguments.seed or 0) if arguments.bound else None
-    judged = Judged(f"Motion of {arguments.log}", score, motion, floor=floor, source=arguments.log)
-    show(arguments, files, request, judged)
+    floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
+    judged = Judged(f"Motion of {scored.log}", score, motion, floor=floor, source=scored.log)
+    show(files, request, judged, scored, limits, goal, arm)
     return ANSWERED
 
 

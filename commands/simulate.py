@@ -8,7 +8,7 @@ tanh(qd / 0.01 rad/s).
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +17,8 @@ import numpy as np
 
 from .. import __version__, estimation, model, report, trajectories
 from ..common.errors import InputError
-from . import COMMANDS
-from .arguments import ANSWERED, chosen_robot, robot_argument
+from . import ANSWERED
+from .options import Options, RobotOptions, add_command, option
 from .progress import bar
 from .values import number, share, whole
 
@@ -28,51 +28,6 @@ if TYPE_CHECKING:
 
 _SHARE = 0.08
 _POINTS = 16
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parser = commands.add_parser("simulate", help=COMMANDS["simulate"])
-    robot_argument(parser)
-    parser.add_argument(
-        "--trajectory",
-        action="append",
-        default=[],
-        metavar="CSV",
-        help="motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points",
-    )
-    parser.add_argument("--payload", metavar="TOML", help="run each trajectory with this payload too")
-    parser.add_argument(
-        "--noise",
-        default="",
-        metavar="LEVEL",
-        help="none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08",
-    )
-    parser.add_argument(
-        "--gain-error",
-        type=share,
-        default=0.0,
-        metavar="SHARE",
-        help="of the drive gains, such as 0.02 (default: 0)",
-    )
-    parser.add_argument(
-        "--controller",
-        choices=("integral", "proportional", "gravity"),
-        default="integral",
-        help="its loops: with integral action, without it, or without it and with gravity compensation only "
-        "(default: integral)",
-    )
-    parser.add_argument(
-        "--sag",
-        type=sag,
-        metavar="MRAD",
-        help="loops without integral action so soft that the payload pulls the worst joint off its path by this "
-        "(root mean square; default: stiff ones)",
-    )
-    parser.add_argument("--rate", type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
-    parser.add_argument("--seed", type=whole, default=0, help="of all that is drawn (default: 0)")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder of the recordings and of truth.toml")
-    parser.set_defaults(run=run)
 
 
 def rate(text: str) -> float:
@@ -91,27 +46,70 @@ def sag(text: str) -> float:
     return value
 
 
-def run(arguments: argparse.Namespace) -> int:
+@dataclass(frozen=True)
+class _Simulate(Options):
+    """Motions, what disturbs them, and where the recordings go."""
+
+    trajectory: tuple[str, ...] = option(
+        reads="trajectories",
+        action="append",
+        default=[],
+        metavar="CSV",
+        help="motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points",
+    )
+    payload: str | None = option(reads="payload", metavar="TOML", help="run each trajectory with this payload too")
+    noise: str = option(
+        default="",
+        metavar="LEVEL",
+        help="none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08",
+    )
+    gain_error: float = option(
+        type=share, default=0.0, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
+    )
+    controller: str = option(
+        choices=("integral", "proportional", "gravity"),
+        default="integral",
+        help="its loops: with integral action, without it, or without it and with gravity compensation only "
+        "(default: integral)",
+    )
+    sag: float | None = option(
+        type=sag,
+        metavar="MRAD",
+        help="loops without integral action so soft that the payload pulls the worst joint off its path by this "
+        "(root mean square; default: stiff ones)",
+    )
+    rate: float = option(type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
+    seed: int = option(type=whole, default=0, help="of all that is drawn (default: 0)")
+    out: str = option(
+        writes="folder", required=True, metavar="DIR", help="folder of the recordings and of truth.toml"
+    )
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(commands, "simulate", run, RobotOptions, _Simulate)
+
+
+def run(arm: RobotOptions, asked: _Simulate) -> int:
     """Run it."""
-    robot = chosen_robot(arguments)
-    trajectories.simulation.check_parameters(robot)
-    payload = model.read_payload(arguments.payload) if arguments.payload else None
-    references = _references(robot, arguments.trajectory, arguments.seed)
-    disturbances = _disturbances(robot, arguments.noise, list(references.values()))
-    disturbances = replace(disturbances, gain_error=arguments.gain_error)
+    robot = model.with_stand_in(arm.load())
+    payload = model.read_payload(asked.payload) if asked.payload else None
+    references = _references(robot, asked.trajectory, asked.seed)
+    disturbances = _disturbances(robot, asked.noise, list(references.values()))
+    disturbances = replace(disturbances, gain_error=asked.gain_error)
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
         tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = trajectories.simulation.CONTROLLERS[arguments.controller]
-    if arguments.sag is not None:
+    controller = trajectories.simulation.CONTROLLERS[asked.controller]
+    if asked.sag is not None:
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
-        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * arguments.sag)
+        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * asked.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(
-            robot, tasks, disturbances, arguments.seed, controller, arguments.rate, progress
+            robot, tasks, disturbances, asked.seed, controller, asked.rate, progress
         )
-    _write(Path(arguments.out), experiment, controller)
+    _write(Path(asked.out), experiment, controller)
     return ANSWERED
 
 
@@ -184,3 +182,4 @@ def _write(folder: Path, experiment: Any, controller: Any) -> None:
             f"{1e3 * one.tracking_error.max():.2f} mrad"
         )
     print(f"{folder / 'truth.toml'}: what is true of them")
+    report.print_blocks([report.Notes(report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))])

@@ -108,3 +108,35 @@ def positive_number(text: str) -> float:
     if not 0.0 < value < 1e9:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return value
+
+
+def relative(text: str) -> float:
+    """A share: 2% or 0.02."""
+    try:
+        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a share: write 2% or 0.02")
+    return value
+
+
+def relative_list(text: str) -> tuple[float, ...]:
+    """Shares separated by commas; a percent sign at the end stands for all of them."""
+    parts = text.split(",")
+    if text.endswith("%"):
+        parts = [part if part.endswith("%") else f"{part}%" for part in parts]
+    elif text.count("%"):
+        raise argparse.ArgumentTypeError(f"{text!r}: write the percent sign at the end, or after every number")
+    return tuple(relative(part) for part in parts)
+
+
+def joint_list(text: str) -> tuple[int, ...]:
+    """Numbers of joints separated by commas."""
+    try:
+        joints = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        joints = ()
+    if not joints or min(joints) < 1 or len(set(joints)) != len(joints):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different joint numbers such as 2,3,5,6")
+    return joints

@@ -2,41 +2,41 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from .. import estimation, report
-from . import COMMANDS
-from .arguments import ANSWERED, DO_NOT_USE, chosen_robot, log_arguments, log_map, read_gains, robot_argument
-from .values import gains_or_file
+from . import ANSWERED, DO_NOT_USE
+from .options import ArmOptions, LogOptions, Options, ResultOptions, add_command, option
+
+
+@dataclass(frozen=True)
+class _Pair(Options):
+    """The same motion before and after the payload was entered."""
+
+    before: str = option(
+        reads="before",
+        required=True,
+        metavar="LOG",
+        help="the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or "
+        "what --log-map names; old number in the controller",
+    )
+    after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parser = commands.add_parser("verify", help=COMMANDS["verify"])
-    robot_argument(parser, weight=False)
-    told = (
-        "the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or what "
-        "--log-map names"
-    )
-    parser.add_argument("--before", required=True, metavar="LOG", help=f"{told}; old number in the controller")
-    parser.add_argument("--after", required=True, metavar="LOG", help="the same with the new number")
-    parser.add_argument("--drive-gains", type=gains_or_file, metavar="K1,K2,..|JSON", help="torque per current")
-    parser.add_argument("--json", metavar="F", help="write the result as JSON")
-    log_arguments(parser)
-    parser.set_defaults(run=run)
+    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, ResultOptions)
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: ResultOptions) -> int:
     """Run it."""
-    robot, how = chosen_robot(arguments), log_map(arguments)
-    read_gains(arguments, robot)
+    robot, how = arm.load(), logs.how()
+    gains, _ = logs.gains(robot)
     before, after = (
-        estimation.payload.read_following(path, robot, arguments.drive_gains, how)
-        for path in (arguments.before, arguments.after)
+        estimation.payload.read_following(path, robot, gains, how) for path in (pair.before, pair.after)
     )
-    found = estimation.payload.following_change(before, after, robot.processing.still_speed)
-    report.print_blocks(report.following_screen(found))
-    if arguments.json:
-        report.documents.write_json(arguments.json, report.documents.following_document(found))
-    return DO_NOT_USE if found.kind != "torque" and found.total.clear == "rose" else ANSWERED
+    change = estimation.payload.following_change(before, after, robot.processing.still_speed)
+    report.print_blocks(report.following_screen(change))
+    files.write_json(lambda: report.documents.following_document(change))
+    return DO_NOT_USE if change.kind != "torque" and change.total.clear == "rose" else ANSWERED

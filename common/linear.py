@@ -86,6 +86,13 @@ def least_squares(A: Array, B: Array) -> Array:
     return decomposed(A).solution(B)
 
 
+def is_covariance(C: Array) -> bool:
+    """Whether a matrix is square, symmetric and without negative eigenvalues, but for rounding."""
+    if C.ndim != 2 or C.shape[0] != C.shape[1] or not np.isfinite(C).all() or not np.allclose(C, C.T, atol=1e-12):
+        return False
+    return bool((np.linalg.eigvalsh(C) >= -1e-9 * max(float(np.trace(C)), 1e-300)).all())
+
+
 def rank(A: Array) -> int:
     """Number of independent columns."""
     return decomposed(A).rank

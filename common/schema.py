@@ -4,7 +4,6 @@ A kind of file is a ``Table``: its fields are the keys, their types what may sta
 meant where a key is left out. Keys that are not declared are refused.
 """
 
-import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -21,6 +20,9 @@ from msgspec import Meta, inspect
 from .errors import InputError
 from .files import write_bytes
 
+TOML_BYTES = 1_000_000
+"""A TOML file that a user writes comes nowhere near."""
+_DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
 _LARGEST = 1e9
 Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
@@ -48,10 +50,13 @@ class Document(Table, frozen=True):
     """A JSON document or a part of it, written and read."""
 
     @classmethod
-    def of(cls, source: Any, /, **more: Any) -> Self:
-        """The fields of ``more``, and for all others the attributes of ``source`` by the same names."""
-        names = (name for name in cls.__struct_fields__ if name not in more and hasattr(source, name))
-        return cls(**more, **{name: getattr(source, name) for name in names})
+    def of(cls, *sources: Any, **more: Any) -> Self:
+        """The fields of ``more``, and for each other the attribute of that name of the first source that has it."""
+        for name in cls.__struct_fields__:
+            owners = (source for source in sources if hasattr(source, name))
+            if name not in more and (owner := next(owners, None)) is not None:
+                more[name] = getattr(owner, name)
+        return cls(**more)
 
 
 class WrongKeyError(ValueError):
@@ -99,7 +104,7 @@ def read_toml(path: str | Path, kind: type[_Kind]) -> _Kind:
     Raises:
         InputError: names the file and the key.
     """
-    return toml_table(read_text(path), kind, path)
+    return toml_table(read_text(path, TOML_BYTES), kind, path)
 
 
 def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
@@ -110,10 +115,17 @@ def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
     """
     if not text.strip():
         raise InputError(f"{source}: is empty")
+    # The parser would need a time that grows with the square of a key's parts.
+    if deep := _DEEP.search(text):
+        raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except RecursionError:
+        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source}: not valid TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
     with naming(source):
         return convert(data, kind)
 
@@ -127,20 +139,24 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
     with naming(path, remedy):
         try:
             data = msgspec.json.decode(read_text(path))
-        except (msgspec.DecodeError, RecursionError) as error:
+        except RecursionError:
+            raise InputError("cannot be read as JSON (nested too deeply)") from None
+        except (msgspec.DecodeError, ValueError) as error:
             raise InputError(f"cannot be read as JSON ({error})") from None
         return convert(data, kind)
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     """The text of a file.
 
     Raises:
-        InputError: if there is none.
+        InputError: if there is none, or if it has more than ``largest`` bytes.
     """
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder: give a file")
     try:
+        if Path(path).stat().st_size > largest:
+            raise InputError(f"{path}: larger than {largest // 1_000_000} MB: another kind of file?")
         return Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
@@ -185,37 +201,6 @@ def given(value: Any) -> Any:
     return {field.encode_name: given(entry) for field, entry in fields if entry not in (field.default, {})}
 
 
-def toml_text(data: Mapping[str, Any]) -> str:
-    """A plain mapping as TOML: lists on one line, whole numbers without a point."""
-    return "\n".join(_toml_lines(data, "")) + "\n"
-
-
-def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
-    tables: list[str] = []
-    for key, value in data.items():
-        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
-        if not rows or not all(isinstance(row, Mapping) for row in rows):
-            yield f"{_toml_key(key)} = {_toml_value(value)}"
-            continue
-        name, (left, right) = f"{above}{_toml_key(key)}", ("[[", "]]") if rows is value else ("[", "]")
-        for row in rows:
-            tables += ["", f"{left}{name}{right}", *_toml_lines(row, f"{name}.")]
-    yield from tables
-
-
-def _toml_key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml_value, value))}]"
-    if isinstance(value, float):
-        return repr(int(value)) if value == int(value) else repr(value)
-    # JSON's texts, numbers and truth values are TOML's too, but for the one control character JSON leaves as it is.
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
@@ -227,12 +212,20 @@ def _array(kind: Any, values: Any) -> Any:
     try:
         rows = msgspec.convert(values, _NUMBERS[kind])
     except msgspec.ValidationError:  # it would not tell where the list is
-        raise ValueError(f"must be {told}, got {repr(values)[:40]}") from None
+        raise ValueError(f"must be {told}, got {_shown(values)}") from None
     if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+def _shown(value: Any) -> str:
+    """The beginning of a value as Python writes it."""
+    try:
+        return repr(value)[:40]
+    except (ValueError, RecursionError):  # a number of thousands of digits, a list in a list and so on
+        return "more than can be shown"
 
 
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
@@ -255,7 +248,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     if fault := _inner(text, cause, chosen(kind, data)):
         return WrongKeyError(f"{key}.{fault.key}"[1:], fault.problem)
     problem = advice or f"must be {words(kind)}"
-    problem = text if cause else f"{problem}, got {repr(data)[:40]}"
+    problem = text if cause else f"{problem}, got {_shown(data)}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 

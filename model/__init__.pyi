@@ -11,6 +11,7 @@ from . import kinematics as kinematics
 from . import motion as motion
 from . import pose as pose
 from . import robot as robot
+from . import stand_in as stand_in
 from . import visibility as visibility
 from .base.grouping import closed_form_base_parameters as closed_form_base_parameters
 from .base.local_transfers import local_transfer_base_parameters as local_transfer_base_parameters
@@ -46,8 +47,11 @@ from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor
 from .regressors import standard_columns as standard_columns
 from .regressors import standard_regressor as standard_regressor
+from .robot import ASSUMED as ASSUMED
 from .robot import INERTIAL as INERTIAL
+from .robot import SOURCED as SOURCED
 from .robot import Joint as Joint
 from .robot import Limits as Limits
 from .robot import Links as Links
 from .robot import Robot as Robot
+from .stand_in import with_stand_in as with_stand_in

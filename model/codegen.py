@@ -83,7 +83,6 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
     """Write one function of a robot as C99: header, source and an example main.
 
     Args:
-        robot: the robot.
         name: one of ``code_names()``.
         folder: where the files go; made if it is not there.
 

@@ -116,7 +116,6 @@ def smooth_dry_friction(robot: Robot, width: float) -> ca.Function:
     """``smooth_dry_friction(qd, level) -> Gamma``, n x 1: dry friction that can be integrated in time.
 
     Args:
-        robot: the robot.
         width: w of tanh(qd / w), which stands for the sign [rad/s or m/s].
 
     Returns:

@@ -40,7 +40,8 @@ def with_tool(robot: Robot, tool: Pose, name: str) -> Robot:
         tool: the tool's frame in the flange.
         name: of the new frame, in words.
     """
-    return replace(robot, flange=robot.flange @ tool, payload_frame=name)
+    maker = None if robot.flange_pose is None else tool.inverse() @ robot.flange_pose
+    return replace(robot, flange=robot.flange @ tool, payload_frame=name, flange_pose=maker)
 
 
 def bodies_in_link_frames(robot: Robot, parameters: Mapping[str, float]) -> dict[str, InertialParameters]:

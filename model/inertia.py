@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike
 from ..common.arrays import Array, frozen_array
 from .robot import INERTIAL
 
+_ROWS, _COLUMNS = np.triu_indices(3)
+_ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
+"""Share of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
+
 
 def skew(v: ArrayLike) -> Array:
     """3 x 3 matrix of the cross product with ``v``."""
@@ -37,7 +41,7 @@ class InertialParameters:
         """From mass [kg], centre of mass [m] and the 3 x 3 inertia about it [kg m^2]."""
         c = np.asarray(com, dtype=float)
         inertia = np.asarray(inertia_com, dtype=float) - mass * skew(c) @ skew(c)
-        upper = inertia[np.triu_indices(3)]
+        upper = inertia[_ROWS, _COLUMNS]
         return InertialParameters(np.concatenate([upper, mass * c, [mass]]))
 
     @property
@@ -102,7 +106,7 @@ class InertialParameters:
         # About the new origin: J' = R J R' - (h^ p^ + p^ h^) - m p^ p^.
         inertia = R @ self.inertia @ R.T - skew(h) @ skew(p) - skew(p) @ skew(h)
         inertia -= self.mass * skew(p) @ skew(p)
-        upper = inertia[np.triu_indices(3)]
+        upper = inertia[_ROWS, _COLUMNS]
         return InertialParameters(np.concatenate([upper, h + self.mass * p, [self.mass]]))
 
     def named(self, suffix: str = "") -> dict[str, float]:
@@ -116,9 +120,8 @@ def inertia_gradient(x: Array, v: Array, w: Array) -> Array:
     I = I_0 - (|h|^2 1 - h h') / M with the first moments h.
     """
     h, M = x[6:9], x[9]
-    V = 0.5 * (np.outer(v, w) + np.outer(w, v))
-    turned = np.trace(V) * h - V @ h
-    upper = (V * (2.0 - np.eye(3)))[np.triu_indices(3)]
+    turned = (v @ w) * h - 0.5 * ((w @ h) * v + (v @ h) * w)
+    upper = (v[_ROWS] * w[_COLUMNS] + v[_COLUMNS] * w[_ROWS]) * _ONCE
     return np.concatenate([upper, -2.0 * turned / M, [h @ turned / M**2]])
 
 
@@ -127,9 +130,7 @@ def gradients(x: Array) -> Array:
     units = np.eye(10)
     com = [(units[6 + k] - x[6 + k] / x[9] * units[9]) / x[9] for k in range(3)]
     axes = np.eye(3)
-    return np.array(
-        [*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(*np.triu_indices(3), strict=True))]
-    )
+    return np.array([*com, *(inertia_gradient(x, axes[i], axes[j]) for i, j in zip(_ROWS, _COLUMNS, strict=True))])
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ def payload_spread(values: Array, covariance: Array, places: Sequence[int]) -> P
     for k in range(3):
         if 6 + k in known:
             com[k] = sigma[k]
-    for place, (i, j) in enumerate(zip(*np.triu_indices(3), strict=True)):
+    for place, (i, j) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
         needed = {place, *({6, 7, 8} - {6 + int(i)} if i == j else {6 + int(i), 6 + int(j)})}
         if needed <= known:
             inertia[i, j] = inertia[j, i] = sigma[3 + place]

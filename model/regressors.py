@@ -56,9 +56,7 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     """Regressor of chosen columns.
 
     Args:
-        robot: the robot, n joints.
         columns: standard parameters, as in ``standard_columns``; the order is kept.
-        name: the function's name.
 
     Returns:
         Function of q, qd, qdd (each n x 1; rad or m, per second, per second squared) to an n x
@@ -67,9 +65,14 @@ def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> 
     Raises:
         KeyError: for a name that is not a standard parameter of the robot.
     """
-    (q, qd, qdd), terms = _terms(robot)
-    phi = _matrix(robot, columns, terms)
-    return ca.Function(name, [q, qd, qdd], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+    states, phi = regressor_expression(robot, columns)
+    return ca.Function(name, [*states], [ca.cse(phi)], ["q", "qd", "qdd"], ["Phi"])
+
+
+def regressor_expression(robot: Robot, columns: Sequence[str]) -> tuple[tuple[ca.SX, ca.SX, ca.SX], ca.SX]:
+    """Symbols q, qd, qdd and the regressor's matrix, to build on; arguments, errors as ``regressor``."""
+    states, terms = _terms(robot)
+    return states, _matrix(robot, columns, terms)
 
 
 def smooth_regressor(robot: Robot, columns: Sequence[str]) -> ca.Function:

@@ -20,8 +20,18 @@ SNAP_ANGLE = 1e-4
 SNAP_LENGTH = 1e-6
 """m: a length shorter than this is taken as zero."""
 
-SOURCED = ("position", "speed", "acceleration", "torque", "mass", "rated_payload", "flange", "joint_names")
-"""What of a description has a source of its own: where its number stands, or "assumed: .." and how."""
+SOURCED = {
+    "position": "position limits",
+    "speed": "speed limits",
+    "acceleration": "acceleration limits",
+    "torque": "torque limits",
+    "parameters": "links and drives of the stand-in",
+    "mass": "mass of the arm",
+    "rated_payload": "rated payload",
+    "flange": "flange",
+    "joint_names": "names of the joints",
+}
+"""What of a description has a source of its own (where its numbers stand, or "assumed: .." and how), in words."""
 ASSUMED = "assumed"
 """How the source of a number begins that no source gives."""
 
@@ -114,6 +124,9 @@ class Robot:
         payload_frame: the frame in which a payload is given, in words.
         flange: where that frame stands in frame n.
         base: where the base, as the maker or a URDF counts it, stands in frame 0.
+        flange_pose: where the maker's flange stands in the payload's frame, if that is another frame; None where
+            they are one, or it is not known.
+        joint_names: names of the joints in other software, base to tip, one tuple for each.
         rated_payload: largest payload by the data sheet [kg].
         mass: of the whole arm by the data sheet, its base with it [kg]; None where it is not known.
         sources: of ``SOURCED``, where the numbers come from; those that begin with ``ASSUMED`` come from nowhere.
@@ -133,6 +146,8 @@ class Robot:
     base: Pose = Pose()
     rated_payload: float = math.inf
     mass: float | None = None
+    flange_pose: Pose | None = None
+    joint_names: tuple[tuple[str, ...], ...] = ()
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     links: Links | None = None
     processing: Processing = Processing()
@@ -150,6 +165,8 @@ class Robot:
             raise ValueError("rated payload must be positive")
         if self.mass is not None and not 0.0 < self.mass < math.inf:
             raise ValueError("mass must be positive")
+        if any(len(names) != len(self.joints) for names in self.joint_names):
+            raise ValueError(f"joint_names: give {len(self.joints)} names, base to tip, in each list")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
@@ -184,6 +201,14 @@ class Robot:
     def spring(self) -> Spring | None:
         """The gravity spring, if there is one."""
         return self.drives.spring
+
+    def assumed(self, *what: str) -> dict[str, str]:
+        """How the numbers were assumed that no source gives: of ``what``, or of all that is ``SOURCED``."""
+        return {
+            name: self.sources[name].removeprefix(ASSUMED).lstrip(": ")
+            for name in what or SOURCED
+            if self.sources.get(name, "").startswith(ASSUMED)
+        }
 
     def with_offsets(self, offsets: bool) -> "Robot":
         """The same robot with or without a constant friction offset per joint."""

@@ -126,11 +126,9 @@ def payload_visibility(
     By rank on random states in the ranges: the rows of held joints say nothing (stiction) and do not count.
 
     Args:
-        robot: the robot, n joints.
         poses: each of shape (n,) [rad or m].
         joints: numbers of the joints that move.
         ranges: how far each of them moves to either side [rad or m].
-        seed: of the random states.
 
     Raises:
         InputError: for joints that the robot does not have.

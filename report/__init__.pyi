@@ -21,7 +21,8 @@ from .blocks import Spread as Spread
 from .blocks import Table as Table
 from .blocks import columns as columns
 from .blocks import tables_of as tables_of
-from .figures.canvas import new_figure as new_figure
+from .figures.canvas import legend as legend
+from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
 from .figures.signals import save_signals as save_signals
 from .figures.stick import save_drawing as save_drawing
@@ -32,6 +33,7 @@ from .render.html import write_plots as write_plots
 from .render.html import write_report as write_report
 from .render.latex import latex_tables as latex_tables
 from .render.terminal import print_blocks as print_blocks
+from .sections.description import assumed_notes as assumed_notes
 from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page

@@ -141,12 +141,8 @@ class Drawing:
 
     @cached_property
     def figure(self) -> Figure:
-        """The figure, arranged once: every file of it then looks the same, and is written faster."""
-        drawn = self.draw()
-        if drawn.get_layout_engine() is not None:
-            drawn.draw_without_rendering()
-            drawn.set_layout_engine("none")
-        return drawn
+        """The figure, made once for all its files."""
+        return self.draw()
 
 
 class Animation(NamedTuple):

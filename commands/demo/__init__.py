@@ -2,55 +2,45 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from ...common.errors import InputError
-from .. import COMMANDS
-from ..report import report_arguments
+from .. import ANSWERED
+from ..options import Options, PageOptions, add_command, option
 from ..values import positive, share, whole
-from .experiment import run_demo
-from .repeated import run_repeated
+from .experiment import demonstrate
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parser = commands.add_parser("demo", help=COMMANDS["demo"])
-    parser.add_argument("--out", default="demo", metavar="DIR", help="folder of the results (default: demo)")
-    parser.add_argument("--seed", type=whole, default=0, help="of the trajectories and the noise (default: 0)")
-    parser.add_argument(
-        "--trajectories", type=positive, default=18, metavar="N", help="default: 18, as in the paper"
-    )
-    parser.add_argument(
-        "--noise",
+@dataclass(frozen=True)
+class _Demo(Options):
+    """The experiment, and where its results go."""
+
+    out: str = option(writes="folder", default="demo", metavar="DIR", help="folder of the results (default: demo)")
+    seed: int = option(type=whole, default=0, help="of the trajectories and the noise (default: 0)")
+    trajectories: int = option(type=positive, default=18, metavar="N", help="default: 18, as in the paper")
+    noise: str = option(
         choices=("paper", "slow", "none"),
         default="paper",
         help="as the paper's robot (default), with a memory of 0.8 s, or none",
     )
-    parser.add_argument(
-        "--gain-error", type=share, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
+    gain_error: float = option(
+        type=share, default=0.0, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
     )
-    parser.add_argument(
-        "--repeat",
-        type=positive,
-        metavar="N",
-        help="N experiments with seeds from --seed on, each with every noise and with a gain error "
-        "(default: 0.02): spread and coverage of every method",
-    )
-    report_arguments(parser, "DIR/report.html")
-    parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Run it."""
-    if arguments.repeat is None:
-        return run_demo(arguments, arguments.gain_error or 0.0)
-    if arguments.noise != "paper":
-        raise InputError("--repeat runs every noise: leave --noise out")
-    if arguments.report or arguments.plots:
-        raise InputError("--report and --plots belong to one experiment: leave --repeat out")
+class _Pages(PageOptions):
+    """The report and its figures; JSON stands in the folder of the results."""
 
-    gain_error = 0.02 if arguments.gain_error is None else arguments.gain_error
-    folder, seed = Path(arguments.out), arguments.seed
-    return run_repeated(folder, seed, arguments.trajectories, arguments.repeat, gain_error)
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"json"})
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(commands, "demo", run, _Demo, _Pages)
+
+
+def run(demo: _Demo, pages: _Pages) -> int:
+    """Run it; the report goes into the folder of the results unless another place is named."""
+    demonstrate(Path(demo.out), demo.seed, demo.trajectories, demo.noise, demo.gain_error, pages)
+    return ANSWERED

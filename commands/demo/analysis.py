@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ... import estimation, trajectories
-from ...common.arrays import Array
 from ...common.progress import Progress, silent
-from .repetition import Answer, Outcome, answer_of
 
 ESSENTIAL_BOUND = 0.10
 """Largest relative standard deviation of an essential parameter: the paper says 5 to 10 %."""
@@ -93,35 +88,3 @@ def true_values(experiment: trajectories.Experiment, problem: estimation.Payload
     return dict(zip(problem.base.columns, base.tolist(), strict=True)) | dict(
         zip(estimation.PAYLOAD, payload.vector.tolist(), strict=True)
     )
-
-
-def outcome(experiment: trajectories.Experiment, robot: bool = True) -> Outcome:
-    """Each estimator's answer beside the truth, and what kind of data it is; ``robot``: its parameters too."""
-    problem = reduced_experiment(experiment)
-    assert problem.unloaded is not None
-    truth = true_values(experiment, problem)
-    answer = estimation.answer_payload(problem)
-    found: dict[str, Answer] = {}
-    if robot:
-        joint = robust_joint(problem)
-        found["robot"] = answer_of(joint, _of(truth, joint.names))
-    for estimate in answer.estimates:
-        found[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, estimation.PAYLOAD))
-    for payload in answer.constrained:
-        low, high = payload.intervals.parameters.T
-        body = Answer(
-            estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
-        )
-        found[f"method {payload.method}, constrained"] = body
-    alone = estimation.fit.weighted(problem.unloaded).fit
-    return Outcome(
-        found,
-        alone.relative,
-        tuple(alone.relative_per_joint.tolist()),
-        problem.unloaded.equations,
-        problem.unloaded.condition_numbers()[0],
-    )
-
-
-def _of(truth: dict[str, float], names: Sequence[str]) -> Array:
-    return np.array([truth[name] for name in names])

@@ -1,72 +1,91 @@
 """The paper's experiment on a simulated RX90, from trajectories to the tables."""
 
-import argparse
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from ... import estimation, report
+from ..options import PageOptions, Setup
 from ..progress import bar
 from .analysis import Analysis, analyse
 from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
-from .figures import save_torques
-from .page import write_paper_report
 from .paper import paper_tables
 from .setup import levels, paper_robot, simulate_paper
 
 
-def run_demo(arguments: argparse.Namespace, gain_error: float) -> int:
+def demonstrate(
+    folder: Path, seed: int, trajectories: int, noise: str, gain_error: float, pages: PageOptions
+) -> None:
     """Simulate, identify by all four methods, and print the result next to the truth and the paper.
 
     Args:
-        arguments: of ``dynident demo``: folder ``out`` of the results, made if it is not there; ``seed``; number of
-            ``trajectories``, each run without and with payload, one more is held out; ``noise``; ``report`` and
-            ``plots``.
+        folder: of the results; made if it is not there.
+        seed: of the trajectories and the noise.
+        trajectories: each is run without and with payload; one more is held out.
+        noise: "paper", "slow" or "none".
         gain_error: standard deviation of the drive gains, relative.
+        pages: where the report goes, unless into the folder, and its figures.
     """
-    folder, disturbances = Path(arguments.out), levels(arguments.noise, gain_error)
     folder.mkdir(parents=True, exist_ok=True)
     robot, paper = paper_robot(), paper_tables()
     with bar("simulating") as progress:
-        experiment = simulate_paper(
-            robot, paper.payload, disturbances, arguments.seed, arguments.trajectories, progress
-        )
+        experiment = simulate_paper(robot, paper.payload, levels(noise, gain_error), seed, trajectories, progress)
     with Console(stderr=True).status("reducing") as status:
         analysis = analyse(experiment, status.update)
+    answer = analysis.answer
     tables = [
-        *table1(analysis.answer, paper),
+        *table1(answer, paper),
         table2(analysis.joint, analysis.essential, analysis.truth, paper),
-        paper_payload_table(analysis.answer.estimates, paper.payload, paper),
-        constrained_table(analysis.answer, paper.payload),
+        paper_payload_table(answer.estimates, paper.payload, paper),
+        constrained_table(answer, paper.payload),
     ]
     notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
-    report.print_blocks([*tables, report.Notes([*notes, *report.payload_notes(analysis.answer)])])
-    _save(folder, analysis)
-    page = write_paper_report(arguments, analysis, [*tables, report.Notes(notes)])
-    files = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), page)
-    written = ", ".join(str(path) for path in files)
-    report.print_blocks([report.Notes([f"Written: {written}"])])
-    return 0
+    report.print_blocks([*tables, report.Notes([*notes, *report.payload_notes(answer)])])
+    warnings, processing = answer.warnings, robot.processing
+    document = report.documents.payload_document(answer, processing, None, warnings)
+    report.documents.write_json(folder / "payload.json", document)
+    identified = report.documents.identification_document(analysis.robot, processing, None)
+    report.documents.write_json(folder / "robot.json", identified)
+    page = _page(analysis, document, [*tables, report.Notes(notes)], noise, pages)
+    pages = replace(pages, report=pages.report or str(folder / "report.html"))
+    pages.write_page(lambda: page)
+    report.save_figure(page.drawings()[0].figure, folder / "torques.png")
+    written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
+    report.print_blocks([report.Notes([f"Written: {', '.join(map(str, written))}"])])
 
 
-def _save(folder: Path, analysis: Analysis) -> None:
-    problem = analysis.answer.problem
-    robot, processing = problem.robot, problem.robot.processing
-    report.documents.write_json(
-        folder / "payload.json", report.documents.payload_document(analysis.answer, processing)
-    )
-    report.documents.write_json(
-        folder / "robot.json", report.documents.identification_document(analysis.robot, processing, None)
-    )
-    observer = estimation.equations.Observer(robot, problem.base.columns)
-    held_out = analysis.experiment.runs[-1].recording
-    observation = observer.observe(estimation.signals.measurement(held_out, processing), processing)
-    bare, joint = analysis.robot.estimate.values, analysis.joint.values
-    # The payload changes the base parameters as in (25)-(28).
-    with_payload = joint[: len(bare)] + estimation.payload.payload_map(problem) @ joint[len(bare) :]
-    save_torques(
-        folder / "torques.png",
-        observation,
-        [("predicted with payload (method 4)", with_payload), ("predicted without payload", bare)],
-        "RX90 with 7.025 kg, a trajectory that was not used",
+def _page(
+    analysis: Analysis,
+    document: estimation.files.StoredPayload,
+    screen: Sequence[report.Block],
+    noise: str,
+    pages: PageOptions,
+) -> report.Page:
+    """The payload's report, with the paper's tables beside its own."""
+    answer, experiment = analysis.answer, analysis.experiment
+    robot = answer.problem.robot
+    setup = Setup(robot, robot.processing, None, None, estimation.LogMap(source="simulated"))
+    simulated = {
+        "recordings": f"simulated: {len(experiment.runs)} runs, the last trajectory held out",
+        "seed": str(experiment.seed),
+        "noise": noise,
+        "errors of the drive gains": f"{100.0 * experiment.disturbances.gain_error:g} %",
+    }
+    return report.payload_page(
+        answer,
+        document,
+        [answer.prediction(experiment.runs[-1].recording, True), *analysis.robot.predictions],
+        answer.excitation,
+        pages.provenance(setup.in_words() | simulated),
+        answer.warnings,
+        others=len(experiment.runs) - 2,
+        extra=(
+            report.Section("paper", "Beside the truth and the paper", screen),
+            report.robot_section(analysis.robot, None),
+        ),
+        origin="The paper's experiment on a simulated robot",
     )

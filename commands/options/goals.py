@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,32 +13,30 @@ from ... import estimation, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ..values import fraction, gains_list, names_list, positive_number
-from .reading import Options
+from .reading import Options, option
 
 _CRITERIA = ("d", "a", "cond", "cond-scaled")
 RATE = 100.0
 """Hz: independent samples where nothing else is said."""
 
 
+def _noise_level(text: str) -> Any:
+    """A share of the torque limits, "10%" (a float); or a number per joint (a tuple)."""
+    return fraction(text) if text.strip().endswith("%") else gains_list(text)
+
+
 @dataclass(frozen=True)
 class NoiseOptions(Options):
     """Torque noise per joint [N·m or N], or its share of the limits, and independent samples a second [Hz]."""
 
-    torque_noise: float | tuple[float, ...] | None
-    independent_rate: float | None
+    GROUP: ClassVar[str] = "noise"
 
-    @staticmethod
-    def add_to(group: Any, rate: str) -> None:
-        """Add them to a group of a command; ``rate``: what is said of the rate's default."""
-        group.add_argument(
-            "--torque-noise",
-            type=_noise_level,
-            metavar="S1,S2,..",
-            help="sigma per joint [N·m or N], or 10%% of the limits",
-        )
-        group.add_argument(
-            "--independent-rate", type=positive_number, metavar="HZ", help=f"independent samples a second {rate}"
-        )
+    torque_noise: float | tuple[float, ...] | None = option(
+        type=_noise_level, metavar="S1,S2,..", help="sigma per joint [N·m or N], or 10%% of the limits"
+    )
+    independent_rate: float | None = option(
+        type=positive_number, metavar="HZ", help="independent samples a second (default: 100)"
+    )
 
     def sigma(self, bounds: trajectories.JointBounds) -> Array | None:
         """Standard deviations per joint as asked for."""
@@ -56,39 +53,27 @@ class NoiseOptions(Options):
 class GoalOptions(NoiseOptions):
     """Which parameters, by which criterion, beside what is known already."""
 
-    criterion: trajectories.design.Kind
-    columns: tuple[str, ...] | None
-    parameters: tuple[str, ...] | None
-    payload_only: bool
-    data_from: Sequence[str] | None
-    data_length: float | None
+    GROUP: ClassVar[str] = "what to learn"
 
-    @staticmethod
-    def declare(parser: argparse.ArgumentParser) -> None:
-        """Add them to a command."""
-        group = parser.add_argument_group("what to learn")
-        group.add_argument(
-            "--criterion",
-            choices=_CRITERIA,
-            default="d",
-            help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",
-        )
-        group.add_argument(
-            "--columns", type=names_list, metavar="NAME,..", help="parameters to be estimated (default: base)"
-        )
-        group.add_argument(
-            "--parameters", type=names_list, metavar="NAME,..", help="those that count, for d and a (default: all)"
-        )
-        group.add_argument("--payload-only", action="store_true", help="the payload's ten, the robot being known")
-        group.add_argument(
-            "--data-from",
-            action="append",
-            metavar="F",
-            help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); "
-            "repeatable",
-        )
-        group.add_argument("--data-length", type=positive_number, metavar="S", help="of the recording to come")
-        NoiseOptions.add_to(group, "(default: 100)")
+    criterion: trajectories.design.Kind = option(
+        choices=_CRITERIA,
+        default="d",
+        help="d: information (default); a: relative sigma; cond: condition number; cond-scaled: columns scaled",
+    )
+    columns: tuple[str, ...] | None = option(
+        type=names_list, metavar="NAME,..", help="parameters to be estimated (default: base)"
+    )
+    parameters: tuple[str, ...] | None = option(
+        type=names_list, metavar="NAME,..", help="those that count, for d and a (default: all)"
+    )
+    payload_only: bool = option(action="store_true", help="the payload's ten, the robot being known")
+    data_from: tuple[str, ...] | None = option(
+        reads="earlier data",
+        action="append",
+        metavar="F",
+        help="what was learnt before: --npz of identify or payload, or --json of identify (d and a); repeatable",
+    )
+    data_length: float | None = option(type=positive_number, metavar="S", help="of the recording to come")
 
     def goal(
         self,
@@ -147,8 +132,3 @@ class GoalOptions(NoiseOptions):
                 raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
         rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
         return trajectories.Earlier(columns, np.vstack(rows))
-
-
-def _noise_level(text: str) -> Any:
-    """A share of the torque limits, "10%" (a float); or a number per joint (a tuple)."""
-    return fraction(text) if text.strip().endswith("%") else gains_list(text)

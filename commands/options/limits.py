@@ -6,70 +6,11 @@ import argparse
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ... import estimation, model, trajectories
 from ..values import gains_list, number
-from .reading import Options, in_si
-
-
-@dataclass(frozen=True)
-class LimitOptions(Options):
-    """Limits of the joints, the robot's parameters for its torques, and the scene."""
-
-    speed_override: float
-    acceleration: float | tuple[float, ...] | None
-    torque_limits: str | tuple[float, ...] | None
-    robot_parameters: str | None
-    scene: str | None
-
-    @staticmethod
-    def declare(parser: argparse.ArgumentParser, *, heaviest: bool = True) -> None:
-        """Add them to a command, with ``--heaviest-payload`` or without."""
-        group = parser.add_argument_group("limits", "positions and speeds stand in the robot's file")
-        group.add_argument(
-            "--speed-override", type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)"
-        )
-        group.add_argument(
-            "--acceleration",
-            type=_acceleration_limit,
-            metavar="A1,A2,..",
-            help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
-        )
-        group.add_argument(
-            "--torque-limits",
-            type=_torque_list,
-            metavar="T1,T2,..",
-            help="[N·m or N], or none: not even those of the robot's file",
-        )
-        group.add_argument("--robot-parameters", metavar="JSON", help="of identify: for torques and relative sigma")
-        if heaviest:
-            group.add_argument(
-                "--heaviest-payload", metavar="KG[@X,Y,Z]|TOML", help="torque limits hold without it and with it"
-            )
-        group.add_argument("--scene", metavar="TOML", help="floor, walls, and bodies that keep clear of each other")
-
-    def known(self, robot: model.Robot) -> tuple[model.Robot, Mapping[str, float]]:
-        """The robot with the parameters of ``--robot-parameters``, and these by name; nothing without."""
-        if not self.robot_parameters:
-            return robot, {}
-        stored = estimation.files.read_stored_robot(self.robot_parameters)
-        values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
-        return stored.applied_to(robot), values
-
-    def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
-        """Limits of the joints."""
-        given: list[float] | None = None
-        if isinstance(self.acceleration, float):
-            given = [self.acceleration * joint.limits.speed for joint in robot.joints]
-        elif self.acceleration is not None:
-            given = in_si(self.acceleration, robot).tolist()
-        torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
-        return trajectories.JointBounds.of(robot, override=self.speed_override, acceleration=given, torque=torque)
-
-    def read_scene(self) -> trajectories.Scene | None:
-        """What the motion keeps clear of."""
-        return trajectories.read_scene(self.scene) if self.scene else None
+from .reading import Options, in_si, option
 
 
 def _acceleration_limit(text: str) -> Any:
@@ -88,3 +29,54 @@ def _acceleration_limit(text: str) -> Any:
 def _torque_list(text: str) -> tuple[float, ...] | str:
     """The word "none"; or a number per joint."""
     return text if text == "none" else gains_list(text)
+
+
+@dataclass(frozen=True)
+class LimitOptions(Options):
+    """Limits of the joints, the robot's parameters for its torques, and the scene."""
+
+    GROUP: ClassVar[str] = "limits"
+    ABOUT: ClassVar[str] = "positions and speeds stand in the robot's file"
+
+    speed_override: float = option(type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)")
+    acceleration: float | tuple[float, ...] | None = option(
+        type=_acceleration_limit,
+        metavar="A1,A2,..",
+        help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
+    )
+    torque_limits: str | tuple[float, ...] | None = option(
+        type=_torque_list, metavar="T1,T2,..", help="[N·m or N], or none: not even those of the robot's file"
+    )
+    robot_parameters: str | None = option(
+        reads="robot's parameters", metavar="JSON", help="of identify: for torques and relative sigma"
+    )
+    heaviest_payload: str | None = option(
+        reads="heaviest payload",
+        metavar="KG[@X,Y,Z]|TOML",
+        help="torque limits hold without it and with it",
+    )
+    scene: str | None = option(
+        reads="scene", metavar="TOML", help="floor, walls, and bodies that keep clear of each other"
+    )
+
+    def known(self, robot: model.Robot) -> tuple[model.Robot, Mapping[str, float]]:
+        """The robot with the parameters of ``--robot-parameters``, and these by name; a stand-in without."""
+        if not self.robot_parameters:
+            return model.stand_in.rehearsed(robot), {}
+        stored = estimation.files.read_stored_robot(self.robot_parameters)
+        values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
+        return stored.applied_to(robot), values
+
+    def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
+        """Limits of the joints."""
+        given: list[float] | None = None
+        if isinstance(self.acceleration, float):
+            given = [self.acceleration * joint.limits.speed for joint in robot.joints]
+        elif self.acceleration is not None:
+            given = in_si(self.acceleration, robot).tolist()
+        torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
+        return trajectories.JointBounds.of(robot, override=self.speed_override, acceleration=given, torque=torque)
+
+    def read_scene(self) -> trajectories.Scene | None:
+        """What the motion keeps clear of."""
+        return trajectories.read_scene(self.scene) if self.scene else None

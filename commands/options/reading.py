@@ -1,26 +1,78 @@
-"""From argparse's namespace to typed values."""
+"""Options as fields of frozen values: declared once, read once, handed on typed."""
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, fields
-from typing import Self
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from ... import model
 from ...common.arrays import Array
 from ...common.errors import InputError
+from .. import COMMANDS
+
+Writes = Literal["", "file", "folder"]
+
+
+def option(
+    name: str = "", *, group: str = "", either: str = "", reads: str = "", writes: Writes = "", **how: Any
+) -> Any:
+    """Field of an option.
+
+    Args:
+        name: of an argument without dashes; options are called as their fields are.
+        group: heading in the help, instead of the class's own.
+        either: options with the same word here exclude each other.
+        reads: what the file is for that the option names; empty if it names none.
+        writes: whether it names a file that is written, or a folder.
+        how: of argparse.
+    """
+    about = {"name": name, "group": group, "either": either, "reads": reads, "writes": writes}
+    return field(default=None, metadata={"about": about, "how": how})
 
 
 @dataclass(frozen=True)
 class Options:
-    """Some options of a command; fields are called as the options are."""
+    """Some options of a command; fields are called as the options are.
+
+    Attributes:
+        GROUP, ABOUT: heading of the options in the help, and what is said below it.
+        WITHOUT: options that a command leaves out; they read as None.
+    """
+
+    GROUP: ClassVar[str] = ""
+    ABOUT: ClassVar[str] = ""
+    WITHOUT: ClassVar[frozenset[str]] = frozenset()
+
+    @classmethod
+    def declare(cls, parser: argparse.ArgumentParser) -> None:
+        """Add them to a command."""
+        groups: dict[str, Any] = {"": parser}
+        rivals: dict[str, Any] = {}
+        for entry in fields(cls):
+            if not entry.metadata or entry.name in cls.WITHOUT:
+                continue
+            about, how = entry.metadata["about"], entry.metadata["how"]
+            heading = about["group"] or cls.GROUP
+            if heading not in groups:
+                groups[heading] = parser.add_argument_group(heading, cls.ABOUT or None)
+            place = groups[heading]
+            if about["either"]:
+                required = {"required": about["either"].endswith("!")}
+                place = rivals.setdefault(about["either"], None) or place.add_mutually_exclusive_group(**required)
+                rivals[about["either"]] = place
+            action = place.add_argument(about["name"] or f"--{entry.name.replace('_', '-')}", **how)
+            action.reads, action.writes = about["reads"], about["writes"]
 
     @classmethod
     def of(cls, arguments: argparse.Namespace) -> Self:
         """Take them from the parsed command line."""
-        return cls(**{field.name: getattr(arguments, field.name) for field in fields(cls)})
+        given = {entry.name: getattr(arguments, entry.name, None) for entry in fields(cls)}
+        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
 
     def has(self, option: str) -> bool:
         """Whether an option was given; "joint_names" stands for --joint-names."""
@@ -35,6 +87,60 @@ class Options:
         """
         if self.has(option):
             raise InputError(f"--{option.replace('_', '-')} {because}")
+
+    def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
+        """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
+        for entry in fields(self):
+            about, value = entry.metadata.get("about", {}), getattr(self, entry.name)
+            if about.get(kind):
+                shown = about["name"].upper() or f"--{entry.name.replace('_', '-')}"
+                for path in (value,) if isinstance(value, str) else value or ():
+                    if isinstance(path, str):
+                        yield shown, about[kind], path
+
+
+def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[Options], **how: Any) -> None:
+    """Declare a command: ``run`` is called with a value of each of its parts, whose files are checked before.
+
+    Args:
+        commands: of argparse.
+        name: of the command.
+        run: does it; returns the exit status.
+        parts: its options.
+        how: of argparse; the help of a command below another one.
+    """
+    parser = commands.add_parser(name, **({"help": COMMANDS[name]} | how if name in COMMANDS else how))
+    for part in parts:
+        part.declare(parser)
+
+    def called(arguments: argparse.Namespace) -> int:
+        values = [part.of(arguments) for part in parts]
+        check_targets(values)
+        return run(*values)
+
+    parser.set_defaults(run=called)
+
+
+def check_targets(parts: Sequence[Options]) -> None:
+    """Refuse what cannot be written before any work is done.
+
+    Raises:
+        InputError: names the option.
+    """
+    for part in parts:
+        for name, kind, path in part.named("writes"):
+            if kind == "file" and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
+                raise InputError(f"{name} {path!r}: not a file in a folder that exists")
+            if kind == "folder" and not _may_hold_files(path):
+                raise InputError(f"{name} {path!r}: is not a folder, nor can one be made there")
+
+
+def _may_hold_files(path: str) -> bool:
+    """Whether a path is a folder, or one can be made there."""
+    above = Path(path).resolve()
+    while not above.exists():
+        above = above.parent
+    return bool(path) and above.is_dir()
 
 
 def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ... import model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ..values import gains_list, number, positive, positive_number
-from .reading import Options, in_si
+from .reading import Options, in_si, option
 
 _FEWEST = 3
 _OF_VIA_POINTS = ("rest", "max_duration", "segments", "ramp", "segment_durations")
@@ -20,46 +20,31 @@ _OF_VIA_POINTS = ("rest", "max_duration", "segments", "ramp", "segment_durations
 class ShapeOptions(Options):
     """Via points or a Fourier series, how it goes between points, times, and where it starts."""
 
-    via_points: int | None
-    fourier: int | None
-    segments: str | None
-    ramp: float | None
-    segment_durations: tuple[float, ...] | None
-    rest: bool
-    duration: float | None
-    max_duration: float | None
-    start: tuple[float, ...] | None
+    GROUP: ClassVar[str] = "motion"
 
-    @staticmethod
-    def declare(parser: argparse.ArgumentParser) -> None:
-        """Add them to a command."""
-        group = parser.add_argument_group("motion")
-        either = group.add_mutually_exclusive_group()
-        either.add_argument("--via-points", type=positive, metavar="N", help="number of points (default: 14)")
-        either.add_argument("--fourier", type=positive, metavar="H", help="a Fourier series of H harmonics instead")
-        group.add_argument(
-            "--segments",
-            choices=("quintic", "trapezoid", "blend"),
-            help="default: quintic; trapezoid: as movej runs it, at rest in each point; blend: at constant speed "
-            "from point to point, with parabolic blends about the points, which are passed",
-        )
-        group.add_argument(
-            "--ramp", type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
-        )
-        group.add_argument(
-            "--segment-durations",
-            type=gains_list,
-            metavar="S|S1,S2,..",
-            help="fixed times from point to point, one for all or one each (default: free)",
-        )
-        group.add_argument("--rest", action="store_true", help="rest in each via point instead of passing it")
-        group.add_argument(
-            "--duration", type=positive_number, metavar="S", help="period of --fourier (default: 10)"
-        )
-        group.add_argument(
-            "--max-duration", type=positive_number, metavar="S", help="longest time through via points"
-        )
-        group.add_argument("--start", type=gains_list, metavar="Q1,Q2,..", help="where it starts [deg or m]")
+    via_points: int | None = option(
+        either="kind", type=positive, metavar="N", help="number of points (default: 14)"
+    )
+    fourier: int | None = option(
+        either="kind", type=positive, metavar="H", help="a Fourier series of H harmonics instead"
+    )
+    segments: str | None = option(
+        choices=("quintic", "trapezoid", "blend"),
+        help="default: quintic; trapezoid: as movej runs it, at rest in each point; blend: at constant speed "
+        "from point to point, with parabolic blends about the points, which are passed",
+    )
+    ramp: float | None = option(
+        type=number, metavar="SHARE", help="of each move's time, in either ramp of a trapezoid (0.25)"
+    )
+    segment_durations: tuple[float, ...] | None = option(
+        type=gains_list,
+        metavar="S|S1,S2,..",
+        help="fixed times from point to point, one for all or one each (default: free)",
+    )
+    rest: bool = option(action="store_true", help="rest in each via point instead of passing it")
+    duration: float | None = option(type=positive_number, metavar="S", help="period of --fourier (default: 10)")
+    max_duration: float | None = option(type=positive_number, metavar="S", help="longest time through via points")
+    start: tuple[float, ...] | None = option(type=gains_list, metavar="Q1,Q2,..", help="where it starts [deg or m]")
 
     def shape(self) -> trajectories.motions.Shape:
         """The shape of the motion.
@@ -70,8 +55,8 @@ class ShapeOptions(Options):
         if self.fourier is None:
             self.refuse("duration", "is the period of --fourier: via points take --max-duration")
             return self._through_points()
-        for option in _OF_VIA_POINTS:
-            self.refuse(option, "belongs to --via-points: --fourier takes --duration")
+        for name in _OF_VIA_POINTS:
+            self.refuse(name, "belongs to --via-points: --fourier takes --duration")
         return trajectories.FourierShape(self.fourier, self._period)
 
     def known_length(self) -> float | None:

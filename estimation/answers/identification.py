@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
+from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -16,7 +17,8 @@ from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate, Fit, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
-from ..fit.robust import RobustCovariance, jackknife
+from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
+from ..payload.problem import Source
 from ..robot.equations import base_problem
 from .elimination import impossible_robot
 from .prediction import DRAWN, TorquePrediction, robot_prediction
@@ -60,7 +62,9 @@ class Identification:
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        return robot_verdict(self.estimate.fit)
+        source = Source((), self.recordings, self.processing or self.robot.processing)
+        others = rivals(self.robot, source)
+        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -156,12 +160,12 @@ def _with_robust(problem: Equations, estimates: Sequence[Estimate]) -> list[Esti
     Raises:
         InputError: if the data without one block do not determine the parameters.
     """
-    parts = list(problem.without_blocks())
+    pairs = [(b, -1) for b in range(len(problem.without_blocks()))]
 
     def robust(estimate: Estimate) -> RobustCovariance:
-        def values(part: Equations) -> Array:
-            return LinearProblem(part.select(estimate.names), estimate.names).values(estimate.weights)
-
-        return jackknife(values, [parts], estimate.values, problem.block_length)
+        part = LinearProblem(problem.select(estimate.names), estimate.names)
+        with naming_blocks(problem.block_length):
+            values = part.without_blocks(estimate.weights, pairs)
+        return jackknifed([values], estimate.values, problem.block_length)
 
     return [replace(estimate, robust=robust(estimate)) for estimate in estimates]

@@ -7,9 +7,12 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
+from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
-from ..diagnosis.quantities import Agreement
+from ..diagnosis.loaded_rows import Bursts, bursts, scales
+from ..diagnosis.quantities import Agreement, allowing
+from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import judge
 from ..equations.equations import merged
 from ..fit.drive_gains import Gains
@@ -20,7 +23,7 @@ from ..payload.by_joints import payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.repeats import repeats_of, widened
+from ..payload.repeats import reaching, repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
@@ -28,7 +31,7 @@ from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
-from .payload_answer import PayloadAnswer, recommended
+from .payload_answer import PayloadAnswer, preference
 
 
 def answer_payload(
@@ -68,14 +71,21 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:
         free = [widened(estimate, repeats.excess) for estimate in free]
+    sigma = np.sqrt(np.diag(gains.covariance(problem.robot.n))) if gains is not None else np.zeros(problem.robot.n)
+    weights = min(free, key=preference).estimate.weights
+    outside = bursts(problem, weights) if problem.short is None else None
+    if outside is not None:
+        free = [reaching(estimate, outside.change) for estimate in free]
+    by_joints = payload_by_joints(problem, weights)
+    factor = disagreement(by_joints, sigma, few=problem.short is not None)
+    free = [widened(estimate, factor) for estimate in free]
     constrained, failures = _constrained(free, constraints, gains)
-    best = recommended(constrained).free if constrained else free[-1]
     answer = PayloadAnswer(
         problem=problem,
         estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=payload_by_joints(problem, best.estimate.weights),
+        by_joints=by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
@@ -85,7 +95,7 @@ def answer_payload(
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free))
+    verdict = judge(_evidence(answer, free, factor, outside))
     if failures and not constrained:
         error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
         raise error.naming(*error.demands, *against)
@@ -149,9 +159,20 @@ def _validation(
     return fit(base_problem(problem.robot, problem.base, held_out, settings, check=False), robot.values)
 
 
-def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidence:
-    """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
+def _evidence(
+    answer: PayloadAnswer, free: Sequence[PayloadEstimate], factor: float, outside: Bursts | None
+) -> Evidence:
+    """What the verdict looks at.
+
+    Args:
+        answer: without its verdict.
+        free: estimates by all methods, those without a possible payload among them.
+        factor: by which the joints' disagreement has widened them.
+        outside: stretches of time that stand out.
+    """
     problem = answer.problem
+    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    others = rivals(problem.robot, problem.source) if problem.source is not None else ()
     if problem.short is not None:
         weighed = Weighed(
             mass=answer.model["M_L"],
@@ -162,7 +183,15 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidenc
             repeats=answer.repeats,
             agreement=answer.agreement,
         )
-        return Evidence(problem.robot, constrained=answer.constrained, by_joints=answer.by_joints, weighed=weighed)
+        return Evidence(
+            problem.robot,
+            constrained=answer.constrained,
+            by_joints=answer.by_joints,
+            weighed=weighed,
+            spread=spread,
+            disagreement=factor,
+            rivals=others,
+        )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
         robot=problem.robot,
@@ -176,6 +205,11 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidenc
         recommended=answer.possible,
         by_joints=answer.by_joints,
         stretches=payload_over_time(problem, weights),
+        spread=spread,
+        disagreement=factor,
+        rivals=others,
+        scales=scales(problem, weights),
+        bursts=outside,
     )
 
 

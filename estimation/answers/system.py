@@ -89,9 +89,10 @@ def payload_system(
         processing: settings.
     """
     robot, base, columns = problem.robot, problem.base, problem.loaded.columns
+    observer = loaded_observer(robot, base)
     observations = [
-        *(_widened(one, columns) for one in _observed(Observer(robot, base.columns), unloaded, processing)),
-        *_observed(loaded_observer(robot, base), loaded, processing),
+        *(_widened(one, columns) for one in _observed(observer.only(base.columns), unloaded, processing)),
+        *_observed(observer, loaded, processing),
     ]
     flags = [False] * len(unloaded) + [True] * len(loaded)
     reduced, known = problem.loaded, problem.known

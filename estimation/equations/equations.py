@@ -1,11 +1,12 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from scipy.linalg import lapack
@@ -46,7 +47,7 @@ class Equations:
         shared: what of a joint's torque is of another joint's motor (coupled drives), or of a known spring:
             Q' times it, rows as those of the joint's factor.
         leave_one_out: the same equations without each block of time in turn, where the memory of the residuals was
-            asked for.
+            asked for; ``WithoutEach`` where they are the sum of their blocks.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
     """
 
@@ -55,14 +56,14 @@ class Equations:
     rows: tuple[int, ...]
     effective_rows: tuple[float, ...]
     shared: tuple[SharedTorque, ...] = ()
-    leave_one_out: "tuple[Equations, ...]" = ()
+    leave_one_out: "Sequence[Equations]" = ()
     block_length: float = 0.0
 
     def select(self, columns: Sequence[str]) -> "Equations":
         """These equations with only some of the parameters, in the order given."""
         places = [self.columns.index(name) for name in columns]
         factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
-        parts = tuple(part.select(columns) for part in self.leave_one_out)
+        parts = each(self.leave_one_out, lambda part: part.select(columns))
         return replace(self, columns=tuple(columns), factors=factors, leave_one_out=parts)
 
     def renamed(self, columns: Sequence[str]) -> "Equations":
@@ -73,8 +74,13 @@ class Equations:
             wide = np.zeros((len(factor), len(columns) + 1))
             wide[:, [*places, len(columns)]] = factor
             factors.append(wide)
-        parts = tuple(part.renamed(columns) for part in self.leave_one_out)
+        parts = each(self.leave_one_out, lambda part: part.renamed(columns))
         return replace(self, columns=tuple(columns), factors=tuple(factors), leave_one_out=parts)
+
+    def called(self, columns: Sequence[str]) -> "Equations":
+        """These equations with other names for the same parameters."""
+        parts = each(self.leave_one_out, lambda part: part.called(columns))
+        return replace(self, columns=tuple(columns), leave_one_out=parts)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
@@ -87,7 +93,7 @@ class Equations:
             np.column_stack([factor[:, rest], factor[:, -1] - factor[:, known] @ values]) for factor in self.factors
         )
         columns = tuple(self.columns[k] for k in rest)
-        parts = tuple(part.minus(names, values) for part in self.leave_one_out)
+        parts = each(self.leave_one_out, lambda part: part.minus(names, values))
         return replace(self, columns=columns, factors=factors, shared=(), leave_one_out=parts)
 
     def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
@@ -128,7 +134,7 @@ class Equations:
             self.block_length,
         )
 
-    def without_blocks(self) -> "tuple[Equations, ...]":
+    def without_blocks(self) -> "Sequence[Equations]":
         """``leave_one_out``, for a jackknife.
 
         Raises:
@@ -214,27 +220,79 @@ def triangular(rows: Array) -> Array:
     return compressed(rows)[0]
 
 
+class WithoutEach(Sequence[Equations]):
+    """Equations without each of the blocks of time that make them up, merged when first asked for.
+
+    Attributes:
+        blocks: the equations of each block.
+    """
+
+    def __init__(self, blocks: Iterable[Equations]) -> None:
+        """Of these blocks; of a single one nothing is left."""
+        self.blocks = tuple(blocks)
+
+    def __len__(self) -> int:
+        """Number of blocks."""
+        return len(self.blocks)
+
+    @overload
+    def __getitem__(self, place: int) -> Equations: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Equations, ...]: ...
+
+    def __getitem__(self, place: int | slice) -> Equations | tuple[Equations, ...]:
+        """All blocks but one."""
+        return self._merged[place]
+
+    @cached_property
+    def _merged(self) -> tuple[Equations, ...]:
+        """Those before a block and those after it are merged once for all: 3 B merges instead of B^2."""
+        after: list[list[Equations]] = [[]]
+        for block in reversed(self.blocks[1:]):
+            after.append([merged([block, *after[-1]])])
+        before: list[Equations] = []
+        less = []
+        for block in self.blocks:
+            less.append(merged([*before, *after.pop()] or [_nothing(block)]))
+            before = [merged([*before, block])]
+        return tuple(less)
+
+
+def each(leave_one_out: Sequence[Equations], change: Callable[[Equations], Equations]) -> Sequence[Equations]:
+    """What an operation that works row by row makes of equations without each block."""
+    if isinstance(leave_one_out, WithoutEach):
+        return WithoutEach(map(change, leave_one_out.blocks))
+    return tuple(map(change, leave_one_out))
+
+
 def merged(parts: Iterable[Equations]) -> Equations:
     """All equations of several parts with the same parameters; the merge is one more QR. Blocks of all are kept."""
     parts = list(parts)
     if len(parts) == 1:
         return parts[0]
     _check_alike(parts)
-    whole = _stacked([replace(part, leave_one_out=()) for part in parts])
-    if not all(part.leave_one_out for part in parts):
+    whole = stacked([replace(part, leave_one_out=()) for part in parts])
+    cut = [part.leave_one_out for part in parts]
+    if not all(cut):
         return whole
+    sums = [less for less in cut if isinstance(less, WithoutEach)]
+    if len(sums) == len(cut):
+        return replace(whole, leave_one_out=WithoutEach(chain.from_iterable(less.blocks for less in sums)))
     less = []
     for k, part in enumerate(parts):
         others = [replace(other, leave_one_out=()) for other in (*parts[:k], *parts[k + 1 :])]
-        less += [_stacked([*others, left]) for left in part.leave_one_out]
+        less += [stacked([*others, left]) for left in part.leave_one_out]
     return replace(whole, leave_one_out=tuple(less))
 
 
-def _stacked(parts: Sequence[Equations]) -> Equations:
+def stacked(parts: Sequence[Equations], compress: bool = True) -> Equations:
+    """All equations of several parts without their blocks, as triangular factors or only one below the other."""
     first, factors, shared = parts[0], [], list[SharedTorque]()
     for j in range(len(first.factors)):
         rows = np.vstack([np.column_stack([p.factors[j], beside(p.shared, j, len(p.factors[j]))]) for p in parts])
-        factor, others = compressed(rows, rows.shape[1] - len(first.columns) - 1)
+        width = len(first.columns) + 1
+        factor, others = compressed(rows, rows.shape[1] - width) if compress else np.hsplit(rows, [width])
         factors.append(factor)
         shared += refilled(first.shared, j, others)
     return Equations(
@@ -245,22 +303,6 @@ def _stacked(parts: Sequence[Equations]) -> Equations:
         tuple(shared),
         block_length=max(part.block_length for part in parts),
     )
-
-
-def without_each(blocks: Sequence[Equations]) -> list[Equations]:
-    """All blocks but one, merged, for each of them in turn; of a single block nothing is left.
-
-    Those before it and those after it are merged once for all: 3 B merges instead of B^2.
-    """
-    after: list[list[Equations]] = [[]]
-    for block in reversed(blocks[1:]):
-        after.append([merged([block, *after[-1]])])
-    before: list[Equations] = []
-    less = []
-    for block in blocks:
-        less.append(merged([*before, *after.pop()] or [_nothing(block)]))
-        before = [merged([*before, block])]
-    return less
 
 
 def _nothing(equations: Equations) -> Equations:

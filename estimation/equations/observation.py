@@ -1,17 +1,21 @@
 """The observation system Y = W chi + rho of (14), joint by joint as in (15), made block by block."""
 
+import copy
+import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.linear import without
 from ...common.paged import collected, parts
-from ...model import Motion, Processing, Robot, regressor
+from ...model import Motion, Processing, Robot
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
+from ...model.regressors import regressor_expression
 from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
@@ -108,16 +112,35 @@ class Observer:
             names: what the columns are called, by default the standard names.
         """
         self.robot = robot
+        self.motors = sharing(robot)
+        self._standard = tuple(dict.fromkeys(columns))
+        self._kernel, touched = _generated(robot, self._standard)
+        self._chosen: NDArray[np.int64] | None = None
+        self._lay_out(columns, names, touched)
+
+    def _lay_out(self, columns: Sequence[str], names: Sequence[str] | None, touched: tuple[Array, ...]) -> None:
+        """Say where what is asked for stands among the rows that are evaluated."""
         self.columns = tuple(names or columns)
         unique = tuple(dict.fromkeys(columns))
         self.place = np.array([unique.index(name) for name in columns])
-        self.distinct = len(unique)
-        self.motors = sharing(robot)
-        function, self.touched = _equations(robot, unique, self.motors)
-        sizes = [len(own) + 1 + len(others) for own, others in zip(self.touched, self.motors, strict=True)]
+        self.distinct, self.touched = len(unique), touched
+        sizes = [len(own) + 1 + len(others) for own, others in zip(touched, self.motors, strict=True)]
         ends = np.cumsum(sizes)
         self.rows = tuple(slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True))
-        self._kernel = Kernel(function)
+
+    def only(self, columns: Sequence[str], names: Sequence[str] | None = None) -> "Observer":
+        """Observer of some of the columns by the same generated code; arguments as when made."""
+        part, unique = copy.copy(self), tuple(dict.fromkeys(columns))
+        chosen, touched = [], []
+        for rows, own in zip(self.rows, self.touched, strict=True):
+            entries = {self._standard[column]: rows.start + k for k, column in enumerate(own)}
+            there = [name for name in unique if name in entries]
+            touched.append(np.array([unique.index(name) for name in there], dtype=int))
+            chosen += [entries[name] for name in there] + list(range(rows.start + len(own), rows.stop))
+        part._standard = unique
+        part._chosen = np.array(chosen) if self._chosen is None else self._chosen[chosen]
+        part._lay_out(columns, names, tuple(touched))
+        return part
 
     def blocks(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Iterator[Block]:
         """Equations of one measurement, block by block.
@@ -130,7 +153,7 @@ class Observer:
             processing: settings.
             partner: another motion on the same time whose slow rows are left out as well.
         """
-        return self.stream(_used(data, processing, partner), processing.decimate)
+        return self.stream(_used(data, processing, partner), processing.thinning(data.motion.rate))
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
@@ -148,13 +171,15 @@ class Observer:
                 waiting.push(motion.t[part], keep[part])
                 states = (motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
                 equations = self._kernel(*states, *self._before(data, part))
+                if self._chosen is not None:
+                    equations = equations[self._chosen]
                 yield _block(decimator.push(equations), waiting)
         if factor > 1:
             yield _block(decimator.finish(), waiting)
 
     def observe(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Observation:
         """The equations of one measurement with W held whole; arguments as in ``blocks``."""
-        return self._held(list(self.blocks(data, processing, partner)), processing.decimate)
+        return self._held(list(self.blocks(data, processing, partner)), processing.thinning(data.motion.rate))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
         """The same with the rows to use, N x n, given."""
@@ -168,10 +193,10 @@ class Observer:
         for block in self.blocks(data, processing, partner):
             waiting.append(block)
             if sum(len(one.t) for one in waiting) >= _PIECE:
-                yield self._held(waiting, processing.decimate)
+                yield self._held(waiting, processing.thinning(data.motion.rate))
                 waiting = []
         if waiting:
-            yield self._held(waiting, processing.decimate)
+            yield self._held(waiting, processing.thinning(data.motion.rate))
 
     def opener(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
         """Opens the equations piece by piece as often as wanted; they are made once, and many live in a file."""
@@ -182,7 +207,7 @@ class Observer:
         def pieces() -> Iterator[Observation]:
             for part in parts(len(t), _PIECE):
                 block = Block(equations[part].T, keep[part].T > 0.0, t[part, 0])
-                yield self._held([block], processing.decimate)
+                yield self._held([block], processing.thinning(data.motion.rate))
 
         if len(t) > _PIECE:
             return pieces
@@ -216,15 +241,15 @@ class Observer:
             self.robot.spring.torque(q[:, self.robot.spring.joint - 1])
 
 
-def _equations(
-    robot: Robot, columns: Sequence[str], motors: Sequence[Sequence[int]]
-) -> tuple[ca.Function, tuple[Array, ...]]:
-    """Function of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
+@functools.lru_cache(maxsize=16)
+def _generated(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Array, ...]]:
+    """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
     With a known spring its torque in the recording that was subtracted is one more input.
     """
-    q, qd, qdd, torque = (ca.SX.sym(name, robot.n) for name in ("q", "qd", "qdd", "torque"))
-    phi, left = regressor(robot, columns)(q, qd, qdd), ca.SX(torque)
+    motors, (q, qd, qdd), phi = sharing(robot), *regressor_expression(robot, columns)
+    torque = ca.SX.sym("torque", robot.n)
+    left = ca.SX(torque)
     inputs, apart = [q, qd, qdd, torque], {motor: torque[motor] for motor in range(robot.n)}
     spring = known_spring(robot)
     if spring is not None:
@@ -242,8 +267,7 @@ def _equations(
         own = phi[j, :].sparsity().get_triplet()[1]
         touched.append(np.array(own, dtype=int))
         rows += [phi[j, k] for k in own] + [left[j], *(apart[motor] for motor in motors[j])]
-    function = ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])
-    return function, tuple(touched)
+    return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched)
 
 
 def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:

@@ -22,7 +22,7 @@ def reduced_measurement(
     observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
 ) -> Equations:
     """Reduce one measurement; arguments as in ``Observer.blocks``."""
-    return _reduced(observer, observer.blocks(data, processing, partner), processing.decimate)
+    return _reduced(observer, observer.blocks(data, processing, partner), processing.thinning(data.motion.rate))
 
 
 def recorded(

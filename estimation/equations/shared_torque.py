@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...model import Robot, Spring
@@ -58,7 +58,7 @@ def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
     width = rows.shape[1] - beside
     if len(rows) > width:
         # What stands below is of the last columns alone.
-        rows = np.asarray(qr(rows, mode="r", check_finite=False)[0][:width])
+        rows = np.triu(lapack.dgeqrf(rows)[0][:width])
     return rows[:, :width], rows[:, width:]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType, field
 
 from ...common.errors import InputError
+from ...common.linear import is_covariance
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
 from ...model import Robot
 from ..fit.drive_gains import Fingerprints, Gains
@@ -72,9 +73,8 @@ def read_stored_gains(path: str | Path) -> Gains:
     with naming(path, _OF_GAINS):
         if not (np.isfinite(values) & (values != 0.0)).all():
             raise WrongKeyError("drive_gains.values", "a gain is zero or null")
-        n, scale = len(values), max(float(np.trace(C)), 1e-300)
-        if C.shape != (n, n) or not np.allclose(C, C.T, atol=1e-12) or np.linalg.eigvalsh(C)[0] < -1e-9 * scale:
-            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {n} gains")
+        if len(C) != len(values) or not is_covariance(C):
+            raise WrongKeyError("drive_gains.relative_covariance", f"is no covariance of {len(values)} gains")
     return Gains(
         identified=C.tolist(),
         recordings=present(stored.fingerprints) or {},

@@ -116,6 +116,7 @@ class VerdictDocument(Document, frozen=True):
 
     level: Literal["use", "mass_and_com_only", "do_not_use"]
     reasons: tuple[str, ...]
+    notes: tuple[str, ...] | UnsetType = UNSET
 
 
 class Recommended(Document, frozen=True):

@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time
-from ..equations.equations import Equations, merged, without_each
+from ..equations.equations import Equations, WithoutEach, merged
 from ..equations.observation import Observation, Pieces
 from ..equations.reduction import reduced
 from .least_squares import joint_weights
@@ -91,8 +91,7 @@ def in_blocks(
 ) -> Equations:
     """Equations, and what is left of them without each block between their recordings' edges."""
     parts = (cut_pieces(pieces(), ends) for pieces, ends in zip(recordings, edges, strict=True))
-    less = without_each(list(chain.from_iterable(parts)))
-    return replace(equations, leave_one_out=tuple(less), block_length=length)
+    return replace(equations, leave_one_out=WithoutEach(chain.from_iterable(parts)), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import is_covariance
 from ...model import Recording, Robot
 from ..equations.equations import Equations
 
@@ -57,6 +58,9 @@ class Gains:
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
             told = ", ".join(f"{sigma:g}" for sigma in sigmas)
             raise InputError(f"relative errors of drive gains {told}: give standard deviations from 0 to below 1")
+        square = all(len(row) == len(self.identified) for row in self.identified)
+        if self.identified and not (square and is_covariance(np.array(self.identified))):
+            raise InputError("the identified gains' matrix is no covariance: identify them again")
 
     def covariance(self, n: int) -> Array:
         """Of e_1 .. e_n, n x n.

@@ -19,6 +19,7 @@ from ..equations.equations import Equations, triangular
 from .drive_gains import motor_torques
 from .estimate import Estimate, Fit, fit
 from .least_squares import Solution, checked, joint_weights, solve
+from .left_out import left_out
 
 
 class Known(NamedTuple):
@@ -26,7 +27,8 @@ class Known(NamedTuple):
 
     ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
     blocks hold the recordings that the parameters come from; ``degrees_of_freedom``; ``gain_sensitivity``:
-    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known.
+    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known;
+    ``left_out``: gives the values without each of the blocks that they come from, B x c, none by default.
     """
 
     names: tuple[str, ...]
@@ -35,6 +37,7 @@ class Known(NamedTuple):
     lasting: Array
     degrees_of_freedom: float = float("inf")
     gain_sensitivity: Callable[[], Array | None] = lambda: None
+    left_out: Callable[[], Array | None] = lambda: None
 
 
 class Held(NamedTuple):
@@ -129,6 +132,25 @@ class LinearProblem:
         """The wanted values for given weights; linear in the torques."""
         R, c = self._factor(weights), len(self.unknown.columns)
         return np.asarray(solve_triangular(R[:c, :c], R[:c, c])[self._places])
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """The wanted values without a block of these equations and one of those that known parameters come from.
+
+        Args:
+            weights: of the joints, shape (n,).
+            pairs: which blocks, -1 for none; without known parameters the equations' own blocks in their order.
+
+        Raises:
+            InputError: if what is left does not determine the parameters.
+        """
+        names = tuple(chain.from_iterable(group.names for group in self.known))
+        pulls = self._pulls
+        near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
+        values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
+        if not self.known:
+            return np.asarray(values[: len(pairs), :, 0])
+        known = np.concatenate([_in_turn(group) for group in self.known], axis=1)
+        return np.array([values[a, :, -1] - values[a, :, :-1] @ known[min(b, len(known) - 1)] for a, b in pairs])
 
     def estimate(self, weights: Array | None = None) -> Estimate:
         """All unknown parameters, with what is known to be part of their error.
@@ -271,6 +293,12 @@ class LinearProblem:
                 return None
             levels[len(self.held) :] = self.prior.root @ own
         return gain_sensitivity(self.equations, weights, taken, np.column_stack([pulls.rows, levels]))
+
+
+def _in_turn(known: Known) -> Array:
+    """Values without each of their own blocks, last of all the whole ones."""
+    parts = known.left_out()
+    return known.values[None] if parts is None else np.vstack([parts, known.values])
 
 
 def gain_sensitivity(

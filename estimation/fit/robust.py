@@ -1,6 +1,7 @@
 """Standard deviations that hold for autocorrelated residuals: the delete-a-block jackknife."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -92,18 +93,29 @@ def jackknife(
     Raises:
         InputError: if a problem without one block cannot be solved.
     """
+
+    def solved(part: T) -> Array:
+        with naming_blocks(block_length):
+            return solve(part)
+
+    return jackknifed([np.array([solved(part) for part in group]) for group in groups], values, block_length)
+
+
+def jackknifed(groups: Sequence[Array], values: Array, block_length: float) -> RobustCovariance:
+    """As ``jackknife``, from the solutions without block 1, 2, ... B of each group, B x c."""
     covariance = np.zeros((len(values), len(values)))
-    counts = []
     for group in groups:
-        changes = np.array([_solved(solve, problem, block_length) - values for problem in group])
-        counts.append(len(changes))
+        changes = group - values
         covariance += (1.0 - 1.0 / len(changes)) * changes.T @ changes
+    counts = list(map(len, groups))
     return RobustCovariance(covariance, sum(counts), min(counts) - 1, block_length)
 
 
-def _solved(solve: Callable[[T], Array], problem: T, block_length: float) -> Array:
+@contextmanager
+def naming_blocks(block_length: float) -> Iterator[None]:
+    """Says of an InputError that it was met without one block of some length [s]."""
     try:
-        return solve(problem)
+        yield
     except InputError as error:
         raise InputError(
             f"no robust standard deviations: without one block of {block_length:.2g} s, {error}"

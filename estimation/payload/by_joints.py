@@ -124,19 +124,22 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """
     n, short = problem.robot.n, problem.short
 
-    def posed(part: PayloadProblem) -> LinearProblem:
-        if part.difference is not None:
-            return from_difference(part, PAYLOAD)
-        problem = from_robot(part, names=PAYLOAD)
-        # What one joint shows does not correct the robot: its parameters stay as they are.
-        return replace(problem, known=problem.given, prior=None)
+    def by_robot(part: PayloadProblem) -> LinearProblem:
+        """What one joint shows does not correct the robot: its parameters stay as they are."""
+        posed = from_robot(part, names=PAYLOAD)
+        return replace(posed, known=posed.given, prior=None)
+
+    paired = problem.difference is not None
+    whole = from_difference(problem, PAYLOAD) if paired else by_robot(problem)
 
     def parts() -> list[list[LinearProblem]]:
-        return [[posed(part) for part in group] for group in problem.without_blocks]
+        if problem.paired:
+            return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
+        return [[by_robot(part) for part in group] for group in problem.without_blocks]
 
     joints = tuple(range(1, n + 1)) if short is None else short.joints
     groups = joint_groups(n) if short is None else moving_groups(joints)
-    return joints_view(posed(problem), parts, weights, groups, joints)
+    return joints_view(whole, parts, weights, groups, joints)
 
 
 def payload_over_time(problem: PayloadProblem, weights: Array) -> tuple[Estimate, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares
-from ...model import Robot, base_parameters
+from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ..equations.correlation import inflation
@@ -175,7 +175,9 @@ def friction_free(recording: Observation) -> Observation:
     return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
 
 
-def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], decimate: int) -> Array:
+def coulomb_friction(
+    robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], processing: Processing
+) -> Array:
     """Of each joint [N·m or N], shape (n,); 0 where the motion, or the robot's model, does not show it.
 
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
@@ -184,12 +186,13 @@ def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Seque
         robot: the robot.
         measured: recordings without payload.
         masks: their rows to be used, N x n.
-        decimate: parallel decimation.
+        processing: settings.
     """
     free = robot.with_offsets(True)
     observer = Observer(free, base_parameters(free).columns)
     problem = merged(
-        reduced(observer.observe_rows(data, keep, decimate)) for data, keep in zip(measured, masks, strict=True)
+        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
+        for data, keep in zip(measured, masks, strict=True)
     )
     values, hidden = _shown(problem, np.ones(robot.n))
     values, _ = _shown(problem, joint_weights(problem, values))

@@ -140,16 +140,18 @@ def payload_equations(
         return _whole(robot, base, loaded, unloaded, pairs, processing)
     own = [(data, None) for data in loaded]
     changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
-    with_payload, with_pieces = recorded(loaded_observer(robot, base), own, processing)
+    observer = loaded_observer(robot, base)
+    with_payload, with_pieces = recorded(observer, own, processing)
     groups = [left_over(with_pieces, with_payload.select(base.columns))]
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
         bare = [(data, None) for data in unloaded]
-        without, bare_pieces = recorded(Observer(robot, base.columns), bare, processing)
+        without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
         groups.append(left_over(bare_pieces, without))
     if changes:
-        difference, change_pieces = recorded(difference_observer(robot), changes, processing)
+        alone = observer.only(payload_columns(robot), PAYLOAD)
+        difference, change_pieces = recorded(alone, changes, processing)
         groups.append(left_over(change_pieces, difference))
     length, few = length_by_residuals(groups), False
     if sum(len(block_edges(recording, length)) - 1 for recording in groups[0]) < FEWEST:

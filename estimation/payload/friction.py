@@ -5,7 +5,6 @@ mass. So it may change as far as friction of real arms does.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from ...model.names import parameter_kind
 from ..equations.equations import Equations
@@ -57,5 +56,5 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
 def with_changes(equations: Equations, held: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
     """Equations under load with one more column for each friction that may change, and how these are held."""
     names = [f"{name}{_CHANGE}" for name in held]
-    wide = replace(equations, leave_one_out=()).select((*equations.columns, *held))
-    return replace(wide, columns=(*equations.columns, *names)), dict(zip(names, held.values(), strict=True))
+    wide = equations.select((*equations.columns, *held)).called((*equations.columns, *names))
+    return wide, dict(zip(names, held.values(), strict=True))

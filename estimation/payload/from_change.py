@@ -16,6 +16,7 @@ from ..equations.equations import PAYLOAD, Equations
 from ..fit.drive_gains import motor_torques
 from ..fit.estimate import Estimate, fit
 from ..fit.least_squares import weighted
+from ..fit.left_out import left_out
 from ..fit.linear_problem import gain_sensitivity
 from .problem import PayloadProblem
 from .result import frame_change, in_payload_frame
@@ -63,6 +64,19 @@ class ChangeOfParameters:
     def values(self, weights: Array) -> Array:
         """The ten for given weights of the loaded joints."""
         return self._step(weighted(self._loaded, weights)).x
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """The ten without a block of the loaded and one of the unloaded recordings, -1 for none."""
+        assert self.problem.unloaded is not None
+        columns = self.problem.base.columns
+        places = [columns.index(name) for name in self._inertial]
+        after = left_out(self._loaded, columns, weights)
+        before = left_out(self.problem.unloaded, columns, self.before.weights)
+        (chi_a, C_a), (chi_b, C_b) = (
+            (part.values[:, places, 0], part.variance[:, :, None] * part.covariance[:, places][:, :, places])
+            for part in (before, after)
+        )
+        return np.array([_generalised(self._map, chi_b[b] - chi_a[a], C_a[a] + C_b[b]).x for b, a in pairs])
 
     def lasting(self, weights: Array) -> Array:
         """Blocks of time hold all recordings that it uses."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Protocol
 
 import numpy as np
@@ -14,14 +15,14 @@ from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
 from ..fit.linear_problem import Known, LinearProblem
-from ..fit.robust import FEW, RobustCovariance, jackknife
+from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
 
-_FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
+FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
 class Posed(Protocol):
@@ -32,6 +33,9 @@ class Posed(Protocol):
 
     def values(self, weights: Array) -> Array:
         """Their values alone."""
+
+    def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Their values without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
@@ -58,7 +62,7 @@ def from_robot(
     """
     robot = problem.robot_known
     if free_friction:
-        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
+        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
     if problem.known is None:
         return _posed(problem, problem.loaded, (robot,), names)
     if free_friction or not problem.corrected:
@@ -173,24 +177,24 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
     if not problem.loaded.leave_one_out:
         return estimate, problem.no_blocks
     try:
-        return replace(estimate, robust=_robust(problem, method, posed, estimate)), ""
+        return replace(estimate, robust=_robust(problem, posed, estimate)), ""
     except InputError as error:
         return estimate, str(error)
 
 
-def _robust(problem: PayloadProblem, method: Method, posed: Posed, estimate: Estimate) -> RobustCovariance:
+def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
     """By the delete-a-block jackknife, weights fixed at those of the result; with few blocks by memory."""
+    length = problem.loaded.block_length
     try:
-        robust = jackknife(
-            lambda part: method(part).values(estimate.weights),
-            problem.without_blocks,
-            estimate.values,
-            problem.loaded.block_length,
-        )
+        groups = problem.left_out
+        with naming_blocks(length):
+            values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
     except InputError:
         if problem.short is not None or not problem.inflation:
             raise
         return _by_memory(problem, posed, estimate, None)
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    robust = jackknifed(np.split(values, ends), estimate.values, length)
     whole = _with_lasting(problem, posed, estimate, robust)
     if problem.few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW):
         return _by_memory(problem, posed, estimate, replace(whole, blocks=robust.blocks))
@@ -245,10 +249,15 @@ def _part(known: Known, places: Sequence[int]) -> Known:
         every = known.gain_sensitivity()
         return every[own] if every is not None else None
 
+    def without_blocks() -> Array | None:
+        every = known.left_out()
+        return every[:, own] if every is not None else None
+
     return known._replace(
         names=tuple(known.names[k] for k in places),
         values=known.values[own],
         covariance=known.covariance[own][:, own],
         lasting=known.lasting[own][:, own],
         gain_sensitivity=derivatives,
+        left_out=without_blocks,
     )

@@ -13,14 +13,15 @@ from ...common.progress import Progress, silent
 from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
+from ..fit.left_out import left_out
 from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
+from ..signals.filtering import grid_rate, measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .short_motion import ShortMotion
@@ -124,8 +125,13 @@ class PayloadProblem:
         """Equations with payload together with those without, whose other columns are zero."""
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
-        parts = self.unloaded.renamed(loaded.columns), loaded
-        return merged(replace(part, leave_one_out=()) for part in parts)
+        bare = self.unloaded.renamed(loaded.columns)
+        both = merged([bare, loaded])
+        less, more = bare.leave_one_out, loaded.leave_one_out
+        if not (self.paired and isinstance(less, WithoutEach) and isinstance(more, WithoutEach)):
+            return both
+        pairs = zip(less.blocks, more.blocks, strict=True)
+        return replace(both, leave_one_out=WithoutEach(stacked(pair, compress=False) for pair in pairs))
 
     @cached_property
     def robot_known(self) -> Known:
@@ -147,6 +153,9 @@ class PayloadProblem:
             nothing,
             bare.degrees_of_freedom,
             lambda: gain_sensitivity(unloaded, bare.weights),
+            lambda: (
+                left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.leave_one_out else None
+            ),
         )
 
     @property
@@ -171,6 +180,25 @@ class PayloadProblem:
             model.degrees_of_freedom,
             lambda: known.gain_sensitivity,
         )
+
+    @cached_property
+    def left_out(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """Blocks of time with payload, and without, that are left out in turn, -1 for none, group by group.
+
+        Blocks that share no motion are left out one recording at a time: two groups then.
+
+        Raises:
+            InputError: if there are fewer than two blocks.
+        """
+        if not self.loaded.leave_one_out:
+            raise InputError(self.no_blocks or "robust standard deviations need recordings in blocks of time")
+        loaded = range(len(self.loaded.without_blocks()))
+        bare = self.unloaded is not None and self.unloaded.leave_one_out
+        unloaded = range(len(self.unloaded.without_blocks())) if self.unloaded and bare else range(0)
+        if self.paired:
+            return (tuple((b, b if unloaded else -1) for b in loaded),)
+        groups = tuple((b, -1) for b in loaded), tuple((-1, b) for b in unloaded)
+        return groups if unloaded else groups[:1]
 
     @cached_property
     def without_blocks(self) -> "tuple[tuple[PayloadProblem, ...], ...]":
@@ -341,7 +369,8 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, processing.rate, processing.max_mismatch) for a, b in zip(unloaded, loaded, strict=True)
+        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
+        for a, b in zip(unloaded, loaded, strict=True)
     )
 
 

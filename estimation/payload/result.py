@@ -8,7 +8,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import PAYLOAD, Equations, each
 from ..fit.estimate import Estimate
 
 
@@ -126,7 +126,7 @@ def in_payload_frame(robot: Robot, equations: Equations) -> Equations:
         moved = np.array(factor)
         moved[:, places] = factor[:, places] @ change
         factors.append(moved)
-    parts = tuple(in_payload_frame(robot, part) for part in equations.leave_one_out)
+    parts = each(equations.leave_one_out, lambda part: in_payload_frame(robot, part))
     return replace(equations, factors=tuple(factors), leave_one_out=parts)
 
 

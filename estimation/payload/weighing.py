@@ -21,7 +21,7 @@ from ..fit.estimate import Estimate
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
+from ..signals.filtering import grid_rate, measurement
 from ..signals.rows import Mask
 from .constant_torques import FREE, HeldFriction, coulomb_friction, held_friction, held_offsets, less_robot
 from .constant_torques import friction_free as without_friction
@@ -67,14 +67,14 @@ def difference_weighing(
         # The filter's error at cut ends is alike in both, and a short motion needs its ends.
         keep = np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in (a, b)))
         change = torque_change(robot, a, b)
-        equations, waves = _observed(observer, change, keep, processing.decimate)
+        equations, waves = _observed(observer, change, keep, processing.thinning(change.motion.rate))
         observations.append(equations)
         ripples.append(waves)
         masks.append(keep)
     _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
     progress("friction without payload")
-    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
+    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing)
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
     held = held_offsets(observations, coulomb)
@@ -98,7 +98,7 @@ def _aligned_pairs(
     pairs = []
     for bare, recording in zip(partners, loaded, strict=True):
         progress(f"aligning {recording.source}")
-        pairs.append(aligned(bare, recording, processing.rate, processing.max_mismatch))
+        pairs.append(aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch))
     return pairs
 
 
@@ -137,7 +137,8 @@ def known_robot_weighing(
     _check_rows([recording.source for recording in loaded], masks)
     # Of a single recording the robot's own ripple is what would be found: it takes weight along.
     observations = [
-        observer.observe_rows(data, keep, processing.decimate) for data, keep in zip(still, masks, strict=True)
+        observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
+        for data, keep in zip(still, masks, strict=True)
     ]
     runs = _runs([recording.source for recording in loaded], observations, [() for _ in loaded])
     alone = [less_robot(recording, known.values) for recording in observations]

@@ -12,7 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
-from ...model.base import frame_origin
+from ...model.stand_in import cylinder_radius, cylinders
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
@@ -21,9 +21,6 @@ from .origin import Origin, origins
 from .payload import TOLERANCE
 from .result import Active
 from .robot import PossibleRobot, RobotProgram, solve_robot_program
-
-RADIUS = 0.08
-"""Radius of the geometric default's cylinders, of the sum of the lengths between joints."""
 
 
 @dataclass(frozen=True)
@@ -86,39 +83,13 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
 
 
 def cylinder_prior(robot: Robot, total_mass: float) -> RobotPrior:
-    """Cylinders of one density and radius, each from a joint to the next at q = 0.
-
-    The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
-    both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
-
-    Args:
-        robot: the robot.
-        total_mass: of all links [kg].
+    """Cylinders of a total mass [kg] as ``model.stand_in.cylinders`` makes them.
 
     Raises:
         InputError: if the mass is not positive.
     """
-    if not 0.0 < total_mass < np.inf:
-        raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
-    ends = [np.asarray(frame_origin(joint, {}), dtype=float) for joint in robot.joints[1:]] + [np.zeros(3)]
-    reach = float(sum(np.linalg.norm(end) for end in ends)) or 1.0
-    radius = RADIUS * reach
-    lengths = np.array([np.linalg.norm(end) for end in ends]) + 2.0 * radius
-    masses = total_mass * lengths / lengths.sum()
-    bodies = tuple(
-        _cylinder(float(mass), end, float(length), radius)
-        for mass, end, length in zip(masses, ends, lengths, strict=True)
-    )
-    source = f"cylinders of one density, radius {radius:.3g} m, {total_mass:g} kg in all"
-    return RobotPrior(bodies, source)
-
-
-def _cylinder(mass: float, end: Array, length: float, radius: float) -> InertialParameters:
-    distance = float(np.linalg.norm(end))
-    axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
-    along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
-    inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
-    return InertialParameters.from_com(mass, end / 2.0, inertia)
+    source = f"cylinders of one density, radius {cylinder_radius(robot):.3g} m, {total_mass:g} kg in all"
+    return RobotPrior(cylinders(robot, total_mass), source)
 
 
 BUDGET = 1.0

@@ -1,7 +1,11 @@
 """Files of arrays or columns by name: NumPy archives, MATLAB files, Parquet."""
 
+import math
+import struct
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +17,28 @@ from ...common.errors import InputError
 from .table import BLOCK, Layout, RawLog, extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
+_MATRIX, _COMPRESSED = 14, 15
+_TAGS = {*range(1, 8), 9, *range(12, 19)}
+"""Kinds of elements in a MAT file of version 5: numbers, a matrix, a compressed one, texts."""
+_UNREADABLE = (
+    OSError, ValueError, TypeError, LookupError, EOFError, RuntimeError, MemoryError, OverflowError,
+    struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What readers of archives raise where a byte is wrong."""
 
 Shape = tuple[int, ...]
+
+
+@contextmanager
+def _reading(path: Path, kind: str) -> Iterator[None]:
+    """Turn whatever a library finds wrong with a file into one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except _UNREADABLE as error:
+        told = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not {kind}, or a damaged one ({told}): save or copy it again") from None
 
 
 def npz_log(path: Path, layout: Layout) -> RawLog:
@@ -24,20 +48,20 @@ def npz_log(path: Path, layout: Layout) -> RawLog:
         InputError: if it is none.
     """
     shapes: dict[str, Shape] = {}
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for entry in archive.namelist():
-                with archive.open(entry) as stream:
-                    version = npy.read_magic(stream)
-                    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-                    shape, _, kind = read(stream)
-                if kind.kind in "fiub":
-                    shapes[entry.removesuffix(".npy")] = shape
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: not an NPZ file ({error})") from None
+    with _reading(path, "an NPZ file"), zipfile.ZipFile(path) as archive:
+        for entry in archive.infolist():
+            with archive.open(entry) as stream:
+                version = npy.read_magic(stream)
+                read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+                shape, _, kind = read(stream)
+                left = entry.file_size - stream.tell()
+            if kind.kind in "fiub":
+                if min(shape, default=0) < 0 or math.prod(shape) * kind.itemsize > left:
+                    raise ValueError(f"{entry.filename} ends before its {' x '.join(map(str, shape))} numbers do")
+                shapes[entry.filename.removesuffix(".npy")] = shape
 
     def load(name: str) -> Array:
-        with np.load(path, allow_pickle=False) as data:
+        with _reading(path, "an NPZ file"), np.load(path, allow_pickle=False) as data:
             return np.asarray(data[name], dtype=np.float64)
 
     return _arrays_log(path, shapes, load)
@@ -57,18 +81,56 @@ def mat_log(path: Path, layout: Layout) -> RawLog:
 def _version_5(path: Path) -> RawLog:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
+    from scipy.sparse import issparse
 
-    try:
-        data = loadmat(path, squeeze_me=False, struct_as_record=True)
-    except (MatReadError, ValueError, OSError, TypeError, NotImplementedError) as error:
-        raise InputError(f"{path}: not a MAT file ({error})") from None
+    with _reading(path, "a MAT file"):
+        _check_elements(path.read_bytes())
+        try:
+            data = loadmat(path, squeeze_me=False, struct_as_record=True)
+        except MatReadError as error:
+            raise ValueError(error) from None
     arrays = {name: value for key in data if key[0] != "_" for name, value in _fields(key, data[key])}
-    shapes = {name: array.shape for name, array in arrays.items()}
-    return _arrays_log(path, shapes, lambda name: np.asarray(arrays[name], dtype=np.float64))
+
+    def load(name: str) -> Array:
+        with _reading(path, "a MAT file"):
+            value = arrays[name]
+            return np.asarray(value.toarray() if issparse(value) else value, dtype=np.float64)
+
+    return _arrays_log(path, {name: tuple(value.shape) for name, value in arrays.items()}, load)
 
 
-def _fields(name: str, value: Any) -> Iterator[tuple[str, Array]]:
-    """Numeric arrays within a variable, by their full name."""
+def _check_elements(content: bytes) -> None:
+    """Refuse a file of version 5 whose tags are wrong: scipy's reader would end the process there.
+
+    Raises:
+        ValueError: says where.
+        struct.error: if the file ends within a tag.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    if order is not None and 0 not in content[:4]:
+        _check_tags(memoryview(content)[128:], order, 0)
+
+
+def _check_tags(content: memoryview, order: str, depth: int) -> None:
+    """Check a row of elements, matrices within each other up to a hundred deep."""
+    at = 0
+    while at < len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        small = kind >> 16
+        begin, size, kind = (at + 4, small, kind & 0xFFFF) if small else (at + 8, size, kind)
+        if kind not in _TAGS or (small > 4) or begin + size > len(content) or depth > 100:
+            raise ValueError(f"wrong element at byte {at}")
+        if kind == _MATRIX:
+            _check_tags(content[begin : begin + size], order, depth + 1)
+        if kind == _COMPRESSED:
+            _check_tags(memoryview(zlib.decompress(content[begin : begin + size])), order, depth + 1)
+        at = at + 8 if small else begin + size + (0 if kind == _COMPRESSED else -size % 8)
+
+
+def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Numeric arrays, sparse ones too, within a variable, by their full name; MATLAB's objects hold none."""
+    if not hasattr(value, "dtype"):
+        return
     if value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             yield from _fields(f"{name}.{field}", value.reshape(-1)[0][field])
@@ -84,14 +146,11 @@ def _version_7(path: Path) -> RawLog:
         if isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiub" and not name.startswith("#"):
             shapes[name.replace("/", ".")] = tuple(entry.shape)
 
-    try:
-        with h5py.File(path, "r") as data:
-            data.visititems(visit)
-    except OSError as error:
-        raise InputError(f"{path}: not a MAT file ({error})") from None
+    with _reading(path, "a MAT file"), h5py.File(path, "r") as data:
+        data.visititems(visit)
 
     def load(name: str) -> Array:
-        with h5py.File(path, "r") as data:
+        with _reading(path, "a MAT file"), h5py.File(path, "r") as data:
             return np.asarray(data[name.replace(".", "/")], dtype=np.float64)
 
     return _arrays_log(path, shapes, load)
@@ -153,11 +212,8 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     """
     parquet = extra("pyarrow.parquet", "a Parquet file")
     arrow = extra("pyarrow", "a Parquet file")
-    try:
-        with parquet.ParquetFile(path) as data:
-            schema = data.schema_arrow
-    except (arrow.ArrowException, OSError) as error:
-        raise InputError(f"{path}: not a Parquet file ({error})") from None
+    with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
+        schema = data.schema_arrow
     types = arrow.types
     numeric = [
         field.name
@@ -166,7 +222,7 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     ]
 
     def blocks(columns: Sequence[str]) -> Iterator[Array]:
-        with parquet.ParquetFile(path) as data:
+        with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
             for batch in data.iter_batches(batch_size=BLOCK, columns=list(columns)):
                 numbers = (batch.column(name).cast(arrow.float64()) for name in columns)
                 yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in numbers])

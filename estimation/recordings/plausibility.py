@@ -82,10 +82,11 @@ def position_range(joint: Joint) -> tuple[float, float]:
 
 
 def _torques(robot: Robot, recording: Recording) -> Iterator[str]:
-    """Torques are some, and no more than a drive can give."""
+    """Torques are some, and no more than a drive can give, where that is published."""
     lows, highs = _extremes(recording.torque)
+    published = not robot.assumed("torque")
     for j, joint in enumerate(robot.joints):
-        most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE)
+        most = min(_OVER_LIMIT * joint.limits.torque, _MOST_TORQUE) if published else _MOST_TORQUE
         worst = float(max(-lows[j], highs[j]))
         if worst > most:
             yield (

@@ -15,7 +15,7 @@ from ..equations.observation import Observer
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..recordings.plausibility import check_recordings, still_joints
-from ..signals.filtering import measurement
+from ..signals.filtering import mean_rate, measurement
 
 
 def base_problem(
@@ -75,9 +75,10 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
         InputError: names the recording.
     """
     for recording in recordings:
-        if len(recording.t) <= processing.decimate:
+        factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
+        if len(recording.t) <= factor:
             raise InputError(
-                f"{recording.source}: decimation by {processing.decimate} leaves nothing of {len(recording.t)} "
+                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} "
                 "samples: lower --decimate"
             )
 

@@ -3,6 +3,7 @@
 scipy.signal and scipy.interpolate are imported where they are used: they are slow to import.
 """
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -32,12 +33,22 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     Raises:
         InputError: if the recording is too short or the cut-off too high for its rate.
     """
-    even = resampled(recording, processing.rate)
+    even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
     _check_cutoff(even.q, q, processing.cutoff, recording.source)
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
     return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
+
+
+def mean_rate(recording: Recording) -> float:
+    """Samples a second [Hz]."""
+    return (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
+
+
+def grid_rate(recording: Recording, processing: Processing) -> float | None:
+    """The even rate [Hz] to which a recording is resampled; None keeps its own."""
+    return None if processing.rate is None else processing.grid_rate(mean_rate(recording))
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
@@ -160,13 +171,13 @@ def _forward_and_backward(signals: Array, cutoff: float) -> Array:
         signals: shape (N, k).
         cutoff: share of the Nyquist frequency.
     """
-    from scipy.signal import butter, sosfilt, sosfilt_zi
+    from scipy.signal import sosfilt
 
-    sos = butter(_ORDER, cutoff, output="sos")
+    sos, settled = _butterworth(cutoff)
     edge = 3 * (2 * len(sos) + 1)  # samples by which the ends are mirrored, scipy's number
     before = 2.0 * signals[0] - signals[edge:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
-    rest = sosfilt_zi(sos)[:, :, None]
+    rest = settled[:, :, None]
     result = empty(signals.shape)
     _, state = sosfilt(sos, before, axis=0, zi=rest * before[0])
     for part in parts(len(signals)):
@@ -178,6 +189,15 @@ def _forward_and_backward(signals: Array, cutoff: float) -> Array:
         result[part] = backward[::-1]
         give_back()
     return result
+
+
+@functools.lru_cache(maxsize=16)
+def _butterworth(cutoff: float) -> tuple[Array, Array]:
+    """Second-order sections of the filter, and its state after ones for ever."""
+    from scipy.signal import butter, sosfilt_zi
+
+    sos = butter(_ORDER, cutoff, output="sos")
+    return sos, sosfilt_zi(sos)
 
 
 def slopes(values: Array, step: float) -> Array:

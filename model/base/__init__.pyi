@@ -1,4 +1,3 @@
-from .geometry import frame_origin as frame_origin
 from .rank import base_parameters_of as base_parameters_of
 from .rank import leftmost_independent as leftmost_independent
 from .rank import random_states as random_states

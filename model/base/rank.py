@@ -4,7 +4,6 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import RANK_TOLERANCE
-from ..kernel.kernel import Kernel
 from ..regressors import standard_columns, standard_regressor
 from ..robot import Robot
 from .parameters import BaseParameters
@@ -19,10 +18,6 @@ def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
 
     Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
     into them. This finds the same names as Khalil's closed-form rules.
-
-    Args:
-        robot: the robot.
-        seed: of the random states.
     """
     W = stacked_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed))
     return base_parameters_of(standard_columns(robot), W)
@@ -59,10 +54,9 @@ def random_states(robot: Robot, count: int, seed: int) -> tuple[Array, Array, Ar
 
 def stacked_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
     """Standard regressor on all states, one below the other: (count * n) x N_s."""
-    kernel = Kernel(standard_regressor(robot))
-    stacked = np.zeros((robot.n, len(q), len(standard_columns(robot))))
-    stacked[kernel.rows, :, kernel.columns] = kernel(q, qd, qdd)
-    return stacked.reshape(-1, stacked.shape[2])
+    # So few states are not worth a kernel, which must be compiled once.
+    side_by_side = standard_regressor(robot).map(len(q))(q.T, qd.T, qdd.T)
+    return np.asarray(side_by_side.full().reshape(robot.n * len(q), -1))
 
 
 def leftmost_independent(W: Array, tolerance: float = RANK_TOLERANCE) -> list[int]:

@@ -16,6 +16,7 @@ from .reframe import JointAxis, Reframed, modified_dh
 from .tree import UrdfJoint, UrdfTree, read_urdf
 
 _FAR = 20.0  # m: no arm is as large
+_DIGITS = 1e-3  # of the largest moment of inertia: what rounding in a file may do to the others
 _MOVES = ("revolute", "continuous", "prismatic")
 
 
@@ -30,7 +31,6 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
     as in the file. Inertias are read into ``Robot.parameters``, as a prior.
 
     Args:
-        path: the file.
         base: first link of the chain; the root by default.
         tip: the flange's link; by default the only link at an end of the tree that a joint moves.
 
@@ -190,6 +190,20 @@ def _gravity(base: Pose) -> tuple[float, float, float]:
     return x, y, z
 
 
+def _impossible(name: str, body: InertialParameters) -> list[str]:
+    """What no body can have; a link without mass and inertia only carries others."""
+    if body.mass < 0.0 or (body.mass == 0.0 and body.vector.any()):
+        return [f"link {name!r}: no body has a mass of {body.mass:g} kg and this inertia: correct the file"]
+    moments = np.linalg.eigvalsh(body.inertia_com) if body.mass else np.zeros(3)
+    if moments[0] + moments[1] >= (1.0 - _DIGITS) * moments[2] and moments[0] >= -_DIGITS * moments[2]:
+        return []
+    shown = ", ".join(f"{moment:.3g}" for moment in moments)
+    return [
+        f"link {name!r}: no body has these principal moments of inertia: {shown} kg m^2 (the largest exceeds the "
+        "sum of the others, or one is negative): correct the file"
+    ]
+
+
 def _parameters(
     tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], links: Sequence[_Link], frames: Reframed
 ) -> tuple[dict[str, float], list[str]]:
@@ -205,6 +219,7 @@ def _parameters(
             body = tree.links[name]
             if body is not None:
                 total, found = total + body.moved(pose.R, pose.p).vector, True
+                notes += _impossible(name, body)
             for joint in children[name]:
                 if joint.kind == "fixed":
                     stack.append((joint.child, pose @ joint.origin))

@@ -146,8 +146,6 @@ def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
 
     Args:
         normal: along the common normal.
-        x: of the frame before.
-        direction: of the axis.
         apart: signed distance of the next axis along ``normal`` [m].
     """
     normal = np.asarray(normal / np.linalg.norm(normal))

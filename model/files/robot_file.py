@@ -4,7 +4,8 @@ from importlib import resources
 from pathlib import Path
 
 from ...common.errors import InputError
-from ...common.schema import given, naming, read_text, toml_table, toml_text
+from ...common.schema import TOML_BYTES, given, naming, read_text, toml_table
+from ...common.toml import toml_text
 from ..robot import Robot
 from .chain import load_urdf
 from .robot_table import RobotTable
@@ -36,7 +37,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
     if text in robot_names():
         source = (_ROBOTS / f"{text}.toml").read_text(encoding="utf-8")
     elif Path(name).is_file():
-        source = read_text(name)
+        source = read_text(name, TOML_BYTES)
     else:
         raise InputError(
             f"no robot {text!r}: give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"

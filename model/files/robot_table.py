@@ -179,6 +179,7 @@ class ProcessingTable(Table, frozen=True):
     rate: Real | None = field(default=Processing.rate, name="rate_hz")
     cutoff: Real | None = field(default=Processing.cutoff, name="cutoff_hz")
     decimate: int = Processing.decimate
+    equation_rate: Real | None = field(default=Processing.equation_rate, name="equations_hz")
     still_speed: Real = Processing.still_speed
     slow_fraction: Real = Processing.slow_fraction
     max_mismatch: Real = Processing.max_mismatch
@@ -191,6 +192,7 @@ class SourcesTable(Table, frozen=True):
     speed: str = ""
     acceleration: str = ""
     torque: str = ""
+    parameters: str = ""
     mass: str = ""
     rated_payload: str = ""
     flange: str = ""
@@ -209,8 +211,10 @@ class RobotTable(Table, frozen=True, kw_only=True):
     gravity: Triple = Robot.gravity
     rated_payload_kg: Real | None = None
     mass_kg: Real | None = None
+    joint_names: tuple[tuple[str, ...], ...] = ()
     sources: SourcesTable = SourcesTable()
     flange: PoseTable = PoseTable()
+    flange_in_payload_frame: PoseTable | None = None
     base: PoseTable = PoseTable()
     lengths: dict[str, Real] = field(default_factory=dict)
     joints: Annotated[tuple[JointTable, ...], Meta(min_length=1)]
@@ -231,6 +235,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
             gravity=robot.gravity,
             rated_payload_kg=robot.rated_payload if math.isfinite(robot.rated_payload) else None,
             mass_kg=robot.mass,
+            joint_names=robot.joint_names,
+            flange_in_payload_frame=PoseTable.of(robot.flange_pose) if robot.flange_pose else None,
             sources=SourcesTable(**robot.sources),
             flange=PoseTable.of(robot.flange),
             base=PoseTable.of(robot.base),
@@ -266,6 +272,8 @@ class RobotTable(Table, frozen=True, kw_only=True):
                 self.base.pose(),
                 math.inf if self.rated_payload_kg is None else self.rated_payload_kg,
                 self.mass_kg,
+                self.flange_in_payload_frame.pose() if self.flange_in_payload_frame else None,
+                self.joint_names,
                 {name: text for name, text in structs.asdict(self.sources).items() if text},
                 processing=processing,
                 parameters=self.parameters,

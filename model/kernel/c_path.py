@@ -156,7 +156,7 @@ class CPath:
         Raises:
             CompilerUnavailable: if there is no working C compiler.
         """
-        library = compiled_library(c_source(program))
+        library = compiled_library(c_source(program), "tiles", "rows")
         inputs, number, steps = _Pointers, ctypes.c_longlong, ctypes.POINTER(ctypes.c_longlong)
         self._outputs = len(program.outputs)
         self._tiles, self._rows = library.tiles, library.rows

@@ -7,29 +7,35 @@ of its content, which is verified before it is loaded. ``DYNIDENT_CACHE`` moves 
 """
 
 import atexit
+import contextlib
 import ctypes
 import functools
 import hashlib
 import os
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 # No -ffast-math: linked in, it would switch the whole process to flush-to-zero.
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-w")
 _NATIVE = "-march=native"
+_PATIENCE = 20.0  # s: for a program of one line
 _TIMEOUT = 120.0  # s
+_problems: dict[str, str] = {}
+"""What was wrong with the compilers that this process asked, empty if nothing: nobody waits for one twice."""
 
 
 class CompilerUnavailable(RuntimeError):  # noqa: N818
     """There is no C compiler that works here; the NumPy path does the same work."""
 
 
-def compiled_library(source: str) -> ctypes.CDLL:
-    """Load the library of a C source, compiling it if the cache does not hold it.
+def compiled_library(source: str, *functions: str) -> ctypes.CDLL:
+    """Load the library of a C source with these functions, compiling it if the cache does not hold it.
 
     Raises:
         CompilerUnavailable: without a working compiler or with ``DYNIDENT_NO_COMPILER=1``.
@@ -42,7 +48,7 @@ def compiled_library(source: str) -> ctypes.CDLL:
     # The second folder serves where the first one is full or does not allow code to be loaded.
     for folder in (cache_folder, _temporary_folder):
         try:
-            return _library(folder(), key, compiler, source)
+            return _library(folder(), key, compiler, source, functions)
         except OSError as error:
             problem = error
     raise CompilerUnavailable(f"loading compiled code failed: {problem}")
@@ -52,7 +58,9 @@ def cache_folder() -> Path:
     """The folder of compiled code, private to the user; a temporary one if that cannot be had."""
     try:
         folder = _wanted_folder()
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # What has to be made is private too, whatever the umask; what is there keeps its mode.
+        for missing in reversed([path for path in (folder, *folder.parents) if not path.exists()]):
+            missing.mkdir(mode=0o700, exist_ok=True)
         if _writable_by_others(folder):
             return _temporary_folder()
         with tempfile.TemporaryFile(dir=folder):
@@ -82,13 +90,27 @@ def _temporary_folder() -> Path:
     return folder
 
 
-def _library(folder: Path, key: str, compiler: Path, source: str) -> ctypes.CDLL:
+def _library(folder: Path, key: str, compiler: Path, source: str, functions: Sequence[str]) -> ctypes.CDLL:
     for path in folder.glob(f"{key}-*{_suffix()}"):
         # Verified before it is mapped: the first use of a truncated library would kill the process.
         if path.stem == f"{key}-{_digest(path.read_bytes())}":
-            return ctypes.CDLL(str(path))
+            with contextlib.suppress(OSError):
+                return _loaded(path, functions)
         path.unlink(missing_ok=True)
-    return ctypes.CDLL(str(_compile(compiler, source, folder, key)))
+    return _loaded(_compile(compiler, source, folder, key), functions)
+
+
+def _loaded(path: Path, functions: Sequence[str]) -> ctypes.CDLL:
+    """A library that has all functions.
+
+    Raises:
+        OSError: if it cannot be loaded, or lacks one.
+    """
+    library = ctypes.CDLL(str(path))
+    lacking = [name for name in functions if not hasattr(library, name)]
+    if lacking:
+        raise OSError(f"the compiled library lacks {', '.join(lacking)}")
+    return library
 
 
 def _digest(content: bytes) -> str:
@@ -118,19 +140,39 @@ def _compile(compiler: Path, source: str, folder: Path, key: str) -> Path:
     """Compile in ``folder`` and move the result to its place there in one step."""
     descriptor, name = tempfile.mkstemp(dir=folder, suffix=".part")
     os.close(descriptor)
+    identity, problem = _identity(compiler), ""
     try:
-        for flags in ((*_FLAGS, _NATIVE), _FLAGS):
-            command = [str(compiler), *flags, "-x", "c", "-", "-o", name, "-lm"]
-            answer = subprocess.run(
-                command, input=source, capture_output=True, text=True, timeout=_TIMEOUT, check=False
-            )
-            if answer.returncode == 0:
+        if identity not in _problems:
+            # One that hangs or fails at anything is found out by one line of C.
+            _problems[identity] = _asked(compiler, _FLAGS, "int answer(void) { return 0; }", name, _PATIENCE)
+        for flags in ((*_FLAGS, _NATIVE), _FLAGS) if not _problems[identity] else ():
+            problem = _asked(compiler, flags, source, name, _TIMEOUT)
+            if not problem:
                 return _moved(Path(name), folder / f"{key}-{_digest(Path(name).read_bytes())}{_suffix()}")
-        raise CompilerUnavailable(f"the C compiler failed ({answer.stderr.strip()[:200] or answer.returncode})")
-    except subprocess.TimeoutExpired:
-        raise CompilerUnavailable(f"the C compiler failed to finish within {_TIMEOUT:g} s") from None
+        raise CompilerUnavailable(f"the C compiler failed {_problems[identity] or problem}")
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patience: float) -> str:
+    """Compile a source; empty if that went well, or else what the compiler said, in any encoding."""
+    command = [str(compiler), *flags, "-x", "c", "-", "-o", target, "-lm"]
+    # No pipe to read from: what a compiler started may outlive it and hold that open.
+    with tempfile.TemporaryFile() as messages:
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=messages, stderr=messages, start_new_session=True
+        )
+        try:
+            process.communicate(source.encode(), timeout=patience)
+        except subprocess.TimeoutExpired:
+            if hasattr(os, "killpg"):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.kill()
+            process.wait()
+            return f"to finish within {patience:g} s"
+        messages.seek(0)
+        told = messages.read().decode(errors="replace").strip()[:200]
+        return f"({told or process.returncode})" if process.returncode else ""
 
 
 def _moved(finished: Path, place: Path) -> Path:

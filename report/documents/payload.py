@@ -56,7 +56,7 @@ def payload_document(
         estimates=_estimates(answer),
         recommended=Recommended(answer.free.method, "constrained" if answer.constrained else "wls"),
         mass_by_joints=mass_by_joints(answer.by_joints),
-        verdict=VerdictDocument(answer.verdict.level, tuple(answer.verdict.reasons)),
+        verdict=VerdictDocument(answer.verdict.level, answer.verdict.reasons, answer.verdict.notes or UNSET),
         **more,
     )
 

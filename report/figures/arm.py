@@ -15,7 +15,7 @@ from ...model import Robot
 from ...model.frames import frames_at
 from ...trajectories.motions import Plan
 from ..blocks import Drawing
-from .canvas import new_figure
+from .canvas import panels
 from .stick import outline
 
 if TYPE_CHECKING:
@@ -79,11 +79,12 @@ def _strip(robot: Robot, plan: Plan, poses: int) -> Figure:
     still = arm_points(robot, plan.at(times)[0])
     path = arm_points(robot, plan.at(np.linspace(0.0, plan.duration, 400))[0])[:, -1]
     half = 1.1 * float(max(np.abs(still).max(), np.abs(path).max()))
-    figure = new_figure(1.45 * poses, 3.4)
-    panels = figure.subplots(2, poses, sharex=True, sharey=True, squeeze=False)
-    for axis, t in zip(panels[0], times, strict=True):
+    figure, rows = panels(
+        (1.45 * poses, 3.4), 2, poses, (0.3, 0.05, 0.5, 0.05), (0.08, 0.1), sharex=True, sharey=True
+    )
+    for axis, t in zip(rows[0], times, strict=True):
         axis.set_title(f"{t:.1f} s", fontsize=9)
-    for row, (name, axes) in zip(panels, _VIEWS, strict=True):
+    for row, (name, axes) in zip(rows, _VIEWS, strict=True):
         for axis, pose in zip(row, still, strict=True):
             axis.plot(*path[:, axes].T, color="0.75", linewidth=0.6)
             axis.plot(*pose[:, axes].T, "-o", color="black", linewidth=1.8, markersize=3)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...estimation.payload import ByJoints, JointShare, JointsMass
 from ..blocks import Drawing
-from .canvas import BLUE, mark_interval, new_figure, plain
+from .canvas import BLUE, mark_interval, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +39,8 @@ def joints_figure(by_joints: ByJoints, mass: float, interval: tuple[float, float
 
 
 def _drawn(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> Figure:
-    figure = new_figure(9.0, 0.32 * len(by_joints.masses) + 1.2)
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    size, edges = (9.0, 0.32 * len(by_joints.masses) + 1.2), (0.85, 0.1, 0.3, 0.3)
+    figure, ((left, right),) = panels(size, 1, 2, edges, (0.85, 0.0), width_ratios=(3, 2))
     mark_interval(left, *interval)
     _masses(left, by_joints.masses, mass)
     _shares(right, by_joints.shares)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -20,6 +21,8 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".pdf": {"CreationDate": None},
 }
 """What would differ from one day to the next."""
+_NARROW = 30.0
+"""A logarithmic scale that spans less than this has three numbers a decade."""
 
 
 def matplotlib() -> Any:
@@ -27,6 +30,7 @@ def matplotlib() -> Any:
     import matplotlib.backends.backend_agg
     import matplotlib.figure
     import matplotlib.patches
+    import matplotlib.ticker
 
     return matplotlib
 
@@ -34,9 +38,56 @@ def matplotlib() -> Any:
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of that size [inches]."""
     package = matplotlib()
-    figure: Figure = package.figure.Figure(figsize=(width, height), layout="constrained")
+    figure: Figure = package.figure.Figure(figsize=(width, height))
     package.backends.backend_agg.FigureCanvasAgg(figure)
     return figure
+
+
+def panels(
+    size: tuple[float, float],
+    rows: int = 1,
+    columns: int = 1,
+    edges: tuple[float, float, float, float] = (0.75, 0.15, 0.3, 0.5),
+    gaps: tuple[float, float] = (0.55, 0.2),
+    **options: Any,
+) -> tuple[Figure, Any]:
+    """A figure and its panels, shape (rows, columns), at fixed places: to search for places takes three drawings.
+
+    Args:
+        size: width and height of the figure [inches].
+        rows: of panels.
+        columns: of panels.
+        edges: room at the left, the right, above and below all panels [inches].
+        gaps: between columns and between rows [inches].
+        options: of matplotlib's ``subplots``.
+    """
+    (width, height), (left, right, above, below) = size, edges
+    wide = (width - left - right + gaps[0]) / columns - gaps[0]
+    high = (height - above - below + gaps[1]) / rows - gaps[1]
+    place = {"left": left / width, "right": 1.0 - right / width, "wspace": gaps[0] / wide}
+    place |= {"top": 1.0 - above / height, "bottom": below / height, "hspace": gaps[1] / high}
+    figure = new_figure(width, height)
+    return figure, figure.subplots(rows, columns, squeeze=False, gridspec_kw=place, **options)
+
+
+def legend(
+    figure: Figure, axes: Iterable[Axes], at: Literal["upper center", "lower center"], **options: Any
+) -> None:
+    """One legend for several panels, each name once, at an edge of the figure."""
+    entries = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
+    handles = {label: handle for handle, label in entries}
+    options = {"ncols": len(handles), "frameon": False, "borderaxespad": 0.2} | options
+    figure.legend(list(handles.values()), list(handles), loc=at, **options)
+
+
+def log_scale(axis: Axes) -> None:
+    """A logarithmic scale with plain numbers, for what is drawn already."""
+    axis.set_yscale("log")
+    low, high = axis.get_ylim()
+    ticker = matplotlib().ticker
+    axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if high < _NARROW * low else (1.0,)))
+    axis.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axis.yaxis.set_minor_locator(ticker.NullLocator())
 
 
 def plain(axis: Axes) -> None:

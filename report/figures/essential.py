@@ -10,7 +10,7 @@ import numpy as np
 from ...estimation import SigmaBound, SigmaRatio
 from ...estimation.fit import Elimination
 from ..blocks import Drawing
-from .canvas import new_figure
+from .canvas import log_scale, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,11 +49,12 @@ def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, 
 def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> Figure:
     path, gone = elimination.path, len(elimination.eliminated)
     shown = min(max(int(np.sum(path.sigma_ratio <= _MOST_RATIO)), gone + 2), len(path.order))
-    figure = new_figure(max(6.0, 0.19 * shown + 1.5), 5.2)
-    above, below = figure.subplots(2, 1, sharex=True)
+    names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
+    edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
+    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges, sharex=True)
+    above, below = axes[:, 0]
     _curve(above, path.sigma_ratio[:shown], gone)
     above.set_ylabel("error sigma, ratio\nto all parameters")
-    below.set_yscale("log")
     _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
     below.set_ylabel("largest relative\nsigma [%]")
     rule = elimination.rule
@@ -62,7 +63,7 @@ def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> F
     elif isinstance(rule, SigmaBound):
         _limit(below, 100.0 * rule.limit, f"limit {100.0 * rule.limit:g} %")
     above.legend(loc="upper left")
-    names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
+    log_scale(below)
     below.set_xticks(range(shown), names, rotation=90, fontsize=7)
     below.set_xlabel("eliminated, in this order")
     figure.suptitle(f"{title}: {len(elimination.essential)} of {len(path.order)} parameters essential")

@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...estimation.fit import Excitation
 from ..blocks import Drawing
-from .canvas import BLUE, new_figure, plain
+from .canvas import BLUE, legend, log_scale, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,12 +41,14 @@ def excitation_figure(excitation: Excitation, labels: Mapping[str, str] | None =
 def _drawn(excitation: Excitation, names: Sequence[str]) -> Figure:
     rows = -(-len(names) // _PER_ROW)
     size = -(-len(names) // rows)
-    figure = new_figure(9.5, 2.3 * rows + 0.5)
-    panels = figure.subplots(rows, 1, squeeze=False, sharey=True)[:, 0]
-    for row, axis in enumerate(panels):
+    longest = 0.075 * max(map(len, names))
+    edges, gaps = (0.8, 0.1, 0.35, 0.2 + longest), (0.0, 0.3 + longest)
+    figure, axes = panels((9.5, 2.3 * rows + 0.5), rows, 1, edges, gaps, sharey=True)
+    for row, axis in enumerate(axes[:, 0]):
         part = slice(size * row, size * (row + 1))
         _row(axis, names[part], excitation.signal[part], excitation.independent[part], size)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    log_scale(axes[0, 0])
+    legend(figure, [axes[0, 0]], "upper center")
     return figure
 
 
@@ -59,7 +61,6 @@ def _row(axis: Axes, names: Sequence[str], signal: Array, independent: Array, si
     axis.axhline(_GOOD, color="black", linestyle="--", linewidth=0.9)
     axis.annotate("relative sigma 10 %", (1.0, _GOOD), xycoords=("axes fraction", "data"), xytext=(0, 3),
                   textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
-    axis.set_yscale("log")
     axis.set_xlim(-0.8, size - 0.2)
     axis.set_xticks(x, names, rotation=90, fontsize=8)
     axis.set_ylabel("torque over noise")

@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...estimation.payload import ConstrainedPayload
 from ..blocks import Drawing
-from .canvas import BLUE, ORANGE, matplotlib, new_figure, plain
+from .canvas import BLUE, ORANGE, legend, matplotlib, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,21 +38,19 @@ def _drawn(com: Array, bounds: Array, body: Array | None, flange: bool) -> Figur
     low, high = _extent(com, bounds, body)
     width, height, depth = high - low
     per_mm = min(4.6 / (width + height), 3.0 / depth)
-    size = max((width + height) * per_mm + 0.9, 4.6), depth * per_mm + 1.0 + (_ZOOM + 0.6) * known
-    figure = new_figure(*size)
+    size = max((width + height) * per_mm + 1.4, 4.6), depth * per_mm + 0.9 + (_ZOOM + 0.5) * known
     ratios = {"width_ratios": (width, height)} | ({"height_ratios": (depth * per_mm, _ZOOM)} if known else {})
-    panels = figure.subplots(1 + known, 2, squeeze=False, **ratios)
+    figure, axes = panels(size, 1 + known, 2, (0.75, 0.15, 0.1, 0.8), (0.5, 0.5), **ratios)
     for k in (0, 1):
-        _overview(panels[0][k], com, bounds, body, (k, 2), flange)
-        panels[0][k].set_xlim(low[k], high[k])
-        panels[0][k].set_ylim(low[2], high[2])
+        _overview(axes[0][k], com, bounds, body, (k, 2), flange)
+        axes[0][k].set_xlim(low[k], high[k])
+        axes[0][k].set_ylim(low[2], high[2])
         if known:
-            _larger(panels[1][k], com, bounds, (k, 2))
-        panels[-1][k].set_xlabel(f"{'xyz'[k]} [mm]")
-    for row in panels:
+            _larger(axes[1][k], com, bounds, (k, 2))
+        axes[-1][k].set_xlabel(f"{'xyz'[k]} [mm]")
+    for row in axes:
         row[0].set_ylabel("z [mm]")
-    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False,
-                  fontsize=9)  # fmt: skip
+    legend(figure, [axes[0][0]], "lower center", fontsize=9)
     return figure
 
 

@@ -11,7 +11,7 @@ from ...common.arrays import Array
 from ...estimation import PayloadAnswer
 from ...estimation.payload import ConstrainedPayload
 from ..blocks import Drawing
-from .canvas import BLUE, mark_interval, new_figure, plain
+from .canvas import BLUE, legend, mark_interval, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,16 +33,16 @@ def methods_figure(answer: PayloadAnswer) -> Drawing:
 
 
 def _drawn(payloads: Sequence[ConstrainedPayload], best: ConstrainedPayload) -> Figure:
-    figure = new_figure(9.0, 0.42 * len(payloads) + 1.35)
-    panels = figure.subplots(1, 4, sharey=True)
+    size, edges = (9.0, 0.42 * len(payloads) + 1.35), (0.85, 0.1, 0.3, 0.6)
+    figure, (axes,) = panels(size, 1, 4, edges, (0.25, 0.0), sharey=True)
     scales = (1.0, 1e3, 1e3, 1e3)
     titles = ("mass [kg]", "centre of mass x [mm]", "centre of mass y [mm]", "centre of mass z [mm]")
-    for k, (axis, title, scale) in enumerate(zip(panels, titles, scales, strict=True)):
+    for k, (axis, title, scale) in enumerate(zip(axes, titles, scales, strict=True)):
         _panel(axis, payloads, best, k, scale)
         axis.set_title(title, fontsize=10)
-    panels[0].set_yticks(range(len(payloads)), [f"method {payload.method}" for payload in payloads])
-    panels[0].set_ylim(len(payloads) - 0.4, -0.6)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    axes[0].set_yticks(range(len(payloads)), [f"method {payload.method}" for payload in payloads])
+    axes[0].set_ylim(len(payloads) - 0.4, -0.6)
+    legend(figure, [axes[0]], "lower center")
     return figure
 
 

@@ -13,7 +13,7 @@ from ...model import Motion
 from ...trajectories import DesignProblem, Score
 from ...trajectories.design import load_torques
 from ..blocks import Drawing
-from .canvas import new_figure
+from .canvas import legend, log_scale, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,8 +41,8 @@ def _motion(problem: DesignProblem, motion: Motion, title: str) -> Figure:
     if torques:
         columns.append(("torque", torques, -bounds.torque, bounds.torque))
     n = motion.n
-    figure = new_figure(3.4 * len(columns), min(1.25 * n + 1.0, _TALLEST))
-    axes = figure.subplots(n, len(columns), sharex=True, squeeze=False)
+    size, edges = (3.4 * len(columns), min(1.25 * n + 1.0, _TALLEST)), (0.65, 0.1, 0.6, 0.75)
+    figure, axes = panels(size, n, len(columns), edges, (0.5, 0.15), sharex=True)
     for k, (name, curves, low, high) in enumerate(columns):
         for j in range(n):
             axis = axes[j, k]
@@ -50,9 +50,7 @@ def _motion(problem: DesignProblem, motion: Motion, title: str) -> Figure:
             axis.set_ylabel(f"joint {j + 1}" if k == 0 else "", fontsize=9)
         axes[0, k].set_title(f"{name} [{_unit(problem, name)}]", fontsize=10)
         axes[-1, k].set_xlabel("time [s]")
-    entries = [axis.get_legend_handles_labels() for axis in axes[0]]
-    shown = {label: handle for handles, labels in entries for handle, label in zip(handles, labels, strict=True)}
-    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown), fontsize=9)
+    legend(figure, axes[0], "lower center", fontsize=9)
     figure.suptitle(title)
     return figure
 
@@ -80,8 +78,10 @@ def _sigma(score: Score, title: str, reference: Mapping[str, float], labels: Map
     ]
     parts = [(unit, values) for unit, values in parts if values]
     widest = max(len(values) for _, values in parts)
-    figure = new_figure(max(0.17 * widest + 1.2, 6.0), 2.8 * len(parts) + 0.5)
-    for axis, (unit, values) in zip(figure.subplots(len(parts), 1, squeeze=False)[:, 0], parts, strict=True):
+    longest = 0.07 * max(len(labels.get(name, name)) for _, values in parts for name in values)
+    size = max(0.17 * widest + 1.2, 6.0), 2.8 * len(parts) + 0.5
+    figure, axes = panels(size, len(parts), 1, (0.9, 0.1, 0.4, 0.2 + longest), (0.0, 0.3 + longest))
+    for axis, (unit, values) in zip(axes[:, 0], parts, strict=True):
         _bars(axis, {labels.get(name, name): value for name, value in values.items()})
         axis.set_ylabel(f"predicted sigma\n{unit}", fontsize=9)
     figure.suptitle(title)
@@ -108,8 +108,8 @@ def _bars(axis: Any, values: Mapping[str, float]) -> None:
     heights = np.array(list(values.values()))
     place = np.arange(len(heights))
     axis.bar(place, heights, color="0.75", edgecolor="black", linewidth=0.6)
-    axis.set_yscale("log")
-    axis.set_ylim(0.5 * heights.min(), 3.0 * heights.max())
+    axis.set_ylim(0.5 * heights.min(), 6.0 * heights.max())
+    log_scale(axis)
     for k in np.argsort(-heights, kind="stable")[:_FEW]:
         axis.annotate(
             f"{heights[k]:.2g}", (place[k], heights[k]), ha="center", va="bottom", fontsize=7, rotation=90

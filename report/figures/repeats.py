@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ...estimation.fit import student95
 from ...estimation.payload import Repeats
 from ..blocks import Drawing
-from .canvas import BLUE, mark_interval, new_figure, plain
+from .canvas import BLUE, mark_interval, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,13 +36,13 @@ def repeats_figure(repeats: Repeats, mass: float, interval: tuple[float, float])
 
 def _drawn(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Figure:
     places, masses, sigmas = repeats.seen
-    figure = new_figure(7.0, 0.32 * len(repeats.masses) + 1.0)
-    axis = figure.subplots()
+    names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
+    edges = (0.25 + 0.085 * max(map(len, names)), 0.1, 0.1, 0.5)
+    figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
     mark_interval(axis, *interval)
     axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
     half = student95(1e9) * sigmas
     axis.errorbar(masses, places, xerr=half, fmt="o", color=BLUE, linewidth=2.0, markersize=6)
-    names = [f"{k}: {source[-_NAME:]}" for k, source in enumerate(repeats.sources, 1)]
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)
     axis.set_xlabel("mass [kg]")

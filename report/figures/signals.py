@@ -8,7 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Recording
-from .canvas import new_figure, save_figure
+from .canvas import panels, save_figure
 
 _STRETCHES = 2000  # of a long signal that are drawn
 
@@ -22,8 +22,7 @@ def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
         unit: of its torques, "N·m" or "A".
     """
     n = recording.q.shape[1]
-    figure = new_figure(11.0, 1.5 * n + 0.8)
-    axes = figure.subplots(n, 2, sharex=True, squeeze=False)
+    figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
     for j in range(n):
         for axis, values, label in zip(
             axes[j],

@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import Robot
 from ...model.frames import frames_at, step
-from .canvas import new_figure, save_figure
+from .canvas import panels, save_figure
 
 _VIEWS = (("from the side", 0, 2), ("from the front", 1, 2), ("from above", 0, 1))
 
@@ -35,8 +35,8 @@ def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str)
         q: joint positions [rad or m].
         title: above the figure.
     """
-    figure = new_figure(15.0, 5.6)
-    for axis, view in zip(figure.subplots(1, 3), _VIEWS, strict=True):
+    figure, (axes,) = panels((15.0, 5.6), 1, 3, (0.8, 0.1, 0.7, 0.5), (0.85, 0.0))
+    for axis, view in zip(axes, _VIEWS, strict=True):
         _draw(axis, robot, q, *view)
     figure.suptitle(title)
     save_figure(figure, path, dpi=110)

@@ -9,7 +9,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...estimation.answers import TorquePrediction
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, new_figure, plain
+from .canvas import BLUE, GREY, ORANGE, legend, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,11 +31,11 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
 
 
 def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
-    figure = new_figure(5.8, 3.2)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
+    above, below = axes[:, 0]
     _torques(above, prediction, j)
     above.set_ylabel(f"joint {j + 1} [N·m]")
-    above.legend(loc="upper center", bbox_to_anchor=(0.5, 1.24), ncols=3, frameon=False, fontsize=9)
+    legend(figure, [above], "upper center", fontsize=9)
     _residual(below, prediction, j)
     below.set_ylabel("residual")
     below.set_xlabel("time [s]")
@@ -55,9 +55,9 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
 
 def _every_joint(prediction: TorquePrediction) -> Figure:
     n = len(prediction.t)
-    figure = new_figure(10.0, 1.75 * n + 0.6)
-    panels = figure.subplots(n, 3, squeeze=False, sharex="col", width_ratios=(5, 3, 2))
-    for j, (left, middle, right) in enumerate(panels):
+    edges = (0.8, 0.1, 0.6, 0.5)
+    figure, axes = panels((10.0, 1.75 * n + 0.6), n, 3, edges, sharex="col", width_ratios=(5, 3, 2))
+    for j, (left, middle, right) in enumerate(axes):
         _torques(left, prediction, j)
         left.set_ylabel(f"joint {j + 1} [N·m]")
         _residual(middle, prediction, j)
@@ -70,11 +70,11 @@ def _every_joint(prediction: TorquePrediction) -> Figure:
             va="top",
             fontsize=9,
         )
-    for axis, title in zip(panels[0], ("torque", "residual", "its autocorrelation"), strict=True):
+    for axis, title in zip(axes[0], ("torque", "residual", "its autocorrelation"), strict=True):
         axis.set_title(title, fontsize=10)
-    for axis, label in zip(panels[-1], ("time [s]", "time [s]", "lag [s]"), strict=True):
+    for axis, label in zip(axes[-1], ("time [s]", "time [s]", "lag [s]"), strict=True):
         axis.set_xlabel(label)
-    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    legend(figure, [axes[0][0]], "upper center")
     return figure
 
 
@@ -88,22 +88,23 @@ def words_of(prediction: TorquePrediction) -> str:
 
 
 def _torques(axis: Axes, prediction: TorquePrediction, j: int) -> None:
-    t, step = prediction.t[j], prediction.step
-    axis.plot(*_parted(t, prediction.measured[j], step), color=GREY, linewidth=2.6, label="measured")
+    axis.plot(*_parted(prediction, j, prediction.measured[j]), color=GREY, linewidth=2.6, label="measured")
     for k, curve in enumerate(prediction.curves):
         color, style, width = _CURVES[k % len(_CURVES)]
-        line = _parted(t, curve.torque[j], step)
+        line = _parted(prediction, j, curve.torque[j])
         axis.plot(*line, color=color, linestyle=style, linewidth=width, label=curve.label)
+    axis.locator_params(axis="y", nbins=5)
     plain(axis)
 
 
 def _residual(axis: Axes, prediction: TorquePrediction, j: int) -> None:
     residual = prediction.residual(j)
     axis.axhline(0.0, color="0.4", linewidth=0.6)
-    axis.plot(*_parted(prediction.t[j], residual, prediction.step), color="black", linewidth=0.8)
+    axis.plot(*_parted(prediction, j, residual), color="black", linewidth=0.8)
     largest = 1.15 * float(np.abs(residual).max(initial=0.0))
     if largest > 0.0:
         axis.set_ylim(-largest, largest)
+    axis.locator_params(axis="y", nbins=5)
     plain(axis)
 
 
@@ -115,10 +116,13 @@ def _correlation(axis: Axes, prediction: TorquePrediction, j: int) -> None:
     for level in (-band, band):
         axis.axhline(level, color="0.4", linestyle="--", linewidth=0.8)
     axis.set_ylim(min(-0.5, 1.1 * float(rho.min())), 1.05)
+    axis.locator_params(nbins=4)
     plain(axis)
 
 
-def _parted(t: Array, values: Array, step: float) -> tuple[Array, Array]:
-    """The curve with gaps where rows are missing."""
-    breaks = np.flatnonzero(np.diff(t) > _GAP * step) + 1
+def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:
+    """A joint's curve, of long ones every so many points, with gaps where rows are missing."""
+    every = prediction.thinning(j)
+    t, values = prediction.t[j][::every], values[::every]
+    breaks = np.flatnonzero(np.diff(t) > _GAP * every * prediction.step) + 1
     return np.insert(t, breaks, np.nan), np.insert(values, breaks, np.nan)

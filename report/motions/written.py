@@ -7,8 +7,8 @@ import numpy as np
 from ... import __version__
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import Motion, Robot
-from ...trajectories import BlendedPoints, Design, JointBounds, Trapezoid, ViaPoints
+from ...model import SOURCED, Motion, Robot
+from ...trajectories import BlendedPoints, Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
 from ...trajectories.motions import Plan
 
 DIGITS = 9
@@ -79,7 +79,19 @@ def design_head(design: Design) -> tuple[str, ...]:
     if np.isfinite(bounds.torque).any():
         lines.append(f"Torque limits [N m or N]: {_numbers(bounds.torque)}.")
     lines += [f"Nearest to its limit: {limit}." for limit in design.score.limits]
+    lines += assumed_line(problem)
     return tuple(_ascii(line) for line in lines)
+
+
+def assumed_line(problem: DesignProblem) -> list[str]:
+    """What of the robot was assumed that the motion rests on; no line where nothing was."""
+    assumed = problem.robot.assumed(*rests_on(problem))
+    return [f"Assumed, not published: {', '.join(SOURCED[name] for name in assumed)}."] if assumed else []
+
+
+def rests_on(problem: DesignProblem) -> tuple[str, ...]:
+    """Of ``model.SOURCED``, what a motion rests on."""
+    return ("position", "speed", "acceleration", *(("torque", "parameters") if problem.torque_limited else ()))
 
 
 def _shape(plan: Plan) -> str:

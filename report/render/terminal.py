@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from rich import box
 from rich.console import Console
-from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table as Grid
+from rich.text import Text
 
 from ..blocks import Block, Notes, Table
 
@@ -36,7 +36,7 @@ def _console(grids: Sequence[Grid]) -> Console:
 def _grid(table: Table) -> Grid:
     """The table as rich prints it; with four methods it fits 80 columns."""
     grid = Grid(
-        title=escape(table.title) if table.title else None,
+        title=Text(table.title, style="table.title") if table.title else None,
         title_justify="left",
         box=None if table.style == "bare" else box.SIMPLE_HEAD,
         padding=(0, 1) if table.style in ("roomy", "bare") else 0,
@@ -44,11 +44,11 @@ def _grid(table: Table) -> Grid:
     )
     for column in table.columns:
         grid.add_column(
-            escape(column.heading),
+            Text(column.heading),
             justify="right" if column.numeric else "left",
             overflow="fold" if column.folds else "ellipsis",
             no_wrap=not column.folds,
         )
     for row in table.rows:
-        grid.add_row(*(escape(str(cell)) for cell in row), end_section=row[0] in table.ends)
+        grid.add_row(*(Text(str(cell)) for cell in row), end_section=row[0] in table.ends)
     return grid

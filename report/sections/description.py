@@ -1,12 +1,13 @@
 """A robot's description."""
 
 import math
+from collections.abc import Iterable
 
-from ...model import Limits, Robot
+from ...model import SOURCED, Limits, Robot
 from ...model.frames import frames_at
 from ..blocks import Block, Notes, Table, columns
 
-_NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "torque")
+_NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
 
 
 def robot_description(robot: Robot) -> list[Block]:
@@ -23,7 +24,12 @@ def robot_description(robot: Robot) -> list[Block]:
 
 def _limits(limits: Limits, revolute: bool) -> tuple[str, ...]:
     scale = math.degrees(1.0) if revolute else 1.0
-    values = (*(scale * end for end in limits.position), scale * limits.speed, limits.torque)
+    values = (
+        *(scale * end for end in limits.position),
+        scale * limits.speed,
+        scale * limits.acceleration,
+        limits.torque,
+    )
     return tuple(f"{value:.5g}" if math.isfinite(value) else "" for value in values)
 
 
@@ -53,7 +59,37 @@ def _lines(robot: Robot) -> list[str]:
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
         lines.append(f"Links of the file: {robot.links.base}, {', '.join(robot.links.names)}; {robot.links.tip}.")
-    return [*lines, *(f"Made exact: {note}" for note in robot.snapped)]
+    if robot.mass is not None:
+        lines.append(f"Mass of the arm, base and all: {robot.mass:g} kg.")
+    if robot.flange_pose is not None:
+        x, y, z = (1e3 * value for value in robot.flange_pose.origin)
+        turn = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in robot.flange_pose.rpy)
+        lines.append(
+            f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
+        )
+    lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
+    return [*lines, *_sources(robot), *(f"Note: {note}" for note in robot.snapped)]
+
+
+def _sources(robot: Robot) -> Iterable[str]:
+    """Where the numbers come from, sources that are one told once."""
+    told: dict[str, list[str]] = {}
+    for name, words in SOURCED.items():
+        if name in robot.sources:
+            told.setdefault(robot.sources[name], []).append(words)
+    return (f"{_sentence(', '.join(names))}: {source}." for source, names in told.items())
+
+
+def assumed_notes(robot: Robot, *what: str) -> list[str]:
+    """What was assumed of a robot, and how; ``what``: of ``model.SOURCED``, all without."""
+    told: dict[str, list[str]] = {}
+    for name, how in robot.assumed(*what).items():
+        told.setdefault(how, []).append(SOURCED[name])
+    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in told.items()]
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:]
 
 
 def _vector(values: list[float]) -> str:

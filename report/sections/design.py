@@ -12,8 +12,10 @@ from ...trajectories.design import Floor
 from ..blocks import Animation, Block, Notes, Page, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure, sigma_figure
+from ..motions.written import rests_on
 from ..provenance import Provenance
 from .data import report_page
+from .description import assumed_notes
 
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
@@ -43,6 +45,7 @@ def design_screen(
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
     lines += [floor_note(kind, floor)] if floor is not None else []
     lines += [replay_note(kind, replay)] if replay is not None else []
+    lines += assumed_notes(problem.robot, *rests_on(problem))
     return [score_table(problem, score, title), *sigma_tables(score, reference, labels), Notes(lines)]
 
 

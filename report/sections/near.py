@@ -14,8 +14,10 @@ from ...trajectories import Design, NearMotion, NearShape
 from ..blocks import Animation, Block, Page, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
+from ..motions.written import assumed_line, rests_on
 from ..provenance import Provenance
 from .data import report_page
+from .description import assumed_notes
 
 _DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 _MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
@@ -87,7 +89,7 @@ def near_notes(result: NearResult) -> list[str]:
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
             "(--robot-parameters); the rehearsal does not show them either."
         )
-    return lines
+    return [*lines, *assumed_notes(result.robot, *rests_on(result.design.problem))]
 
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
@@ -103,7 +105,7 @@ def near_head(result: NearResult, speed: float) -> tuple[str, ...]:
     lines.append(f"Duration {motion.duration:.6g} s; seed {result.design.seed}.")
     if not result.design.problem.torque_limited:
         lines.append("Torque limits were not checked.")
-    return tuple(lines)
+    return (*lines, *assumed_line(result.design.problem))
 
 
 def second_pose_note(first: Array, second: Array) -> str:

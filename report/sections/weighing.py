@@ -63,7 +63,7 @@ def _row(
 def first_notes(answer: PayloadAnswer) -> list[str]:
     """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
     verdict = answer.verdict
-    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict.reasons)
+    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict)
     lines += [_scale_note(answer), *_assumed_notes(answer), *_agreement_notes(answer), *_repeat_notes(answer)]
     lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
     lines += gain_error_notes(answer.problem.robot, answer.gains)

@@ -22,12 +22,13 @@ LOGS = {
 PROCESSING = {
     "--rate": "--rate 90",
     "--cutoff": "--cutoff 4",
+    "--equation-rate": "--equation-rate 15",
     "--decimate": "--decimate 7",
     "--offsets": "--no-offsets | --offsets",
     "--no-offsets": "--offsets | --no-offsets",
     "--coulomb": "--coulomb paper",
 }
-_FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--decimate"}
+_FILTER = {option: entry for option, entry in PROCESSING.items() if option not in ("--decimate", "--equation-rate")}
 KNOWN = {
     "--mass": "--mass-sigma 0.05 --mass 6.2 | --mass 6.4",
     "--mass-sigma": "--mass 6.2 --mass-sigma 0.05 | --mass-sigma 0.5",
@@ -260,6 +261,5 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--trajectories": "--trajectories 4",
         "--noise": "--noise none",
         "--gain-error": "--gain-error 0.1",
-        "--repeat": "--repeat 2",
     },
 }  # fmt: skip

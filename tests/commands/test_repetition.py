@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from dynident.commands.demo.repetition import Answer, Repetition, answer_of
 from dynident.estimation import Estimate
 from dynident.estimation.fit import Fit
+from dynident.examples.paper.repetition import Answer, Repetition, answer_of
 
 
 def answers(count: int, sigma: float, half: float, bias: float = 0.0) -> list[Answer]:

@@ -1,6 +1,8 @@
 """The commands simulate and demo: recordings that give their truth back, tables beside the paper's, repetition."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -45,9 +47,11 @@ def test_demo_tells_wrong_gains(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_demo_repeats(run: Run, tmp_path: Path) -> None:
-    status, out, _ = run("demo", "--out", str(tmp_path), "--trajectories", "2", "--repeat", "2", "--seed", "5")
-    assert status == 0
+def test_the_experiment_repeats(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "dynident.examples.paper", "2", "--out", str(tmp_path)]
+    out = subprocess.run(
+        [*command, "--trajectories", "2", "--seed", "5"], capture_output=True, text=True, check=True
+    ).stdout
     assert (tmp_path / "simulated_experiment.md").read_text() in out
     assert (tmp_path / "simulated_experiment.png").stat().st_size > 20_000
     numbers = json.loads((tmp_path / "simulated_experiment.json").read_text())
@@ -56,11 +60,6 @@ def test_demo_repeats(run: Run, tmp_path: Path) -> None:
         assert scenario["method 4"]["M_L"]["truth"] == pytest.approx(7.025)
     for words in ("| method 4 |", "Slow noise", "Drive gains wrong by 2 %", "| FSM6 |"):
         assert words in out
-
-
-def test_demo_refuses_what_does_not_belong_together(run: Run, tmp_path: Path) -> None:
-    assert run("demo", "--repeat", "2", "--noise", "slow")[0] == 2
-    assert run("demo", "--repeat", "2", "--report", str(tmp_path / "x.html"))[0] == 2
 
 
 @pytest.fixture(scope="module")

@@ -49,7 +49,7 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
         ("mass alone", [*rx90, *pair, "--mass", "7"], ["--mass-sigma", "belong together"]),
         ("negative mass", [*rx90, *pair, "--mass", "-7", "--mass-sigma", "0.1"], ["sigma must be positive"]),
         ("bounds", [*rx90, *pair, "--mass-min", "8", "--mass-max", "7"], ["mass bounds 8 to 7 kg leave nothing"]),
-        ("box", [*rx90, *pair, "--com-within", "0,1,2"], ["--com-within", "6 numbers"]),
+        ("box", [*rx90, *pair, "--com-within", "0,1,2"], ["--com-within", "6 finite numbers"]),
         ("empty box", [*rx90, *pair, "--com-within", "1,0,0,1,0,1"], ["is empty"]),
         ("flat ellipsoid", [*rx90, *pair, "--ellipsoid", "0,0,0,1,1,0"], ["must be positive"]),
         ("gain sigma", [*rx90, *pair, "--gain-sigma", "2"], ["'2' is not a share", "2% or 0.02"]),

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.common.schema import Table, json_text, toml_text
+from dynident.common.schema import Table, json_text
+from dynident.common.toml import toml_text
 from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.files import (
     StoredGains,
@@ -184,3 +185,20 @@ def test_commands_end_with_status_2(
             out, err = capsys.readouterr()
             assert (out, len(err.splitlines())) == ("", 1)
             assert f"{name}: key '{mistake.key}" in err
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (-1, r"'gain_sigma': must be a table, got -1"),
+        ({"per_joint": [-1.0], "common": 0.0}, r"'gain_sigma.per_joint\[1\]': must be a .* at least 0"),
+        ({"per_joint": [0.01], "common": -0.1}, r"'gain_sigma.common': must be a .* at least 0"),
+        ({"per_joint": [0.01], "common": 0.0, "identified": [[-1e-4, 0.0], [0.0, 1e-4]]}, "no covariance"),
+        ({"per_joint": [0.01], "common": 0.0, "identified": [[1e-4, 0.0], [1e-4]]}, "no covariance|one length"),
+    ],
+)
+def test_uncertainties_of_gains_that_cannot_be(tmp_path: Path, value: Any, words: str) -> None:
+    file = next(file for file in FILES if file.name == "robot_base.json")
+    with pytest.raises(InputError, match=words) as caught:
+        file.read(write(tmp_path, file, {**file.data, "gain_sigma": value}))
+    assert "robot_base.json" in str(caught.value)

@@ -6,6 +6,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -207,3 +208,83 @@ def test_compiler_that_fails_is_told_and_numpy_answers(folder: Path, tmp_path: P
     assert (process.returncode, output.strip()) == (0, "numpy")
     assert "out of order" in errors
     assert list(folder.iterdir()) == []
+
+
+def _compiler(folder: Path, text: str) -> str:
+    path = folder / "mycc"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_compiler_whose_messages_are_not_utf8(folder: Path, tmp_path: Path) -> None:
+    process = _start(folder, CC=_compiler(tmp_path, r"printf 'Datei \344\377 fehlt' >&2; exit 1"))
+    output, errors = process.communicate(timeout=120)
+    assert (process.returncode, output.strip()) == (0, "numpy")
+    assert "Datei" in errors
+    assert "Traceback" not in errors
+
+
+def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It and what it started are ended; who asks again in this process need not wait."""
+    asked = tmp_path / "asked"
+    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {asked}\nsleep 100"))
+    monkeypatch.setattr(cache, "_PATIENCE", 0.3)
+    begun = time.monotonic()
+    for _ in range(3):
+        with pytest.raises(cache.CompilerUnavailable, match=r"failed to finish within 0\.3 s"):
+            cache.compiled_library(SOURCE)
+    assert time.monotonic() - begun < 10.0
+    assert asked.read_text() == "once\n"
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", ["no library at all", "another library"])
+def test_entry_that_cannot_be_used_heals(folder: Path, content: str) -> None:
+    """Its name tells its checksum rightly, but it is no library, or one without the function."""
+    cache.compiled_library(SOURCE, "kernel")
+    (entry,) = _entries(folder)
+    key, good = entry.name.split("-")[0], entry.read_bytes()
+    bad = content.encode()
+    if content == "another library":
+        cache.compiled_library("int other(void) { return 0; }")
+        (other,) = set(_entries(folder)) - {entry}
+        bad = other.read_bytes()
+        other.unlink()
+    entry.unlink()
+    (folder / f"{key}-{cache._digest(bad)}.so").write_bytes(bad)
+    assert Path(cache.compiled_library(SOURCE, "kernel")._name).parent == folder
+    (entry,) = _entries(folder)
+    assert entry.read_bytes() == good
+
+
+def test_compiler_whose_libraries_lack_the_function(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty = 'cat > /dev/null; for last; do :; done; echo "int x;" | cc -shared -fPIC -x c - -o "$target"'
+    text = f'while [ "$1" != "-o" ]; do shift; done; target=$2; {empty}'
+    monkeypatch.setenv("CC", _compiler(tmp_path, text))
+    with pytest.raises(cache.CompilerUnavailable, match="failed: the compiled library lacks kernel"):
+        cache.compiled_library(SOURCE, "kernel")
+
+
+@pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])
+def test_what_is_made_is_private_and_what_is_there_keeps_its_mode(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, umask: int
+) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    monkeypatch.delenv("DYNIDENT_CACHE", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", lambda: home)
+    before = os.umask(umask)
+    try:
+        assert cache.cache_folder() == home / ".cache" / "dynident"
+        assert stat.S_IMODE((home / ".cache").stat().st_mode) == 0o700
+        (home / ".cache").chmod(0o751)
+        (home / ".cache" / "dynident").rmdir()
+        assert cache.cache_folder() == home / ".cache" / "dynident"
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((home / ".cache").stat().st_mode) == 0o751
+    assert stat.S_IMODE((home / ".cache" / "dynident").stat().st_mode) == 0o700

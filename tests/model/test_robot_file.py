@@ -219,7 +219,11 @@ CASES = [
     ('name = "x"\njoints = []', "joints", "give one"),
     ('name = "x"\njoints = {alpha_deg = 1}', "joints", "give one"),
     ('name = "x"\njoints = [1]', r"joints\[1\]", "must be a table"),
-    ('nmae = "x"\n[[joints]]', "nmae", "unknown; known here: base, drives, flange, gravity, joints"),
+    (
+        'nmae = "x"\n[[joints]]',
+        "nmae",
+        "unknown; known here: base, drives, flange, flange_in_payload_frame, gravity",
+    ),
     ('gravity = [0, 0]\nname = "x"\n[[joints]]', "gravity", "list of 3 numbers"),
     ('lengths = 3\nname = "x"\n[[joints]]', "lengths", "must be a table"),
     (ONE + 'alpha_deg = "90"', r"joints\[1\].alpha_deg", "must be a finite number, got '90'"),

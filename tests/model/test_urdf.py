@@ -171,6 +171,35 @@ def test_flange_without_inertials(write: Write) -> None:
         bodies_in_link_frames(robot, robot.parameters)
 
 
+@pytest.mark.parametrize(
+    ("mass", "moments", "words"),
+    [
+        ("-2", "0.01 0.01 0.01", "a mass of -2 kg"),
+        ("0", "0.01 0.01 0.01", "a mass of 0 kg"),
+        ("2", "0.01 0.02 0.05", "principal moments of inertia: 0.01, 0.02, 0.05"),
+        ("2", "-0.01 0.02 0.02", "-0.01, 0.02, 0.02"),
+        ("2", "0.01 0.02 0.03001", ""),
+        ("2", "0.01 0.02 0.0299", ""),
+        ("0", "0 0 0", ""),
+    ],
+)
+def test_a_body_that_cannot_exist_is_named_by_its_link(write: Write, mass: str, moments: str, words: str) -> None:
+    """A note, for the parameters are a prior only; what rounding leaves, and links without a body, get none."""
+    xx, yy, zz = moments.split()
+    numbers = f'ixx="{xx}" ixy="0" ixz="0" iyy="{yy}" iyz="0" izz="{zz}"'
+    inertial = f'<inertial><mass value="{mass}"/><inertia {numbers}/></inertial>'
+    robot = load_robot(
+        write(
+            f'<robot name="r"><link name="a"/><link name="elbow">{inertial}</link>'
+            '<joint name="j" type="continuous"><parent link="a"/><child link="elbow"/><axis xyz="0 0 1"/></joint>'
+            "</robot>"
+        )
+    )
+    notes = [note for note in robot.snapped if "no body" in note]
+    assert len(notes) == bool(words)
+    assert all(note.startswith("link 'elbow': ") and words in note for note in notes)
+
+
 LINKS = "".join(f'<link name="{name}"/>' for name in "abcd")
 
 

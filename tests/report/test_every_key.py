@@ -11,11 +11,12 @@ import pytest
 from dynident import __version__
 from dynident.common.schema import Document, convert, write_json
 from dynident.estimation.diagnosis import Finding, robot_verdict
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
-from dynident.model import INERTIAL
+from dynident.model import INERTIAL, Processing
 from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.written import written
@@ -210,7 +211,7 @@ def test_identify() -> None:
             "gain_sigma": GAINS,
             "relative_residual": residual(made.FIT),
             "validation": residual(made.CHECK),
-            "reasons_against_use": robot_verdict(estimate.fit).reasons,
+            "reasons_against_use": robot_verdict(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
         },
     )
     stored = convert(written(document), StoredRobot)
@@ -345,6 +346,11 @@ def test_weigh(possible: bool) -> None:
     assert isinstance(document, StoredPayload)
 
 
+def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
+    processing = Processing(equation_rate=12.5)
+    assert written(documents.gains_document(made.drive_gains(), processing))["processing"]["equations_hz"] == 12.5
+
+
 def test_gains(tmp_path: Path) -> None:
     gains = made.drive_gains()
     document = documents.gains_document(gains, made.PROCESSING)
@@ -422,8 +428,9 @@ PLANS = [
 def test_design(plan: Any, motion: dict[str, Any]) -> None:
     goal = SimpleNamespace(rate=14.0, data_length=60.0)
     problem: Any = SimpleNamespace(
-        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal
-    )
+        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal,
+        torque_limited=False,
+    )  # fmt: skip
     found: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
     document = documents.design_document(
@@ -443,6 +450,7 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
                 "criterion_value": 0.05, "condition_number": 51.05, "condition_number_scaled": 5.55,
                 "duration_s": 12.05, "limits_met": False, "violations": ["too fast by 0.05"],
             },
+            "assumed": {"speed": "told"},
             "version": __version__,
             **(SEARCH | {"motion": motion} if motion else {}),
         },
@@ -470,6 +478,7 @@ def test_near() -> None:
             "predicted_sigma": {"mass": 0.011, "com": spread.com, "inertia_com": spread.inertia_com},
             "condition_number": 51.07, "condition_number_scaled": 5.57, "duration_s": 23.0, "rehearsal_s": 10.0,
             "cpu_s": 3.5, "limits": {"max_violation": 0.195, "torque_checked": True}, "seed": 9,
+            "assumed": {"speed": "told", "torque": "told"},
         },
     )  # fmt: skip
 

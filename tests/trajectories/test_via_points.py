@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from dynident.common.errors import InputError
 from dynident.model import Joint, Robot, load_robot
-from dynident.trajectories import ViaPoints, random_via_points
+from dynident.trajectories import Task, ViaPoints, random_via_points, run_experiment
 from dynident.trajectories.motions import shortest_durations
+from dynident.trajectories.simulation import no_disturbances
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -57,3 +59,14 @@ def test_what_cannot_be_a_motion_is_refused() -> None:
         shortest_durations(load_robot("rx90"), np.zeros((2, 6)))
     with pytest.raises(ValueError, match="without position limits"):
         random_via_points(Robot("free", (Joint(),)), 5, 0)
+
+
+def test_a_motion_of_too_many_samples_is_refused() -> None:
+    """Before memory is asked for."""
+    robot = load_robot("rx90")
+    motion = random_via_points(robot, 3, seed=0)
+    with pytest.raises(InputError, match="more than 10000000 samples"):
+        motion.motion(1e12)
+    slow = ViaPoints(motion.points, np.full(2, 1e9))
+    with pytest.raises(InputError, match="more than 10000000 samples"):
+        run_experiment(robot, [Task("slow", slow)], no_disturbances(6))

@@ -108,7 +108,6 @@ def floor_under(
         problem: whose criterion and limits count.
         reached: value of the motion's criterion, as in ``Score.value``.
         states: number of states; 0 for three for each parameter.
-        seed: of the random states.
         effort: rounds of 200 iterations at the surrogate's last order.
     """
     count = states or 3 * len(problem.names)

@@ -95,7 +95,6 @@ def solve_design(
         problem: made by ``build_design``.
         seed: of the random starts; the same seed gives the same motion.
         starts: number of random starts; None for 6 by "d" and "a", 3 by condition numbers.
-        progress: called after each stage.
 
     Returns:
         The motion with its score. If the limits cannot be met, the motion that misses them least, with

@@ -14,8 +14,9 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Robot
 from .bounds import JointBounds
-from .samples import Clear, Plan, Samples, everywhere
+from .samples import LONGEST, Clear, Plan, Samples, everywhere
 
+_MOST = 50  # harmonics: a search takes half an hour then
 _TRIES, _SHRINKS = 200, 10  # to find a middle that is clear, and a motion about it
 _SPAN = 0.5  # of position range and speed that a random motion may use at first
 _SAMPLES = 24  # per period of the highest harmonic while optimising
@@ -131,8 +132,10 @@ class FreeFourier:
             InputError: with too few harmonics: nothing moves that begins and ends at rest.
         """
         harmonics, period = shape.harmonics, shape.duration
-        if harmonics < 2 or not 0.0 < period < np.inf:
-            raise InputError(f"{harmonics} harmonics in {period:g} s: give at least 2 and a positive duration")
+        if not 2 <= harmonics <= _MOST or not 0.0 < period <= LONGEST:
+            raise InputError(
+                f"{harmonics} harmonics in {period:g} s: give at least 2, at most {_MOST}, in up to {LONGEST:g} s"
+            )
         self._bounds, self._start, self._period, self.reach = bounds, start, period, (bounds.low, bounds.high)
         self._bases = RestBases(harmonics, period, shape.samples or _SAMPLES * harmonics, start is not None)
         self._shape = (len(bounds.low), self._bases.size + (start is None))

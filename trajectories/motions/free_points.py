@@ -9,8 +9,9 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
 from .bounds import JointBounds
-from .samples import Clear
+from .samples import LONGEST, Clear
 
+_MOST = 500  # points: a search takes half an hour then
 _TRIES = 200  # to find a point that can be reached
 _SPAN = 0.75  # of the position range that random points use
 
@@ -46,8 +47,8 @@ class FreePoints:
         Raises:
             InputError: if they do not fit.
         """
-        if count < 2:
-            raise InputError(f"{count} via points are no motion: give at least 2")
+        if not 2 <= count <= _MOST:
+            raise InputError(f"{count} via points: give 2 to {_MOST}, more take longer than anybody waits")
         if fixed is not None and longest is not None:
             raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
         self.count, self._bounds, self._start = count, bounds, start
@@ -126,7 +127,7 @@ def _checked_durations(fixed: ArrayLike, count: int) -> Array:
         InputError: if there is another number of them, or one is not positive.
     """
     times = np.asarray(fixed, dtype=float)
-    if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & np.isfinite(times)).all():
+    if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & (times <= LONGEST)).all():
         given = ", ".join(f"{time:g}" for time in times.ravel())
         raise InputError(
             f"fixed durations {given}: {count} via points need {count - 1} positive ones [s], or one for all"

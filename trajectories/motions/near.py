@@ -10,7 +10,7 @@ from ...model import Robot
 from ...model.visibility import PayloadVisibility, checked_joints, payload_visibility
 from .bounds import JointBounds
 from .fourier import RestBases, fourier_basis
-from .samples import Clear, Plan, Samples, everywhere
+from .samples import LONGEST, Clear, Plan, Samples, everywhere
 from .segments import QUINTIC
 from .via_points import quickest
 
@@ -116,8 +116,8 @@ class NearShape:
         moving = checked_joints(robot, self.joints)
         if len(self.ranges) != len(moving) or not (self.ranges > 0.0).all() or not np.isfinite(self.ranges).all():
             raise InputError(f"the range must be one positive number, or one for each of {len(moving)} joints")
-        if not 0.0 < self.duration < np.inf:
-            raise InputError(f"a duration of {self.duration:g} s: give a positive one")
+        if not 0.0 < self.duration <= LONGEST:
+            raise InputError(f"a duration of {self.duration:g} s: give a positive one, at most {LONGEST:g} s")
         for pose in self.poses:
             if pose.shape != (robot.n,) or not ((pose > bounds.low) & (pose < bounds.high)).all():
                 raise InputError(

@@ -127,8 +127,6 @@ def plan_point_to_point(
         points: positions [rad or m], shape (K, n).
         speed: fraction of the speed limits to use; for each move its own with shape (K - 1, 1).
         acceleration: fraction of the acceleration limits to use; at each point its own with shape (K, 1).
-        blend: as in ``PointToPoint``.
-        smoothing: as in ``PointToPoint``.
 
     Raises:
         ValueError: if no limit bounds a move, or two neighbouring points are the same.

@@ -6,17 +6,35 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import Motion, Robot
 from .bounds import JointBounds
 
 Clear = Callable[[Array], bool]
 """Whether the robot may take all of some poses, (N, n) [rad or m]."""
 _END = 1e-12  # of the duration: what rounding may keep the last sample from falling on the end
+LONGEST = 3600.0
+"""s: a motion that is designed takes no longer."""
+_MOST = 10_000_000
+"""Samples of a motion: eleven hours at 250 Hz; memory would not hold much more."""
 
 
 def everywhere(poses: Array) -> bool:
     """Nothing stands in the way."""
     return True
+
+
+def sample_count(duration: float, rate: float) -> int:
+    """Samples of a motion of so many seconds at ``rate`` [Hz], its end included where one falls on it.
+
+    Raises:
+        InputError: if there are too many to be held.
+    """
+    if not duration * rate < _MOST:
+        raise InputError(
+            f"a motion of {duration:g} s at {rate:g} Hz has more than {_MOST} samples: make it shorter"
+        )
+    return int(duration * rate * (1.0 + _END)) + 1
 
 
 class Samples(NamedTuple):
@@ -48,7 +66,7 @@ class Plan(Protocol):
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz], its end included where a sample falls on it."""
-        t = np.arange(int(self.duration * rate * (1.0 + _END)) + 1) / rate
+        t = np.arange(sample_count(self.duration, rate)) / rate
         return Motion(t, *self.at(t))
 
 

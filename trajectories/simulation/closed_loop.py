@@ -12,7 +12,8 @@ from ...model import InertialParameters, Motion, Robot, base_parameters, inverse
 from ...model.dynamics import dry_friction_names
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
-from ..motions.samples import Plan
+from ...model.stand_in import rotor_inertias, with_rotors
+from ..motions.samples import Plan, sample_count
 from .controller import Controller, mean_inertia
 from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample
 from .simulator import check_parameters, parameter_vector
@@ -58,7 +59,12 @@ class ClosedLoop:
         """
         check_parameters(robot)
         self.robot, self.rate = robot, rate
-        self._controller = controller or Controller()
+        self._rotors = np.zeros(robot.n)
+        if robot.drives.side == "link":
+            # Sensors behind the gears see no rotor, but the arm turns them.
+            self._rotors = rotor_inertias(robot, robot.parameters)
+            robot = with_rotors(robot, self._rotors)
+        self._plant, self._controller = robot, controller or Controller()
         self._base = base_parameters(robot)
         self._dry = dry_friction_names(robot)
         inertia = mean_inertia(robot)
@@ -80,7 +86,7 @@ class ClosedLoop:
         Raises:
             InputError: if the controller loses the robot.
         """
-        counts = np.array([int(task.reference.duration * self.rate * (1.0 + 1e-12)) + 1 for task in tasks])
+        counts = np.array([sample_count(task.reference.duration, self.rate) for task in tasks])
         own = np.array([[self.robot.parameters[name] for name in self._dry]])
         tasks = [task if task.friction is not None else task._replace(friction=own) for task in tasks]
         batch = _Batch(tasks, counts, self.robot.n, [self._parameters(task.payload) for task in tasks])
@@ -89,7 +95,7 @@ class ClosedLoop:
             self._advance(batch, start, min(start + _CHUNK, int(counts.max())))
             if progress:
                 progress((start - first) / (counts.max() - first))
-        return [batch.result(k, self.rate) for k in range(len(tasks))]
+        return [batch.result(k, self.rate, self._rotors) for k in range(len(tasks))]
 
     def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
         """Integrate the runs that have not ended over some samples."""
@@ -130,8 +136,8 @@ class ClosedLoop:
 
     def _parameters(self, payload: InertialParameters | None) -> Array:
         """Base parameters, dry friction left out."""
-        vector = parameter_vector(self.robot, self.robot.parameters, payload)
-        values = dict(zip(standard_columns(self.robot), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
+        vector = parameter_vector(self._plant, self._plant.parameters, payload)
+        values = dict(zip(standard_columns(self._plant), vector, strict=True)) | dict.fromkeys(self._dry, 0.0)
         return self._base.value(values)
 
 
@@ -149,7 +155,7 @@ class _Batch:
         rows = [np.asarray(self.tasks[k].friction) for k in active]
         return np.array([levels[min(max(sample, 0), len(levels) - 1)] for levels in rows])
 
-    def result(self, k: int, rate: float) -> tuple[Measurement, Array]:
+    def result(self, k: int, rate: float, rotors: Array) -> tuple[Measurement, Array]:
         q, qd, torque, qdd, reference = np.split(self.log[: self.counts[k], k], 5, axis=1)
         motion = Motion(np.arange(self.counts[k]) / rate, q, qd, qdd)
-        return Measurement(motion, torque), reference
+        return Measurement(motion, torque - rotors * qdd), reference

@@ -138,7 +138,6 @@ def record(
 
     Args:
         torque: exact motor torques [N·m or N], shape (N, n).
-        seed: of the run.
     """
     draw = np.random.default_rng([*seed, _RECORDING])
     noise = np.array(disturbances.white) * draw.standard_normal(torque.shape)

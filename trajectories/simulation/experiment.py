@@ -9,6 +9,7 @@ from ...common.arrays import Array
 from ...model import Recording, Robot
 from ...model.dynamics import dry_friction_names
 from ...model.motion import Measurement
+from ..motions.samples import sample_count
 from .closed_loop import ClosedLoop, Task
 from .controller import Controller
 from .disturbances import Disturbances, RobotErrors, draw_friction, draw_robot_errors, record
@@ -88,7 +89,6 @@ def run_experiment(
         disturbances: what the robot and its recordings suffer from.
         seed: the same seed gives the same recordings.
         rate: of the recordings [Hz].
-        progress: told the finished share.
 
     Raises:
         InputError: if the robot's parameters are missing, or its controller loses it.
@@ -96,7 +96,7 @@ def run_experiment(
     errors = draw_robot_errors(disturbances, seed)
     ripple = Ripple(np.array(disturbances.ripple), disturbances.waves, errors.phases)
     loop = ClosedLoop(robot, controller, ripple, rate)
-    counts = [int(task.reference.duration * rate) + 2 for task in tasks]
+    counts = [sample_count(task.reference.duration, rate) + 1 for task in tasks]
     frictions = [draw_friction(robot, disturbances, count, rate, [seed, k]) for k, count in enumerate(counts)]
     rubbing = [task._replace(friction=friction) for task, friction in zip(tasks, frictions, strict=True)]
     finished = []

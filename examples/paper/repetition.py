@@ -6,10 +6,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from dynident import estimation, trajectories
+from dynident.commands.demo.analysis import reduced_experiment, robust_joint, true_values
+from dynident.common.arrays import Array
+from dynident.estimation import Estimate
 from numpy.typing import NDArray
-
-from ...common.arrays import Array
-from ...estimation import Estimate
 
 
 class Answer(NamedTuple):
@@ -115,3 +116,35 @@ class Repetition:
         """Share of the experiments in which a parameter's error is within a share of the truth."""
         k = self.column(name)
         return float(np.mean(np.abs(self.error[:, k]) <= share * np.abs(self.truth[:, k])))
+
+
+def outcome_of(experiment: trajectories.Experiment, robot: bool = True) -> Outcome:
+    """Each estimator's answer beside the truth, and what kind of data it is; ``robot``: its parameters too."""
+    problem = reduced_experiment(experiment)
+    assert problem.unloaded is not None
+    truth = true_values(experiment, problem)
+    answer = estimation.answer_payload(problem)
+    found: dict[str, Answer] = {}
+    if robot:
+        joint = robust_joint(problem)
+        found["robot"] = answer_of(joint, _of(truth, joint.names))
+    for estimate in answer.estimates:
+        found[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, estimation.PAYLOAD))
+    for payload in answer.constrained:
+        low, high = payload.intervals.parameters.T
+        body = Answer(
+            estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
+        )
+        found[f"method {payload.method}, constrained"] = body
+    alone = estimation.fit.weighted(problem.unloaded).fit
+    return Outcome(
+        found,
+        alone.relative,
+        tuple(alone.relative_per_joint.tolist()),
+        problem.unloaded.equations,
+        problem.unloaded.condition_numbers()[0],
+    )
+
+
+def _of(truth: dict[str, float], names: Sequence[str]) -> Array:
+    return np.array([truth[name] for name in names])

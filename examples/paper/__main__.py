@@ -1,25 +1,43 @@
-"""The simulated experiment again and again: what spread and coverage each method really has."""
+"""The simulated experiment again and again: what spread and coverage each method really has.
+
+Run: ``python -m dynident.examples.paper 50`` writes ``simulated_experiment.md``, its figure and its numbers (JSON).
+Each experiment is recorded with the noise of the paper's robot, with noise that has a memory, and with wrong gains.
+"""
 
 from __future__ import annotations
 
+import argparse
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from ... import model, report
-from ...common.files import write_text
-from ..progress import bar
-from .analysis import outcome
-from .figures import save_repetitions
-from .paper import paper_tables
-from .repeated_text import Scenario, repeated_document, repeated_numbers
-from .repetition import Outcome
-from .setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from dynident import model, report
+from dynident.commands.demo.paper import paper_tables
+from dynident.commands.demo.setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from dynident.commands.progress import bar
+from dynident.commands.values import positive, share, whole
+from dynident.common.files import write_text
+
+from .figure import save_repetitions
+from .repetition import Outcome, outcome_of
+from .text import Scenario, repeated_document, repeated_numbers
 
 WORKERS = 2
 
 
-def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_error: float) -> int:
+def main() -> None:
+    """Read the command line and run."""
+    parser = argparse.ArgumentParser(prog="python -m dynident.examples.paper", description=__doc__)
+    parser.add_argument("count", type=positive, metavar="N", help="number of experiments")
+    parser.add_argument("--out", type=Path, default=Path("demo"), metavar="DIR", help="folder (default: demo)")
+    parser.add_argument("--seed", type=whole, default=0, help="of the first one (default: 0)")
+    parser.add_argument("--trajectories", type=positive, default=TRAJECTORIES, metavar="N", help="default: 18")
+    parser.add_argument("--gain-error", type=share, default=0.02, metavar="SHARE", help="default: 0.02")
+    asked = parser.parse_args()
+    run_repeated(asked.out, asked.seed, asked.trajectories, asked.count, asked.gain_error)
+
+
+def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_error: float) -> None:
     """Repeat the experiment with seeds ``seed`` to ``seed + count - 1`` and write table, figure and JSON.
 
     Args:
@@ -56,7 +74,6 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
     )
     report.documents.write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
     print(document)
-    return 0
 
 
 def one_experiment(
@@ -70,4 +87,8 @@ def one_experiment(
         "slow": experiment.again(levels("slow")),
         "gains": experiment.again(levels("paper", gain_error)),
     }
-    return {name: outcome(one, robot=name == "paper") for name, one in recorded.items()}
+    return {name: outcome_of(one, robot=name == "paper") for name, one in recorded.items()}
+
+
+if __name__ == "__main__":
+    main()

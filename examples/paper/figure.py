@@ -1,48 +1,18 @@
-"""Figures of the experiment: torques of one, errors of the payload and whether intervals hold in many."""
+"""Errors of the payload and whether intervals hold, in many experiments."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynident.report import legend, panels, save_figure
 
-from ...common.arrays import Array
-from ...estimation.equations import Observation
-from ...report import new_figure, save_figure
 from .repetition import Repetition
 
 _MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _SHOWN = ("M", "MZ", "XX", "YY", "ZZ")
-
-
-def save_torques(
-    path: str | Path, observation: Observation, curves: Sequence[tuple[str, Array]], title: str
-) -> None:
-    """Measured and predicted torques of every joint, one below the other.
-
-    Args:
-        path: file; its ending chooses the format.
-        observation: measured torques Y and the columns W.
-        curves: (label, parameters chi of ``observation.columns``) of each prediction W chi.
-        title: above the figure.
-    """
-    n = len(observation.Y)
-    figure = new_figure(8.0, 1.6 * n + 0.8)
-    axes = figure.subplots(n, 1, sharex=True, squeeze=False)[:, 0]
-    styles = ("-", "--", ":", "-.")
-    for j, axis in enumerate(axes):
-        t = observation.t[j]
-        axis.plot(t, observation.Y[j], ".", color="0.6", markersize=3, label="measured")
-        for k, (label, chi) in enumerate(curves):
-            axis.plot(t, observation.W[j] @ chi, styles[k % 4], linewidth=1.1, label=label)
-        axis.set_ylabel(f"joint {j + 1} [N·m]")
-        axis.grid(visible=True, alpha=0.3)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(curves) + 1)
-    axes[-1].set_xlabel("time [s]")
-    figure.suptitle(title)
-    save_figure(figure, path)
 
 
 def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repetition]]) -> None:
@@ -52,9 +22,9 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         path: file; its ending chooses the format.
         scenarios: title -> method -> its answers.
     """
-    figure = new_figure(9.0, 2.6 * len(scenarios) + 0.6)
-    panels = figure.subplots(len(scenarios), 2, squeeze=False, sharex="col", width_ratios=(3, 2))
-    for (left, right), (title, methods) in zip(panels, scenarios.items(), strict=True):
+    size, edges = (9.0, 2.6 * len(scenarios) + 0.6), (0.7, 0.1, 0.3, 1.0)
+    figure, rows = panels(size, len(scenarios), 2, edges, (0.75, 0.4), sharex="col", width_ratios=(3, 2))
+    for (left, right), (title, methods) in zip(rows, scenarios.items(), strict=True):
         for k, (who, repetition) in enumerate(methods.items()):
             _spread(left, who, repetition, k, len(methods))
             place = np.arange(len(repetition.names)) + 0.8 * (k + 0.5) / len(methods) - 0.4
@@ -69,8 +39,7 @@ def save_repetitions(path: str | Path, scenarios: Mapping[str, Mapping[str, Repe
         names = [name.removesuffix("_L") for name in next(iter(methods.values())).names]
         right.set_xticks(range(len(names)), names, fontsize=8)
         right.grid(visible=True, axis="y", alpha=0.3)
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
+    legend(figure, [rows[0][0]], "lower center", ncols=4)
     save_figure(figure, path)
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from dynident.commands.demo.paper import PaperTables
+from dynident.model import InertialParameters
 
-from ...model import InertialParameters
-from .paper import PaperTables
 from .repetition import Outcome, Repetition
 
 ROBOT = "robot"
@@ -21,7 +21,7 @@ _ROWS = ("M", "MZ", "XX", "YY", "ZZ")
 _TEXT = """\
 # The simulated experiment
 
-Written by `dynident demo --repeat {count}{options}`; run it again to get the same numbers.
+Written by `python -m dynident.examples.paper {count}{options}`; run it again to get the same numbers.
 
 The paper's recordings are not public. This one has a robot whose parameters are known, so that errors can be told
 from standard deviations: an RX90 with the figures of `model/robots/rx90.toml`, under a joint controller, that runs

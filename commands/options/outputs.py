@@ -1,0 +1,137 @@
+"""Options of the files that a command writes, and the writing of them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from ... import __version__, estimation, report
+from ...common.errors import InputError
+from ...common.files import write_text
+from .reading import Options, option
+
+if TYPE_CHECKING:
+    from ...report import Block, Page, Provenance
+
+_PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
+
+
+@dataclass(frozen=True)
+class ResultOptions(Options):
+    """The result as JSON."""
+
+    GROUP: ClassVar[str] = "files"
+
+    json: str | None = option(writes="file", metavar="F", help="write the result as JSON")
+
+    def write_json(self, document: Callable[[], Any]) -> None:
+        """Write the document; it is made only if it was asked for."""
+        if self.json:
+            report.documents.write_json(self.json, document())
+
+
+@dataclass(frozen=True)
+class PageOptions(ResultOptions):
+    """The result as JSON, and as an HTML report with its figures; ``argv``: the command line that repeats it."""
+
+    report: str | None = option(
+        writes="file", metavar="F.html", help="write a report, one self-contained HTML file"
+    )
+    plots: str | None = option(
+        writes="folder",
+        metavar="DIR",
+        help="write its figures as PNG, SVG and PDF, a moving arm as SVG; made if missing",
+    )
+    argv: tuple[str, ...] = ()
+
+    def write_page(self, page: Callable[[], Page]) -> None:
+        """Write report and figures; the page is made only if one of them was asked for."""
+        if not (self.report or self.plots):
+            return
+        made = page()
+        if self.report:
+            report.write_report(self.report, made)
+        if self.plots:
+            report.write_plots(self.plots, made)
+
+    def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
+        """What the report was made from.
+
+        Args:
+            settings: in words.
+            parts: options that name files.
+        """
+        files = tuple(
+            report.SourceFile(role, path, checksum(path))
+            for part in parts
+            for _, role, path in part.named("reads")
+            if Path(path).is_file()
+        )
+        return report.Provenance(shlex.join(["dynident", *self.argv]), now(), files, versions(), settings)
+
+
+@dataclass(frozen=True)
+class TableOptions(PageOptions):
+    """The printed tables and the equations beside the report."""
+
+    csv: str | None = option(writes="file", metavar="F", help="write the printed tables for a spreadsheet")
+    latex: str | None = option(writes="file", metavar="F", help="write the printed tables for a paper (booktabs)")
+    npz: str | None = option(
+        writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
+    )
+
+    def write_tables(
+        self, screen: Sequence[Block], system: Callable[[], estimation.answers.ObservationSystem]
+    ) -> None:
+        """Write what was asked for.
+
+        Args:
+            screen: what the terminal shows; its tables are written.
+            system: makes the equations, held whole; called only where they are asked for.
+        """
+        if self.csv:
+            write_text(self.csv, report.csv_tables(report.tables_of(screen)))
+        if self.latex:
+            write_text(self.latex, report.latex_tables(report.tables_of(screen)))
+        if self.npz:
+            report.npz.write_npz(self.npz, system())
+
+
+def checksum(path: str | Path) -> str:
+    """SHA-256 of a file's bytes."""
+    with Path(path).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def now() -> datetime:
+    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
+
+    Raises:
+        InputError: if that variable is no number of seconds.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    if not fixed:
+        return datetime.now(UTC)
+    try:
+        return datetime.fromtimestamp(int(fixed), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
+
+
+def versions() -> dict[str, str]:
+    """Of dynident, Python, and the packages that decide numbers and figures."""
+    found = {"dynident": __version__, "Python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

@@ -1,0 +1,89 @@
+"""Options of the robot: its description, how it is mounted, the payload's frame."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ... import model
+from ...common.errors import InputError
+from ..values import mount, three, tool_frame
+from .reading import Options, option
+
+_INSTALLED = "installation"
+
+
+@dataclass(frozen=True)
+class ArmOptions(Options):
+    """A robot by its name or file, for commands in which gravity does not count."""
+
+    ABOUT: ClassVar[str] = "how the robot is mounted; which links of a URDF it has"
+
+    robot: str = option(
+        reads="robot",
+        required=True,
+        metavar="NAME|FILE",
+        help="a shipped robot ('dynident robot list'), TOML or URDF",
+    )
+    base: str | None = option(
+        group=_INSTALLED, metavar="LINK", help="URDF: first link of the chain (default: the root)"
+    )
+    tip: str | None = option(
+        group=_INSTALLED, metavar="LINK", help="URDF: the flange's link, where there are several ends"
+    )
+
+    def load(self) -> model.Robot:
+        """The robot, with a note for each angle that was taken as a right one."""
+        robot = model.load_robot(self.robot, self.base, self.tip)
+        for note in robot.snapped:
+            print(f"dynident: note: {self.robot}: {note}", file=sys.stderr)
+        return robot
+
+
+@dataclass(frozen=True)
+class RobotOptions(ArmOptions):
+    """A robot and how it is mounted."""
+
+    mount: tuple[float, float, float] | None = option(
+        group=_INSTALLED,
+        type=mount,
+        metavar="HOW",
+        help="floor, wall (x of the base points down), ceiling, or roll,pitch,yaw of the base in degrees",
+    )
+    gravity: tuple[float, float, float] | None = option(
+        group=_INSTALLED,
+        type=three,
+        metavar="X,Y,Z",
+        help="gravity in the base's frame [m/s^2], instead of --mount",
+    )
+
+    def load(self) -> model.Robot:
+        """The robot as it is mounted."""
+        robot = super().load()
+        if self.mount is not None and self.gravity is not None:
+            raise InputError("--mount and --gravity say the same: give one of them")
+        if self.mount is not None:
+            robot = model.mounted(robot, self.mount)
+        return model.with_gravity(robot, self.gravity) if self.gravity is not None else robot
+
+
+@dataclass(frozen=True)
+class FramedRobotOptions(RobotOptions):
+    """A robot, and the frame in which a payload is taken or given."""
+
+    tool_frame: model.Pose | None = option(
+        type=tool_frame,
+        metavar="X,Y,Z,R,P,Y",
+        help="frame of the payload in the flange: metres, then roll, pitch, yaw in degrees (default: the flange)",
+    )
+
+    def load(self) -> model.Robot:
+        """The robot as it is mounted, with the payload's frame that is asked for."""
+        robot, tool = super().load(), self.tool_frame
+        if tool is None:
+            return robot
+        lengths = ", ".join(f"{value:g}" for value in tool.origin)
+        angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
+        return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")

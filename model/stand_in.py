@@ -1,0 +1,222 @@
+"""A robot to rehearse with where nothing is known of its links: made from the maker's mass, and called assumed."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from ..common.arrays import Array
+from ..common.errors import InputError
+from .base.geometry import frame_origin
+from .dynamics import gravity, mass_matrix
+from .inertia import InertialParameters
+from .names import parameter_kind
+from .regressors import standard_columns
+from .robot import ASSUMED, INERTIAL, Robot
+
+RADIUS = 0.08
+"""Radius of the cylinders, of the sum of the lengths between joints."""
+MOVING = 0.5
+"""Of the maker's mass, in the cylinders; the rest stands in the base and about axis 1.
+
+(h2 + h3) / (mass x length), with h_j = hypot(MXjR, MYjR), then is .22 to .29. Five arms that were identified or
+published have .19 to .31; cylinders of all the mass would have .45 to .58.
+"""
+SAFETY = 1.5
+"""Torque limit over the largest torque of links and rated payload."""
+FRICTION = 0.1
+"""Of the torque limit: friction at the largest speed, half of it dry, half viscous."""
+ROTOR = 0.2
+"""Rotor inertia over the largest inertia that the joint turns."""
+PAYLOAD_COM = (0.05, 0.0, 0.1)
+"""m from the flange: where a rated payload is taken to have its centre of mass, out of the flange and beside it."""
+PAYLOAD_INERTIA = 0.003
+"""m^2: its moments of inertia over its mass."""
+_POSES = 2000
+
+
+def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]:
+    """Links as cylinders of one density and radius, each from a joint to the next at q = 0.
+
+    The radius is ``RADIUS`` times the sum of all lengths between joints; each cylinder goes on by one radius beyond
+    both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
+
+    Args:
+        robot: the robot.
+        total_mass: of all links [kg].
+
+    Raises:
+        InputError: if the mass is not positive.
+    """
+    if not 0.0 < total_mass < np.inf:
+        raise InputError(f"total mass {total_mass:g} kg of the links must be positive")
+    ends = [np.asarray(frame_origin(joint, {}), dtype=float) for joint in robot.joints[1:]] + [np.zeros(3)]
+    radius = cylinder_radius(robot)
+    lengths = np.array([np.linalg.norm(end) for end in ends]) + 2.0 * radius
+    masses = total_mass * lengths / lengths.sum()
+    return tuple(
+        _cylinder(float(mass), end, float(length), radius)
+        for mass, end, length in zip(masses, ends, lengths, strict=True)
+    )
+
+
+def cylinder_radius(robot: Robot) -> float:
+    """Radius of ``cylinders`` [m]."""
+    lengths = [np.linalg.norm(np.asarray(frame_origin(joint, {}), dtype=float)) for joint in robot.joints[1:]]
+    return RADIUS * (float(sum(lengths)) or 1.0)
+
+
+def can_stand_in(robot: Robot) -> bool:
+    """Whether ``with_stand_in`` has what it starts from: all inertial parameters, or the arm's mass."""
+    missing = _missing(robot)
+    return not missing or (robot.mass is not None and len(missing) == 10 * robot.n)
+
+
+def with_stand_in(robot: Robot) -> Robot:
+    """The robot with parameters and torque limits, as far as its description lacks them and they can be assumed.
+
+    Links are ``cylinders`` of the share ``MOVING`` of the maker's mass, torque limits ``assumed_torque_limits``,
+    friction the share ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in
+    its ``sources``, under "torque" and "parameters".
+
+    Raises:
+        InputError: if the description holds neither inertial parameters nor the arm's mass, or only some of them.
+    """
+    missing = _missing(robot)
+    if not can_stand_in(robot):
+        raise InputError(
+            f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}"
+            f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or mass_kg in place of all of "
+            "them for a stand-in"
+        )
+    values, told = dict.fromkeys(standard_columns(robot), 0.0), []
+    if missing and robot.mass is not None:
+        for link, body in enumerate(cylinders(robot, MOVING * robot.mass), start=1):
+            values |= body.named(str(link))
+        doubt = " (itself assumed)" if robot.assumed("mass") else ""
+        told.append(f"links are cylinders of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}")
+    values |= robot.parameters
+    unknown = [name for name in values if name not in robot.parameters and parameter_kind(name) not in INERTIAL]
+    if any(parameter_kind(name) == "IA" for name in unknown):
+        for number, inertia in enumerate(rotor_inertias(robot, values), start=1):
+            values[f"IA{number}"] = robot.parameters.get(f"IA{number}", float(inertia))
+        told.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
+    limited = _limited(robot, values)
+    friction = _friction(limited)
+    values |= {name: friction[name] for name in unknown if name in friction}
+    if any(name in friction for name in unknown):
+        told.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
+    assumed = {"parameters": f"{ASSUMED}: {', '.join(told)}"} if told else {}
+    return replace(limited, parameters=values, sources={**limited.sources, **assumed})
+
+
+def rehearsed(robot: Robot) -> Robot:
+    """The robot ``with_stand_in`` where there is something to start from, else as it is."""
+    return with_stand_in(robot) if can_stand_in(robot) else robot
+
+
+def _missing(robot: Robot) -> list[str]:
+    """Inertial parameters that the description lacks."""
+    names = (f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL)
+    return [name for name in names if name not in robot.parameters]
+
+
+def _friction(robot: Robot) -> dict[str, float]:
+    """Friction by torque limits and speeds, by parameter; none of joints without them."""
+    found: dict[str, float] = {}
+    for number, joint in enumerate(robot.joints, start=1):
+        most, fastest = joint.limits.torque, joint.limits.speed
+        if np.isfinite([most, fastest]).all():
+            dry, viscous = 0.5 * FRICTION * most, 0.5 * FRICTION * most / fastest
+            # Of coupled drives one rotor turns with both joints, and rubs on its own.
+            shares = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
+            found |= {f"{kind}{number}": value for kind, value in shares.items()}
+    return found
+
+
+def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
+    """Rotor inertias on the joints' side [kg m^2 or kg], shape (n,), where nothing is known of the drives.
+
+    The share ``ROTOR`` of the largest inertia of links and rated payload, and twice the payload's own at the
+    flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
+
+    Args:
+        robot: the robot.
+        parameters: standard parameters of its links; those of rotors do not count.
+    """
+    without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
+    _, inertia = _needed(robot, without)
+    own = PAYLOAD_COM[0] ** 2 + PAYLOAD_INERTIA
+    load = robot.rated_payload if np.isfinite(robot.rated_payload) else 0.0
+    return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * load)
+
+
+def with_rotors(robot: Robot, inertias: Array) -> Robot:
+    """A robot with torque sensors behind the gears, as its motors see it: with rotor inertias, shape (n,)."""
+    drives = replace(robot.drives, side="motor", rotor_inertia=True)
+    rotors = {f"IA{number}": float(inertia) for number, inertia in enumerate(inertias, start=1)}
+    return replace(robot, drives=drives, parameters={**robot.parameters, **rotors})
+
+
+def assumed_torque_limits(robot: Robot, parameters: Mapping[str, float]) -> Array:
+    """Torque limits where none is published [N·m or N], shape (n,): ``SAFETY`` times what the arm needs at most.
+
+    That is the torque at rest and at each joint's largest acceleration, with the rated payload at ``PAYLOAD_COM``,
+    over poses in the joints' ranges; infinite where accelerations are not limited.
+
+    Args:
+        robot: the robot.
+        parameters: standard parameters of its links and rotors.
+    """
+    rest, inertia = _needed(robot, parameters)
+    strong = np.array([joint.limits.acceleration for joint in robot.joints])
+    return np.asarray(SAFETY * (np.abs(rest) + inertia * strong[:, None]).max(axis=1))
+
+
+def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
+    """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses."""
+    values = dict(parameters)
+    if np.isfinite(robot.rated_payload):
+        mass = robot.rated_payload
+        body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
+        flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
+        for name, value in body.moved(flange.R, flange.p).named(str(robot.n)).items():
+            values[name] += value
+    chi = np.array([values[name] for name in standard_columns(robot)])
+    q = ca.SX.sym("q", robot.n)
+    torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
+    rest, inertia = (np.array(part) for part in torque.map(_POSES)(_poses(robot).T))
+    return rest, inertia
+
+
+def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
+    """The robot with torque limits, if it lacks them and has limits of acceleration."""
+    limits = [joint.limits for joint in robot.joints]
+    if np.isfinite([limit.torque for limit in limits]).all() or np.isinf([x.acceleration for x in limits]).any():
+        return robot
+    joints = tuple(
+        replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
+        for joint, most in zip(robot.joints, assumed_torque_limits(robot, parameters), strict=True)
+    )
+    told = (
+        f"{ASSUMED}: {SAFETY:g} times the largest torque of links and rated payload at rest and at the largest "
+        "acceleration"
+    )
+    return replace(robot, joints=joints, sources={**robot.sources, "torque": told})
+
+
+def _poses(robot: Robot) -> Array:
+    """Positions in the joints' ranges, or one turn or metre without a range; always the same."""
+    ranges = np.array([joint.limits.position for joint in robot.joints])
+    bound = np.array([np.pi if joint.revolute else 0.5 for joint in robot.joints])
+    low, high = np.clip(ranges, -bound[:, None], bound[:, None]).T
+    return np.asarray(np.random.default_rng(0).uniform(low, high, (_POSES, robot.n)))
+
+
+def _cylinder(mass: float, end: Array, length: float, radius: float) -> InertialParameters:
+    distance = float(np.linalg.norm(end))
+    axis = end / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+    along, across = mass * radius**2 / 2.0, mass * (3.0 * radius**2 + length**2) / 12.0
+    inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+    return InertialParameters.from_com(mass, end / 2.0, inertia)

@@ -1,0 +1,107 @@
+"""Logs whose bytes are wrong: an answer or one line, never a traceback, a crash or a wait."""
+
+import io
+import struct
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io.matlab
+from dynident.common.errors import InputError
+from dynident.estimation import read_recording
+from dynident.model import Robot
+from dynident.tests.estimation.recordings.log_files import FORMATS, NAMES, same
+from scipy.sparse import csc_matrix
+
+BINARY = ["a.npz", "five.mat", "seven.mat", "a.parquet"]
+FLIPS = 40
+MATLAB = sorted((Path(scipy.io.matlab.__file__).parent / "tests" / "data").glob("*.mat"))
+"""What MATLAB itself wrote, with objects, functions and cells; not in every installation of scipy."""
+
+
+def damaged(good: bytes, seed: int) -> Iterator[bytes]:
+    """One bit flipped each: anywhere, in the first bytes and in the last ones; then cut."""
+    draw = np.random.default_rng(seed)
+    ends = [*draw.integers(0, 400, FLIPS), *(len(good) - draw.integers(1, 400, FLIPS))]
+    for place in (*draw.integers(0, len(good), FLIPS), *ends):
+        content = bytearray(good)
+        content[place] ^= 1 << int(draw.integers(8))
+        yield bytes(content)
+    for share in (0.0, 0.01, 0.5, 0.99):
+        yield good[: int(share * len(good))]
+
+
+@pytest.mark.parametrize("name", BINARY)
+def test_a_wrong_byte_is_an_answer_or_one_line(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str
+) -> None:
+    short = {kind: values[:50] for kind, values in signals.items()}
+    good, lines = FORMATS[name](tmp_path / name, short).read_bytes(), []
+    for content in damaged(good, 3):
+        (tmp_path / name).write_bytes(content)
+        try:
+            read_recording(tmp_path / name, arm)
+        except InputError as error:
+            lines.append(str(error))
+    assert not any("\n" in line for line in lines)
+    # MAT files have no checksums: a wrong bit in a number is a wrong number.
+    assert len(lines) > (2 * FLIPS if name == "a.npz" else 2)
+
+
+def npy(shape: str) -> bytes:
+    """An array file whose header tells of so many numbers, with a hundred of them."""
+    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}"
+    header += " " * (63 - (10 + len(header)) % 64) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + bytes(800)
+
+
+def objects() -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.array([{}, 1], dtype=object), allow_pickle=True)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (npy("(1000000000000,)"), "ends before its 1000000000000 numbers"),
+        (npy("(1000000000000, 1000000)"), "ends before"),
+        (npy("(101,)"), "ends before its 101 numbers"),
+        (npy("(-5,)"), "ends before"),
+        (npy("(10**3,)"), "not an NPZ file, or a damaged one"),
+        (b"\x93NUMPY\x03\x00" + struct.pack("<I", 4_000_000_000) + bytes(100), "damaged one"),
+        (objects(), "no arrays of samples"),
+        (b"hello", "not an NPZ file"),
+    ],
+)
+def test_headers_that_promise_too_much(tmp_path: Path, arm: Robot, content: bytes, words: str) -> None:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("t.npy", content)
+    with pytest.raises(InputError, match=words):
+        read_recording(tmp_path / "a.npz", arm)
+
+
+def test_sparse_matrices_are_read(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    data = {kind: csc_matrix(values) if kind == "q" else values for kind, values in signals.items()}
+    scipy.io.matlab.savemat(tmp_path / "a.mat", data)
+    same(read_recording(tmp_path / "a.mat", arm), signals)
+
+
+@pytest.mark.skipif(not MATLAB, reason="scipy came without its tests' files")
+def test_what_matlab_wrote_is_a_log_or_one_line(arm: Robot) -> None:
+    """Objects, function handles and cells among them; nothing that scipy reads is called damaged."""
+    for path in MATLAB:
+        with pytest.raises(InputError) as caught:
+            read_recording(path, arm)
+        if "damaged" in str(caught.value):
+            with pytest.raises(Exception):  # noqa: B017, PT011
+                scipy.io.matlab.loadmat(path)
+
+
+def test_names_are_not_lost_on_the_way(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
+    """An object beside the signals does no harm."""
+    objects = {"note": np.array([{"a": 1}, "text"], dtype=object), "names": np.array(NAMES, dtype=object)}
+    scipy.io.matlab.savemat(tmp_path / "a.mat", {**signals, **objects})
+    same(read_recording(tmp_path / "a.mat", arm), signals)
