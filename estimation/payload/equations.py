@@ -15,7 +15,7 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer
 from ..equations.reduction import Recorded, recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import block_edges, block_length, in_blocks, remembered
+from ..fit.blocks import FEWEST, SHORTEST, block_edges, block_length, in_blocks, remembered
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -35,6 +35,7 @@ class PayloadEquations(NamedTuple):
     """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
 
     ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
+    ``few``: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     loaded: Equations
@@ -42,6 +43,7 @@ class PayloadEquations(NamedTuple):
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
     inflation: tuple[float, ...] = ()
+    few: bool = False
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -140,8 +142,10 @@ def payload_equations(
         alone = observer.only(payload_columns(robot), PAYLOAD)
         difference, change_pieces = recorded(alone, changes, processing)
         loads.append(remembered(change_pieces, difference))
-    length = block_length(loads)
-    edges = [block_edges(recording, length) for recording in loads[0].spans]
+    length, few, spans = block_length(loads), False, loads[0].spans
+    if sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST:
+        length, few = SHORTEST, True
+    edges = [block_edges(ends, length) for ends in spans]
     if without is not None:
         ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in loads[1].spans]
         without = in_blocks(without, bare_pieces, ends, length)
@@ -149,7 +153,7 @@ def payload_equations(
         difference = in_blocks(difference, change_pieces, edges, length)
     stretches = _cut(with_pieces, _long_edges(loads[0].spans))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation, few)
 
 
 def _whole(
