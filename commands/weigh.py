@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
@@ -25,6 +23,7 @@ from .values import joint_list
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+from .progress import status
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,9 @@ def run(
     setup = processing.setup(arm.load(), stored)
     loaded, unloaded = setup.read(asked.loaded), setup.read(asked.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
-    with Console(stderr=True).status("reading") as status:
-        problem, others = _problems(asked, setup, loaded, unloaded, stored, status.update)
-        status.update("estimating")
+    with status("reading") as progress:
+        problem, others = _problems(asked, setup, loaded, unloaded, stored, progress)
+        progress("estimating")
         try:
             answer = estimation.answer_payload(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
