@@ -185,6 +185,8 @@ def _evidence(
         )
         return Evidence(
             problem.robot,
+            source=problem.source,
+            parameters=problem.known,
             constrained=answer.constrained,
             by_joints=answer.by_joints,
             weighed=weighed,

@@ -25,7 +25,7 @@ from ..signals.rows import Mask
 from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, held_offsets
 from .constant_torques import friction_free as without_friction
 from .equations import torque_change
-from .problem import PayloadProblem
+from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
@@ -76,7 +76,8 @@ def difference_weighing(
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
     held = held_offsets(observations, coulomb)
-    return weighing_problem(robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs))
+    source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
 
 
 def _aligned_pairs(
@@ -139,7 +140,8 @@ def known_robot_weighing(
     # The robot's parameters are of another day: constant torques are free.
     runs, held = _runs([recording.source for recording in loaded], observations, ripples), free_offsets(robot.n)
     rms = _torque_rms(still, masks)
-    return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
+    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, known, source=source)
 
 
 def weighing_problem(
@@ -152,6 +154,7 @@ def weighing_problem(
     rate: float | None,
     known: Estimate | None = None,
     pairs: tuple[AlignedPair, ...] = (),
+    source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
     equations = friction_free(runs, held)
@@ -165,6 +168,7 @@ def weighing_problem(
         difference=equations if known is None else None,
         pairs=pairs,
         rate=rate,
+        source=source,
         short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )
 

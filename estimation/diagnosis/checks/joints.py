@@ -128,7 +128,7 @@ def _masses(alone: Sequence[tuple[float, JointsMass]], evidence: Evidence) -> li
     half = 1.96 * evidence.spread.mass if evidence.spread is not None else 0.0
     if any(abs(own - mass) > half + SIGMAS * one.sigma for own, one in alone if one in pair):
         return [error(_told(pair), "mass")]
-    return [warning(f"{_told(pair)}; the interval of the mass allows for it")]
+    return [warning(f"{_told(pair)}; each alone differs from the mass by no more than chance")]
 
 
 def _told(joints: Sequence[JointsMass]) -> str:
