@@ -19,10 +19,9 @@ from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
+from .loaded_scale import FRICTION, with_scale
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
-
-FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
 class Posed(Protocol):
@@ -61,9 +60,11 @@ def from_robot(
     if free_friction:
         robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
     if problem.known is None:
-        return _posed(problem, problem.loaded, (robot,), names)
-    loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)
-    return _posed(problem, loaded, (robot,), names, held)
+        loaded, held = with_scale(problem.loaded, {}, problem.scale)
+        return _posed(problem, loaded, (robot,), names, held)
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
+    loaded, held = with_changes(scaled, {} if free_friction else problem.friction)
+    return _posed(problem, loaded, (robot,), names, {**near, **held})
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -92,8 +93,9 @@ def _posed(
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
     """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
-    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
-    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
+    loaded, held = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **held}, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
@@ -113,7 +115,13 @@ def method_of(number: int, free_friction: bool = False) -> Method:
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Methods for which the problem holds what they need."""
     bare = problem.unloaded is not None
-    usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
+    one_scale = problem.scale is None  # changes and differences know of no other
+    usable = {
+        1: bare or problem.known is not None,
+        2: bare and one_scale,
+        3: problem.difference is not None and one_scale,
+        4: bare,
+    }
     return tuple(method for method, there in usable.items() if there)
 
 
