@@ -1,5 +1,6 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
+import io
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.files import write_bytes
 from ...common.linear import RANK_TOLERANCE, decomposed, rank, without
 from ...model import INERTIAL
 from .shared_torque import SharedTorque, beside, compressed, refilled
@@ -169,8 +171,10 @@ class Equations:
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
 
     def save(self, path: str | Path) -> None:
-        """Write the equations as NPZ, to be merged with others later or elsewhere."""
-        np.savez(path, **self.arrays())
+        """Write the equations as NPZ, to be merged with others later or elsewhere; the name ends in .npz."""
+        content = io.BytesIO()
+        np.savez(content, **self.arrays())
+        write_bytes(f"{path}" if f"{path}".endswith(".npz") else f"{path}.npz", content.getvalue())
 
     def arrays(self) -> dict[str, Any]:
         """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""

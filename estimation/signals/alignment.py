@@ -122,7 +122,7 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
         width /= 4.0
     low, mid, high = (mismatch(lag + d) for d in (-width, 0.0, width))
     curve = low - 2.0 * mid + high
-    return lag + (0.5 * width * (low - high) / curve if curve > 0.0 else 0.0)
+    return lag + (0.5 * width * (low - high) / curve if 0.0 < curve < np.inf else 0.0)
 
 
 def _positions(recording: Recording, long: bool) -> Callable[[Array], Array]:
