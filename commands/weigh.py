@@ -9,9 +9,9 @@ from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
 from .options import (
+    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
-    Options,
     PageOptions,
     PairOptions,
     RobotOptions,
@@ -27,7 +27,7 @@ from .progress import status
 
 
 @dataclass(frozen=True)
-class _Weigh(Options):
+class _Weigh(FrictionOptions):
     """Recordings of the short motion, and what it is compared with."""
 
     unloaded: tuple[str, ...] = option(
@@ -74,6 +74,8 @@ def run(
     """Run it."""
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if not asked.robot_parameters:
+        asked.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(asked.inertia) if asked.inertia is not None else None
     stored = estimation.files.read_stored_robot(asked.robot_parameters) if asked.robot_parameters else None
@@ -121,7 +123,7 @@ def _problems(
     if stored is not None:
         problems.append(
             estimation.payload.known_robot_weighing(
-                robot, loaded, stored.estimate, processing, asked.moving, progress
+                robot, loaded, stored.estimate, processing, asked.moving, progress, asked.change
             )
         )
     return problems[0], problems[1:]

@@ -66,7 +66,7 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
     sigma_with_gains: Ten | UnsetType | None = UNSET
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
     interval95: _Intervals | UnsetType | None = UNSET
-    interval95_by: Literal["jackknife", "formula"] | UnsetType = UNSET
+    interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
     com: Vector | UnsetType = UNSET
     com_interval95: Matrix | UnsetType = UNSET
     inertia_com: Matrix | UnsetType = UNSET

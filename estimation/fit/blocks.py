@@ -16,7 +16,10 @@ from ..equations.reduction import reduced
 from .least_squares import joint_weights
 
 _TIMES = 5.0  # autocorrelation times a block holds
-_SHORTEST = 1.0  # s
+SHORTEST = 1.0
+"""s: no block is shorter."""
+FEWEST = 6
+"""Blocks as long as memory asks for: with fewer of a payload's recordings the jackknife alone is not trusted."""
 _MERGED = 8  # problems kept apart until they are merged
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
@@ -38,7 +41,7 @@ def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
     """
     memory = max(_memory(group) for group in groups)
     duration = max(sum(np.ptp(span(recording)) for recording in group) for group in groups)
-    return max(_TIMES * memory, _SHORTEST, duration / _MOST)
+    return max(_TIMES * memory, SHORTEST, duration / _MOST)
 
 
 def span(recording: Observation | Residuals) -> Array:
@@ -100,7 +103,7 @@ def weighted_solution(equations: Equations) -> Array:
 def _memory(group: Sequence[Residuals]) -> float:
     """Longest autocorrelation time among the joints' residuals [s]."""
     times = [t for recording in group for t in recording.t if len(t) > 1]
-    step = min((float(np.diff(t).min()) for t in times), default=_SHORTEST)
+    step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
     joints = range(len(group[0].t))
     return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
 

@@ -6,7 +6,7 @@ direction, 1 where the block says nothing. Where a block holds next to all of on
 equations are then factored anew.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +45,7 @@ def left_out(
     columns: Sequence[str],
     weights: Array,
     known: Sequence[str] = (),
-    held: Mapping[str, float] | None = None,
+    near: Array | None = None,
 ) -> LeftOut:
     """Solve without each of the equations' blocks in turn.
 
@@ -54,17 +54,14 @@ def left_out(
         columns: whose parameters are solved for.
         weights: of the joints, shape (n,).
         known: other columns, each a right-hand side of its own; the last one is Y.
-        held: weights of further equations: that parameters are zero.
+        near: further equations that no block holds, weighted, m x (c + k + 1): in columns, known ones, and Y.
 
     Raises:
         InputError: if what is left does not determine the parameters.
     """
     names, less = tuple(columns), equations.leave_one_out
     places = [*(equations.columns.index(name) for name in (*names, *known)), -1]
-    near = np.array(
-        [weight * np.eye(1, len(places), names.index(name))[0] for name, weight in (held or {}).items()]
-    )
-    near = near.reshape(-1, len(places))
+    near = np.zeros((0, len(places))) if near is None else near
     count = _counts([equations]) + len(near)
     root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
     if isinstance(less, WithoutEach):

@@ -16,7 +16,17 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer, Pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import Residuals, block_edges, cut_pieces, in_blocks, left_over, length_by_residuals, span
+from ..fit.blocks import (
+    FEWEST,
+    SHORTEST,
+    Residuals,
+    block_edges,
+    cut_pieces,
+    in_blocks,
+    left_over,
+    length_by_residuals,
+    span,
+)
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -36,6 +46,7 @@ class PayloadEquations(NamedTuple):
     """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
 
     ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
+    ``few``: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     loaded: Equations
@@ -43,6 +54,7 @@ class PayloadEquations(NamedTuple):
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
     inflation: tuple[float, ...] = ()
+    few: bool = False
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -141,7 +153,9 @@ def payload_equations(
         alone = observer.only(payload_columns(robot), PAYLOAD)
         difference, change_pieces = recorded(alone, changes, processing)
         groups.append(left_over(change_pieces, difference))
-    length = length_by_residuals(groups)
+    length, few = length_by_residuals(groups), False
+    if sum(len(block_edges(recording, length)) - 1 for recording in groups[0]) < FEWEST:
+        length, few = SHORTEST, True
     edges = [block_edges(recording, length) for recording in groups[0]]
     if without is not None:
         ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in groups[1]]
@@ -151,7 +165,7 @@ def payload_equations(
     stretches = _cut(with_pieces, _long_edges(groups[0]))
     memory = tuple(inflation([(left.t[j], left.errors[j]) for left in groups[0]]) for j in range(robot.n))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, memory)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, memory, few)
 
 
 def _whole(

@@ -14,10 +14,10 @@ from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, bas
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.left_out import left_out
-from ..fit.linear_problem import Held, Known, gain_sensitivity
+from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
@@ -62,6 +62,7 @@ class PayloadProblem:
         source: the recordings themselves, in which the verdict looks for causes.
         robot_weights: weights of the joints without payload, taken as given; estimated by default.
         inflation: by how much the memory of each joint's errors under load raises variances.
+        few: whether blocks are shorter than that memory asks for, because the recordings are.
         friction: frictions of the robot that may be others under load, and how far.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
@@ -80,6 +81,7 @@ class PayloadProblem:
     source: Source | None = None
     robot_weights: Sequence[float] | None = None
     inflation: tuple[float, ...] = ()
+    few: bool = False
     friction: Mapping[str, Held] = field(default_factory=dict)
     short: ShortMotion | None = None
 
@@ -154,6 +156,29 @@ class PayloadProblem:
             lambda: (
                 left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.leave_one_out else None
             ),
+        )
+
+    @property
+    def corrected(self) -> bool:
+        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        return self.known is not None and bool(self.friction or (self.short and self.short.held.held))
+
+    @property
+    def robot_prior(self) -> Prior:
+        """A robot known earlier, by the covariance that its errors really have.
+
+        The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
+        """
+        assert self.known is not None
+        there = [one for one, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
+        model, known = error_model(replace(self.known, gain_covariance=None)), self.known
+        return Prior(
+            known.names,
+            known.values,
+            model.covariance,
+            float(np.median(there)),
+            model.degrees_of_freedom,
+            lambda: known.gain_sensitivity,
         )
 
     @cached_property
@@ -285,6 +310,7 @@ def payload_problem(
         no_blocks,
         Source(tuple(loaded), tuple(unloaded), processing),
         inflation=equations.inflation,
+        few=equations.few,
     )
     return _with_friction(problem, friction_change)
 

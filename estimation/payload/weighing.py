@@ -10,6 +10,7 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
+from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
 from ..equations.equations import PAYLOAD
@@ -22,9 +23,10 @@ from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.rows import Mask
-from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, held_offsets
+from .constant_torques import FREE, HeldFriction, coulomb_friction, held_friction, held_offsets, less_robot
 from .constant_torques import friction_free as without_friction
 from .equations import torque_change
+from .friction import FRICTION_CHANGE, friction_sigmas
 from .problem import PayloadProblem
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
@@ -107,6 +109,7 @@ def known_robot_weighing(
     processing: Processing | None = None,
     joints: Sequence[int] | None = None,
     progress: Progress = silent,
+    friction_change: float = FRICTION_CHANGE,
 ) -> PayloadProblem:
     """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
 
@@ -117,6 +120,7 @@ def known_robot_weighing(
         processing: as ``difference_weighing``.
         joints: as ``difference_weighing``.
         progress: as ``difference_weighing``.
+        friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
 
     Raises:
         InputError: if recordings cannot be used, or the parameters are another model's.
@@ -127,17 +131,20 @@ def known_robot_weighing(
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = _moving(measured, processing, joints, robot)
-    observer = _observer(robot, base)
+    observer = _observer(robot, base, friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
-    pairs = [
-        _observed(observer, data, keep, processing.thinning(data.motion.rate), known.values)
+    # Of a single recording the robot's own ripple is what would be found: it takes weight along.
+    observations = [
+        observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
         for data, keep in zip(still, masks, strict=True)
     ]
-    observations, ripples = [own for own, _ in pairs], [waves for _, waves in pairs]
-    # The robot's parameters are of another day: constant torques are free.
-    runs, held = _runs([recording.source for recording in loaded], observations, ripples), free_offsets(robot.n)
+    runs = _runs([recording.source for recording in loaded], observations, [() for _ in loaded])
+    alone = [less_robot(recording, known.values) for recording in observations]
+    sigmas = friction_sigmas(known, friction_change)
+    own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
+    held = held_friction(alone, own)
     rms = _torque_rms(still, masks)
     return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
 
@@ -147,7 +154,7 @@ def weighing_problem(
     base: BaseParameters,
     runs: Sequence[Run],
     moving: tuple[int, ...],
-    held: HeldOffsets,
+    held: HeldFriction,
     torque_rms: Array,
     rate: float | None,
     known: Estimate | None = None,
@@ -165,6 +172,7 @@ def weighing_problem(
         difference=equations if known is None else None,
         pairs=pairs,
         rate=rate,
+        inflation=tuple(held.memory.tolist()),
         short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )
 
@@ -178,21 +186,21 @@ def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
     return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
 
 
-def _observer(robot: Robot, base: BaseParameters | None) -> Observer:
-    """Observer of [W, free columns, W_L]; without base parameters for torque differences."""
+def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
+    """Observer of [W, free columns, W_L]; of torque differences without base parameters and nothing viscous."""
     free = robot.with_offsets(True)
     own = base.columns if base is not None else ()
-    friction = friction_columns(robot)
+    friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
     columns = (*own, *friction, *payload_columns(free))
     return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
 
 
 def _observed(
-    observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
+    observer: Observer, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[Observation, tuple[Wave, ...]]:
     """The equations of one recording, and the ripple that is free in them."""
     plain = observer.observe_rows(data, keep, decimate)
-    waves, columns = ripple_of(plain, data, keep, decimate, known)
+    waves, columns = ripple_of(plain, data, keep, decimate)
     if not waves:
         return plain, ()
     names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))

@@ -97,6 +97,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--moving": "--moving 2,3,5",
+        "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
         "--details": "--details",
         "--max-mismatch": "--max-mismatch 1e-9",
