@@ -33,7 +33,7 @@ from .checks.recordings import (
     unexplained,
     validation,
 )
-from .checks.rivals import other_robots, turned_joints
+from .checks.robot import arm_weight, other_robots, turned_joints
 from .evidence import Evidence
 from .finding import Finding, Verdict, verdict_of
 
@@ -54,6 +54,7 @@ CHECKS: tuple[Check, ...] = (
     burst,
     other_robots,
     turned_joints,
+    arm_weight,
     contradictions,
     other_ways,
     drift,
@@ -68,7 +69,7 @@ BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
 
 
-OF_ROBOT: tuple[Check, ...] = (other_robots, turned_joints)
+OF_ROBOT: tuple[Check, ...] = (other_robots, turned_joints, arm_weight)
 """Checks that a robot without payload passes too."""
 
 

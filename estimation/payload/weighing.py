@@ -27,7 +27,7 @@ from .constant_torques import FREE, HeldFriction, coulomb_friction, held_frictio
 from .constant_torques import friction_free as without_friction
 from .equations import torque_change
 from .friction import FRICTION_CHANGE, friction_sigmas
-from .problem import PayloadProblem
+from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
@@ -78,7 +78,8 @@ def difference_weighing(
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
     held = held_offsets(observations, coulomb)
-    return weighing_problem(robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs))
+    source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
 
 
 def _aligned_pairs(
@@ -146,7 +147,8 @@ def known_robot_weighing(
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     held = held_friction(alone, own)
     rms = _torque_rms(still, masks)
-    return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
+    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, known, source=source)
 
 
 def weighing_problem(
@@ -159,6 +161,7 @@ def weighing_problem(
     rate: float | None,
     known: Estimate | None = None,
     pairs: tuple[AlignedPair, ...] = (),
+    source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
     equations = friction_free(runs, held)
@@ -172,6 +175,7 @@ def weighing_problem(
         difference=equations if known is None else None,
         pairs=pairs,
         rate=rate,
+        source=source,
         inflation=tuple(held.memory.tolist()),
         short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )

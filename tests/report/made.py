@@ -21,6 +21,7 @@ DRIVES = SimpleNamespace(offsets=True)
 ROBOT = SimpleNamespace(
     name="arm",
     fingerprint="f00",
+    mass=None,
     payload_frame="flange: plain",
     drives=DRIVES,
     coupling=SimpleNamespace(coulomb="paper"),

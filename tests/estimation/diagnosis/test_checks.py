@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation.diagnosis import loaded_rows
 from dynident.estimation.diagnosis.checks import joints, loaded, payload, recordings
-from dynident.estimation.diagnosis.checks import rivals as rival_checks
+from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
 from dynident.estimation.diagnosis.loaded_rows import Bursts, Scale
@@ -25,6 +25,7 @@ from dynident.estimation.diagnosis.quantities import (
 from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
+from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
@@ -88,6 +89,15 @@ def scaled(joint: int, off: float, sigma: float) -> Evidence:
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
 
 
+def weighing_arm(share: float) -> Evidence:
+    """An RX90 whose torques show this share of its weight."""
+    moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
+    names, values = ("MX2", "MY2", "MX3", "MY3"), np.array([0.6 * moment, 0.0, 0.0, 0.4 * moment])
+    parameters = Estimate(names, values, np.eye(4), 500.0, robot_of().fit, np.ones(6))
+    return of_payload(estimate_of(), parameters=parameters)
+
+
+ROBOT_MASS = 111.0
 DRIFT = drift_of(9.0)
 
 
@@ -362,6 +372,9 @@ SIDES = (
         lambda x: rival("turned", "5", 0.1, x),
         rival_checks.TURNED_Z,
     ),
+    Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, rival_checks.LIGHT, True),
+    Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, rival_checks.WEIGHTLESS, True),
+    Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, rival_checks.HEAVY + 12.0 / 111.0),
     Side(
         "joints",
         "error",
