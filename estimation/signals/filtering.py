@@ -22,7 +22,7 @@ _SHORTEST = 0.1
 """s: a recording that is shorter shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
-_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -111,7 +111,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     for part in parts(len(t), at_once):
         times = np.clip(t[part], recording.t[0], recording.t[-1])
         low, high = np.searchsorted(recording.t, times[[0, -1]])
-        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        near = slice(max(int(low) - NEIGHBOURS, 0), int(high) + NEIGHBOURS)
         for values, new in zip(recorded, made, strict=True):
             new[part] = between(recording.t[near], values[near])(times)
     q, torque, *speeds = map(_locked, made)
