@@ -18,6 +18,7 @@ from .checks.payload import (
     judged_mass,
     methods_apart,
     other_ways,
+    rating,
     sign,
     uncertain,
     weighed_sign,
@@ -64,7 +65,7 @@ CHECKS: tuple[Check, ...] = (
     inertia,
 )
 """Checks of the recordings, in the order in which their findings are told."""
-BEFOREHAND: tuple[Check, ...] = (conflicts,)
+BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
 
 

@@ -14,9 +14,9 @@ from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
 from ..equations.equations import PAYLOAD
-from ..equations.observation import Observation, Observer, Pieces
-from ..equations.reduction import reduced
-from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
+from ..equations.observation import Observation, Observer
+from ..equations.reduction import Residuals, reduced
+from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, filtered
@@ -220,17 +220,13 @@ def _runs(
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
+        equations = in_blocks(reduced(recording), [[recording]], [edges], length)
         runs.append(Run(source, equations, waves))
     return runs
 
 
-def _opened(recording: Observation) -> Pieces:
-    return lambda: [recording]
-
-
 def _left(recording: Observation) -> list[Residuals]:
-    return left_over([_opened(recording)], reduced(recording))
+    return left_over([[recording]], reduced(recording))
 
 
 def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:

@@ -214,6 +214,13 @@ SIDES = (
         payload.SIGMAS,
     ),
     Side(
+        "rating",
+        "error",
+        "more than the 12 kg that this arm carries",
+        lambda x: of_payload(estimate_of(ten=with_mass(12.0 + 0.01 * x))),
+        payload.TOLD,
+    ),
+    Side(
         "uncertain",
         "error",
         "leaves the mass uncertain by 5 %",
