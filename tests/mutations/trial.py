@@ -10,7 +10,7 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
@@ -107,7 +107,7 @@ def tried(mistake: Mutant, inputs: Path) -> Trial:
         seconds = time.process_time() - begun
         laws: tuple[Callable[[], str], ...] = (
             lambda: _told(status, errors.getvalue()),
-            lambda: _files(status, before),
+            lambda: _files(status, before, mistake.words),
             lambda: _mass(status, mistake),
         )
         for law in laws:
@@ -125,11 +125,12 @@ def _told(status: int, errors: str) -> str:
     return ""
 
 
-def _files(status: int, before: dict[str, bytes]) -> str:
+def _files(status: int, before: dict[str, bytes], words: Sequence[str]) -> str:
     """Inputs stay as they are; what is written is whole, and nothing is where the input could not be used."""
-    changed = [
-        name for name, content in before.items() if not Path(name).exists() or Path(name).read_bytes() != content
-    ]
+    now = {name: Path(name).read_bytes() if Path(name).exists() else b"" for name in before}
+    # What is named once may be the file to be written; what is named twice is read as well.
+    named = {name: sum(word == name or word.endswith(f"={name}") for word in words) for name in before}
+    changed = [name for name, content in before.items() if now[name] != content and named[name] != 1]
     if changed:
         return f"an input was changed: {', '.join(changed)}"
     new = [path for path in Path().rglob("*") if path.is_file() and path.name not in before]
