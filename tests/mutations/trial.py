@@ -148,7 +148,7 @@ def _files(status: int, before: dict[str, bytes], words: Sequence[str]) -> str:
 
 
 def _mass(status: int, mistake: Mutant) -> str:
-    """A mass that is far off, beyond its interval, and said to be of use."""
+    """A mass that is far off, beyond its interval by half (an interval of 95 % may miss), and said to be of use."""
     if status != 0 or mistake.words[0] not in ("payload", "weigh") or not Path("out.json").exists():
         return ""
     document = json.loads(Path("out.json").read_bytes())
@@ -158,7 +158,11 @@ def _mass(status: int, mistake: Mutant) -> str:
     )
     mass, (low, high) = estimate["parameters"]["M"], estimate["interval95"]["M"]
     true = next((MASSES[word] for word in mistake.words if word in MASSES), None)
-    if true is None or mass is None or abs(mass - true) <= max(0.03 * true, mass - low, high - mass):
+    if (
+        true is None
+        or mass is None
+        or abs(mass - true) <= max(0.03 * true, 1.5 * (mass - low), 1.5 * (high - mass))
+    ):
         return ""
     return f"silent: {mass:.3f} kg ({low:.3f} to {high:.3f}), in truth {true:g}"
 
