@@ -28,12 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if today := moved(words):
         print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
         return BAD_INPUT
-    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without Greek letters
-
+    _prepare_process()
     try:
         arguments = _parser(words).parse_args(words)
         arguments.argv = words
@@ -52,6 +47,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
         return _report_fault(fault, words)
+
+
+def _prepare_process() -> None:
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters
 
 
 def _refused(message: str) -> int:

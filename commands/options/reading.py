@@ -133,16 +133,20 @@ def check_targets(parts: Sequence[Options]) -> None:
     taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
     for part in parts:
         for name, kind, path in part.named("writes"):
+            _check_writable(name, kind, path)
             place = Path(path).resolve()
-            if kind == "file" and (not path or place.is_dir() or not place.parent.is_dir()):
-                raise InputError(f"{name} {path!r}: not a file in a folder that exists")
-            if kind == "folder" and not _may_hold_files(path):
-                raise InputError(f"{name} {path!r}: is not a folder, nor can one be made there")
-            if place in taken and (
-                place.is_file() or not place.exists()
-            ):  # a pipe or a terminal may be named twice
+            repeatable = place.exists() and not place.is_file()  # a pipe or a terminal may be named twice
+            if place in taken and not repeatable:
                 raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
             taken[place] = name
+
+
+def _check_writable(name: str, kind: str, path: str) -> None:
+    place = Path(path).resolve()
+    if kind == "file" and (not path or place.is_dir() or not place.parent.is_dir()):
+        raise InputError(f"{name} {path!r}: not a file in a folder that exists")
+    if kind == "folder" and not _may_hold_files(path):
+        raise InputError(f"{name} {path!r}: is not a folder, nor can one be made there")
 
 
 def _may_hold_files(path: str) -> bool:
