@@ -14,6 +14,7 @@ from ...estimation.files.stored_payload import (
     AgreementDocument,
     Assumed,
     ConstantTorques,
+    FlangeDocument,
     FreeEstimate,
     JointsMassDocument,
     PayloadData,
@@ -27,7 +28,7 @@ from ...estimation.files.stored_payload import (
     WeighedDocument,
 )
 from ...estimation.payload import RIPPLE_CHANCE, ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
-from ...model import INERTIAL, Processing
+from ...model import INERTIAL, Processing, Robot
 from .parts import (
     elimination_document,
     gain_errors_document,
@@ -49,6 +50,7 @@ def payload_document(
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
+        flange_in_payload_frame=_flange(problem.robot),
         processing=processing_document(problem.robot, processing, drive_gains),
         relative_residual=_residual(answer),
         data=_data(problem, processing),
@@ -90,6 +92,13 @@ def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
         "repeats": _repeats(answer),
         "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
+
+
+def _flange(robot: Robot) -> FlangeDocument | None:
+    pose = robot.flange_pose
+    if pose is None:
+        return None
+    return FlangeDocument(pose.p, np.degrees(pose.rpy), robot.sources.get("flange", ""))
 
 
 def _residual(answer: PayloadAnswer) -> ResidualDocument:
