@@ -45,7 +45,8 @@ class _Export(Options):
         type=float,
         nargs=6,
         metavar=_POSE,
-        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange or the robot's file tells it",
+        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange, or "
+        "the robot's file tells where it is",
     )
     tool_frame: tuple[float, ...] | None = option(
         type=float,

@@ -32,6 +32,7 @@ class ProcessingDocument(Document, frozen=True):
     decimate: int | UnsetType = UNSET
     still_speed: float | UnsetType = UNSET
     slow_fraction: float | UnsetType = UNSET
+    slow_speed: float | tuple[float, ...] | UnsetType = UNSET
     max_mismatch: float | UnsetType = UNSET
 
 

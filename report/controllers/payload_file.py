@@ -66,7 +66,7 @@ def _with_flange(load: ControllerLoad, document: StoredPayload) -> ControllerLoa
     flange = document.flange_in_payload_frame or None
     if flange is None:
         return load
-    pose = Pose.from_rpy(flange.xyz, np.radians(flange.rpy_deg))
+    pose = Pose.from_rpy(flange.xyz.tolist(), np.radians(flange.rpy_deg).tolist())
     return replace(load, flange=pose, flange_source=flange.source)
 
 

@@ -18,6 +18,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
             cutoff=processing.cutoff,
             decimate=processing.decimate,
             slow_fraction=processing.slow_fraction,
+            slow_speed=processing.slow_speed,
         ),
         load=LoadDocument(
             known=dict(zip(load.known, load.values.tolist(), strict=True)),

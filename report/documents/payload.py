@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from ...common.arrays import Array
 from ...estimation import PAYLOAD, PayloadAnswer, PayloadProblem
@@ -94,11 +94,11 @@ def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
     }
 
 
-def _flange(robot: Robot) -> FlangeDocument | None:
+def _flange(robot: Robot) -> FlangeDocument | UnsetType:
     pose = robot.flange_pose
     if pose is None:
-        return None
-    return FlangeDocument(pose.p, np.degrees(pose.rpy), robot.sources.get("flange", ""))
+        return UNSET
+    return FlangeDocument(pose.p, np.degrees(pose.rpy) + 0.0, robot.sources.get("flange", ""))
 
 
 def _residual(answer: PayloadAnswer) -> ResidualDocument:

@@ -48,7 +48,7 @@ def same(document: Document, expected: dict[str, Any]) -> None:
 
 
 PROCESSING = {
-    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
+    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04, "slow_speed": 0.06,
     "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
 }  # fmt: skip
 GAINS = {
@@ -263,7 +263,7 @@ def test_payload() -> None:
         document,
         {
             "robot": "arm",
-            "frame": "flange: plain",
+            "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "processing": PROCESSING,
             "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
             "data": {
@@ -301,7 +301,7 @@ def test_weigh(possible: bool) -> None:
         document,
         {
             "robot": "arm",
-            "frame": "flange: plain",
+            "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "joints": [1, 2],
             "processing": PROCESSING,
             "relative_residual": {
@@ -352,7 +352,13 @@ def test_gains(tmp_path: Path) -> None:
         document,
         {
             "robot": "arm",
-            "processing": {"rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "slow_fraction": 0.04},
+            "processing": {
+                "rate_hz": 101.0,
+                "cutoff_hz": 11.0,
+                "decimate": 7,
+                "slow_fraction": 0.04,
+                "slow_speed": 0.06,
+            },
             "load": {"known": {"M_L": 6.1}, "mass_sigma": 0.015, "identified": ten(gains.payload.vector)},
             "drive_gains": {
                 "values": gains.values,
@@ -378,6 +384,7 @@ def test_gains(tmp_path: Path) -> None:
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
 
 
+FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
 LIMIT = SimpleNamespace(
     name="speed", worst="joint 2", value=1.5, limit=2.0, violation=0.25, relative=0.125, room=0.5
 )
