@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Sequence
@@ -12,15 +13,17 @@ from importlib import import_module
 from typing import NoReturn
 
 from . import __version__
-from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
+from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERNAL_ERROR, INTERRUPTED, moved
 from .common.errors import InputError
 
+_TOLD = 200
+"""Letters of a fault that are shown; the file has all."""
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
 """Packages whose versions decide the numbers."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit status (0 answered, 1 do not use, 2 the input cannot be used)."""
+    """Run one command; returns its status: 0 answered, 1 do not use, 2 the input cannot be used, 3 our fault."""
     words = tuple(sys.argv[1:] if argv is None else argv)
     if today := moved(words):
         print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
@@ -40,18 +43,58 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
-    except (InputError, OSError) as error:
-        message = " ".join(str(error).split())
-        print(f"dynident: error: {message}", file=sys.stderr)
-        return BAD_INPUT
+    except InputError as error:
+        return _refused(str(error))
+    except OSError as error:
+        return _refused(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except KeyboardInterrupt:
         print("dynident: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
+        return _report_fault(fault, words)
+
+
+def _refused(message: str) -> int:
+    print(f"dynident: error: {' '.join(message.split())}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _report_fault(fault: Exception, words: Sequence[str]) -> int:
+    """One line for the user, and a file with what those need who look for the fault."""
+    import tempfile
+    import traceback
+
+    details = [f"dynident {shlex.join(words)}", *_versions(), "", *traceback.format_exception(fault)]
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as file:
+            file.write("\n".join(details))
+        where = f"with {file.name}"
+    except OSError as error:
+        where = f"(its details could not be written: {error.strerror})"
+    told = " ".join(f"{type(fault).__name__}: {fault}".split())
+    print(f"dynident: internal error, please report {where}: {told[:_TOLD]}", file=sys.stderr)
+    return INTERNAL_ERROR
+
+
+def _versions() -> list[str]:
+    """What a report of a fault should name."""
+    import platform
+    from importlib.metadata import PackageNotFoundError, version
+
+    lines = [f"dynident {__version__}"]
+    for package in _SOLVERS:
+        try:
+            lines.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            lines.append(f"{package} not installed")
+    return [*lines, f"python {platform.python_version()}"]
 
 
 def _note(message: Warning | str, *_: object, **__: object) -> None:
     """A warning is a line for the user, not for a programmer."""
-    print(f"dynident: note: {message}", file=sys.stderr)
+    print(f"dynident: note: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -66,16 +109,7 @@ class _Version(argparse.Action):
     """Prints what a report of a fault should name."""
 
     def __call__(self, *_: object, **__: object) -> None:
-        import platform
-        from importlib.metadata import PackageNotFoundError, version
-
-        print(f"dynident {__version__}")
-        for package in _SOLVERS:
-            try:
-                print(f"{package} {version(package)}")
-            except PackageNotFoundError:
-                print(f"{package} not installed")
-        print(f"python {platform.python_version()}")
+        print(*_versions(), sep="\n")
         raise SystemExit(0)
 
 

@@ -6,7 +6,7 @@ Only the file of the command that is called is imported, so that ``dynident --he
 import shlex
 from collections.abc import Sequence
 
-ANSWERED, DO_NOT_USE, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+ANSWERED, DO_NOT_USE, BAD_INPUT, INTERNAL_ERROR, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 """Exit statuses of every command."""
 COMMANDS = {
     "weigh": "what hangs on the flange, from a short motion near a pose",

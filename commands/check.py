@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import estimation, report
+from ..common.files import made_folder
 from . import ANSWERED, DO_NOT_USE
 from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
 
@@ -60,7 +61,7 @@ def _checked(path: str, setup: Setup) -> estimation.diagnosis.LogCheck:
 
 
 def _plot(folder: Path, number: int, check: estimation.diagnosis.LogCheck) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
     for ending in ("png", "svg"):
         report.save_signals(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import report, trajectories
-from ..common.files import write_text
+from ..common.files import made_folder, write_text
 from . import ANSWERED
 from .motion_pages import FIGURE_RATE, Judged, show
 from .motion_request import Asked, build_request
@@ -52,8 +52,7 @@ class _DesignFiles(MotionFiles):
         """Write a motion with its head in the formats asked for."""
         super().write(written)
         if self.val3:
-            folder = Path(self.val3)
-            folder.mkdir(parents=True, exist_ok=True)
+            folder = made_folder(self.val3)
             for name, text in report.motions.val3_files(written, folder.name).items():
                 write_text(folder / name, text)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from rich.console import Console
-
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, add_command, option
+from .progress import status
 
 
 @dataclass(frozen=True)
@@ -60,9 +59,9 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: Result
     plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
-    with Console(stderr=True).status("reading") as status:
-        problem = estimation.gains.gain_problem(robot, unloaded, loaded, setup.processing, status.update, load)
-        status.update("estimating")
+    with status("reading") as progress:
+        problem = estimation.gains.gain_problem(robot, unloaded, loaded, setup.processing, progress, load)
+        progress("estimating")
         gains = estimation.identify_gains(problem, load)
     report.print_blocks(report.gains_screen(gains))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from rich.console import Console
-
 from .. import estimation, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
@@ -20,6 +18,7 @@ from .options import (
     add_command,
     option,
 )
+from .progress import status
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -103,9 +102,9 @@ def run(
     asked.check()
     recordings, held_out = setup.read(asked.data), setup.read(asked.validate)
     gains = drives.errors(setup, [], recordings)
-    with Console(stderr=True).status("reading") as status:
+    with status("reading") as progress:
         result = estimation.identify(
-            setup.robot, recordings, setup.processing, held_out, status.update, True, essential.rule(), gains
+            setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
         )
         possible, warnings = asked.possible(result), result.warnings
     screen = report.robot_screen(result, possible, warnings)

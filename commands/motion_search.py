@@ -5,10 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
-from rich.console import Console
-
 from .. import trajectories
 from ..common.errors import InputError
+from .progress import status
 
 
 def best_motion(
@@ -28,10 +27,10 @@ def best_motion(
     Raises:
         InputError: if there is none; says which limit is missed and by how much.
     """
-    with Console(stderr=True).status("building") as status:
+    with status("building") as progress:
 
         def show(step: trajectories.design.Step) -> None:
-            status.update(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
+            progress(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
 
         design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
     if not design.feasible:
@@ -48,7 +47,7 @@ def floor_of(
 ) -> trajectories.design.Floor | None:
     """The floor under a motion's criterion; None if it was interrupted, which costs no motion."""
     try:
-        with Console(stderr=True).status("estimating the floor"):
+        with status("estimating the floor"):
             return trajectories.floor_under(problem, score.value, seed=seed)
     except KeyboardInterrupt:
         print("dynident: note: interrupted: the floor is not known", file=sys.stderr)

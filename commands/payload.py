@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from rich.console import Console
-
 from .. import estimation, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
@@ -21,6 +19,7 @@ from .options import (
     add_command,
     option,
 )
+from .progress import status
 
 
 @dataclass(frozen=True)
@@ -64,6 +63,8 @@ class _Payload(FrictionOptions):
             raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
         if not self.robot_parameters and self.method not in ("4", "all"):
             self.refuse("friction_change", "belongs to method 4 and to --robot-parameters: neither is asked for")
+        if self.method in ("2", "3"):
+            self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
         if essential and self.method not in ("4", "all"):
             raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
 
@@ -100,18 +101,19 @@ def run(
     unloaded, loaded, held_out = (setup.read(paths) for paths in (asked.unloaded, asked.loaded, asked.validate))
     gain_errors = drives.errors(setup, loaded, unloaded, stored)
     known = stored.estimate if stored else None
-    with Console(stderr=True).status("reading") as status:
+    with status("reading") as progress:
         problem = estimation.payload_problem(
             setup.robot,
             loaded,
             unloaded,
             known,
             setup.processing,
-            status.update,
+            progress,
             robust=True,
             friction_change=asked.change,
+            scale_sigma=asked.scale_sigma or 0.0,
         )
-        status.update("estimating")
+        progress("estimating")
         methods = None if asked.method == "all" else (int(asked.method),)
         try:
             answer = estimation.answer_payload(

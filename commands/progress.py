@@ -1,4 +1,4 @@
-"""A progress bar on the error stream."""
+"""What is being done, on the error stream; names of files are text, never markup."""
 
 from __future__ import annotations
 
@@ -7,6 +7,14 @@ from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import Progress
+from rich.text import Text
+
+
+@contextmanager
+def status(what: str) -> Iterator[Callable[[str], None]]:
+    """Show what is being done; gives a function that changes the words."""
+    with Console(stderr=True).status(Text(what)) as shown:
+        yield lambda words: shown.update(Text(words))
 
 
 @contextmanager

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from rich.console import Console
-
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
 from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
+from .progress import status
 from .robot_poses import checked_poses, pose_lines
 
 _SHOWN = 6
@@ -25,7 +24,7 @@ reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 class _Processing(ProcessingOptions):
     """Processing without decimation: the samples are thin by themselves."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate"})
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
 
 
 @dataclass(frozen=True)
@@ -55,12 +54,12 @@ def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
     robot = setup.robot
-    with Console(stderr=True).status("reading") as status:
-        poses = checked_poses(files.data, setup, status.update)
+    with status("reading") as progress:
+        poses = checked_poses(files.data, setup, progress)
         recordings = setup.read(_with_torques(files.data, setup) if poses else files.data)
         check = None
         if recordings:
-            check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, status.update)
+            check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, progress)
     text = [line for log in poses for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ()))]
     text += lines(check) if check else ["No torques or currents: the pose alone is compared."]
     print(*text, sep="\n")

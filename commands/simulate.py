@@ -17,6 +17,7 @@ import numpy as np
 
 from .. import __version__, estimation, model, report, trajectories
 from ..common.errors import InputError
+from ..common.files import made_folder
 from . import ANSWERED
 from .options import Options, RobotOptions, add_command, option
 from .progress import bar
@@ -170,7 +171,7 @@ def _root_mean_square(robot: model.Robot, references: Sequence[trajectories.moti
 
 def _write(folder: Path, experiment: Any, controller: Any) -> None:
 
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     files = [f"{run.task.name}.csv" for run in experiment.runs]
     for file, one in zip(files, experiment.runs, strict=True):
         report.recordings.write_recording(folder / file, one.recording)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-
 from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
 from .options import (
+    FrictionOptions,
     GainOptions,
     KnowledgeOptions,
-    Options,
     PageOptions,
     PairOptions,
     RobotOptions,
@@ -25,10 +23,11 @@ from .values import joint_list
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+from .progress import status
 
 
 @dataclass(frozen=True)
-class _Weigh(Options):
+class _Weigh(FrictionOptions):
     """Recordings of the short motion, and what it is compared with."""
 
     unloaded: tuple[str, ...] = option(
@@ -75,15 +74,17 @@ def run(
     """Run it."""
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if not asked.robot_parameters:
+        asked.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(asked.inertia) if asked.inertia is not None else None
     stored = estimation.files.read_stored_robot(asked.robot_parameters) if asked.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
     loaded, unloaded = setup.read(asked.loaded), setup.read(asked.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
-    with Console(stderr=True).status("reading") as status:
-        problem, others = _problems(asked, setup, loaded, unloaded, stored, status.update)
-        status.update("estimating")
+    with status("reading") as progress:
+        problem, others = _problems(asked, setup, loaded, unloaded, stored, progress)
+        progress("estimating")
         try:
             answer = estimation.answer_payload(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
@@ -122,7 +123,7 @@ def _problems(
     if stored is not None:
         problems.append(
             estimation.payload.known_robot_weighing(
-                robot, loaded, stored.estimate, processing, asked.moving, progress
+                robot, loaded, stored.estimate, processing, asked.moving, progress, asked.change
             )
         )
     return problems[0], problems[1:]

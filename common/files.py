@@ -2,31 +2,89 @@
 
 import os
 import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+
+from .errors import InputError
+
+_kept: ContextVar[set[Path] | None] = ContextVar("kept", default=None)
+"""Files that this run has read or written; None outside a run."""
+
+
+@contextmanager
+def keeping(inputs: Iterable[str | Path]) -> Iterator[None]:
+    """A run: within, neither ``inputs`` are overwritten nor what was written within already."""
+    token = _kept.set({Path(path).resolve() for path in inputs})
+    try:
+        yield
+    finally:
+        _kept.reset(token)
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a text file (UTF-8, lines end in a line feed everywhere) in one step; see ``write_bytes``."""
-    write_bytes(path, text.encode("utf-8"))
+    """Write a text file (UTF-8, lines end in a line feed everywhere) in one step; see ``write_bytes``.
+
+    A letter that no encoding has, as names of files may hold, becomes a question mark.
+    """
+    write_bytes(path, text.encode("utf-8", errors="replace"))
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:
     """Write a file in one step: beside its place, then moved there.
 
-    A link keeps its place, its target is written; what is no regular file (a pipe) is written straight to.
+    A link keeps its place, its target is written; what is no regular file (a pipe) is written straight to. A file
+    that is there keeps its mode, a new one gets what the umask leaves.
 
     Raises:
-        OSError: if it cannot be written.
+        InputError: if it cannot be written, or was read or written in this run already; names the file.
     """
-    path = Path(path).resolve()
+    place, kept = Path(path).resolve(), _kept.get()
+    if kept is not None and (place.is_file() or not place.exists()):
+        if place in kept:
+            raise InputError(f"{path}: this run has read or written it already: give another name or folder")
+        kept.add(place)
+    try:
+        _write(place, content)
+    except BrokenPipeError:  # whoever reads has seen enough
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def made_folder(path: str | Path) -> Path:
+    """A folder, made with those above it if missing.
+
+    Raises:
+        InputError: if it cannot be made; names it.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made: {error.strerror or error}") from None
+    return Path(path)
+
+
+def _write(path: Path, content: bytes) -> None:
     if path.exists() and not path.is_file():
         path.write_bytes(content)
         return
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    mode = _mode(path)
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}"[:200] + ".")
     try:
         with os.fdopen(descriptor, "wb") as stream:
             stream.write(content)
-        Path(name).chmod(0o644)
+        Path(name).chmod(mode)
         Path(name).replace(path)
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def _mode(path: Path) -> int:
+    """The mode that a file has, or a new one would get."""
+    if path.exists():
+        return path.stat().st_mode & 0o7777
+    umask = os.umask(0o077)
+    os.umask(umask)
+    return 0o666 & ~umask

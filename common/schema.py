@@ -4,7 +4,6 @@ A kind of file is a ``Table``: its fields are the keys, their types what may sta
 meant where a key is left out. Keys that are not declared are refused.
 """
 
-import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -51,10 +50,13 @@ class Document(Table, frozen=True):
     """A JSON document or a part of it, written and read."""
 
     @classmethod
-    def of(cls, source: Any, /, **more: Any) -> Self:
-        """The fields of ``more``, and for all others the attributes of ``source`` by the same names."""
-        names = (name for name in cls.__struct_fields__ if name not in more and hasattr(source, name))
-        return cls(**more, **{name: getattr(source, name) for name in names})
+    def of(cls, *sources: Any, **more: Any) -> Self:
+        """The fields of ``more``, and for each other the attribute of that name of the first source that has it."""
+        for name in cls.__struct_fields__:
+            owners = (source for source in sources if hasattr(source, name))
+            if name not in more and (owner := next(owners, None)) is not None:
+                more[name] = getattr(owner, name)
+        return cls(**more)
 
 
 class WrongKeyError(ValueError):
@@ -197,37 +199,6 @@ def given(value: Any) -> Any:
         return value
     fields = [(field, getattr(value, field.name)) for field in msgspec.structs.fields(value)]
     return {field.encode_name: given(entry) for field, entry in fields if entry not in (field.default, {})}
-
-
-def toml_text(data: Mapping[str, Any]) -> str:
-    """A plain mapping as TOML: lists on one line, whole numbers without a point."""
-    return "\n".join(_toml_lines(data, "")) + "\n"
-
-
-def _toml_lines(data: Mapping[str, Any], above: str) -> Iterator[str]:
-    tables: list[str] = []
-    for key, value in data.items():
-        rows = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
-        if not rows or not all(isinstance(row, Mapping) for row in rows):
-            yield f"{_toml_key(key)} = {_toml_value(value)}"
-            continue
-        name, (left, right) = f"{above}{_toml_key(key)}", ("[[", "]]") if rows is value else ("[", "]")
-        for row in rows:
-            tables += ["", f"{left}{name}{right}", *_toml_lines(row, f"{name}.")]
-    yield from tables
-
-
-def _toml_key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_value(key)
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml_value, value))}]"
-    if isinstance(value, float):
-        return repr(int(value)) if value == int(value) else repr(value)
-    # JSON's texts, numbers and truth values are TOML's too, but for the one control character JSON leaves as it is.
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _plain(value: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from ..common.errors import InputError
-from ..common.files import write_text
+from ..common.files import made_folder, write_text
 from . import dynamics
 from . import regressors as regressor
 from .base.parameters import BaseParameters
@@ -103,7 +103,7 @@ def generate_code(robot: Robot, name: str, folder: str | Path) -> tuple[Path, ..
         f"{symbol}_example.c": _example(export, symbol, robot),
     }
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     for file, text in texts.items():
         write_text(folder / file, text)
     return tuple(folder / file for file in texts)

@@ -14,6 +14,7 @@ from .names import parameter_kind
 
 SPRING = "SPRING"
 """Kind of the parameter that is 1 where a spring's torque is a column."""
+_ONE = ca.SX(1)
 
 
 @dataclass(frozen=True)
@@ -170,20 +171,21 @@ class Drives:
 
 
 def drive_terms(
-    drives: Drives, qd: ca.SX, qdd: ca.SX, sign: Callable[[ca.SX], ca.SX] = ca.sign
-) -> dict[str, dict[int, ca.SX]]:
+    drives: Drives, qd: Any, qdd: Any, sign: Callable[[Any], Any] = ca.sign, one: Any = _ONE
+) -> dict[str, dict[int, Any]]:
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
     Args:
-        qd: joint speeds, n x 1 [rad/s or m/s].
-        qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2].
+        qd: joint speeds, n x 1 [rad/s or m/s]; as arrays n x N.
+        qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2]; as arrays n x N.
         sign: what stands for the sign in Coulomb friction.
+        one: what stands for the number 1.
 
     Source: (2), (3) and, for coupled drives, (10) and (11).
     """
-    terms: dict[str, dict[int, ca.SX]] = {}
-    for row in range(qd.numel()):
-        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": ca.SX(1)}
+    terms: dict[str, dict[int, Any]] = {}
+    for row in range(qd.shape[0]):
+        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": one}
         for name in drives.names(row + 1):
             terms[name] = {row: factors[parameter_kind(name)]}
     if drives.coupling:

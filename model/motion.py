@@ -8,6 +8,8 @@ import numpy as np
 from ..common.arrays import Array, frozen_array, rising
 
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
+_OVERSAMPLING = 1.25
+"""Of a recording's mean rate, at most: samples in between are not measurements."""
 
 
 @dataclass(frozen=True)
@@ -111,10 +113,14 @@ class Processing:
     """Settings of signal processing, in the order in which they are applied.
 
     Attributes:
-        rate: uniform rate to which a recording is resampled [Hz]; None keeps the recording's mean rate.
+        rate: uniform rate to which a recording is resampled [Hz]; None keeps the recording's mean rate. A faster
+            recording is resampled to a multiple of it, and Y and W decimated to it, so that no noise folds in.
         cutoff: cut-off of the zero-phase 4th-order Butterworth filter on positions and speeds [Hz]; None
             leaves them as they are.
-        decimate: parallel decimation of Y and of every column of W, by this whole factor.
+        decimate: parallel decimation of Y and of every column of W, by this whole factor; of ``rate``, where that
+            is given.
+        equation_rate: rate to which Y and W are decimated [Hz], as near as whole factors come, instead of
+            ``decimate``.
         still_speed: below it a joint stands still [rad/s or m/s]; while all joints do for over 0.3 s, and where
             they move for under 1 s, rows are left out.
         slow_fraction: rows of joint j are left out where its speed is below this fraction of its largest
@@ -127,6 +133,7 @@ class Processing:
     rate: float | None = None
     cutoff: float | None = None
     decimate: int = 1
+    equation_rate: float | None = None
     still_speed: float = 2e-3
     slow_fraction: float = 0.0
     slow_speed: float | tuple[float, ...] = 0.0
@@ -134,12 +141,14 @@ class Processing:
 
     def __post_init__(self) -> None:
         """Refuse settings without a meaning."""
-        for name in ("rate", "cutoff"):
+        for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < float("inf"):
                 raise ValueError(f"{name} must be positive [Hz], got {value}")
         if self.decimate < 1 or self.decimate != int(self.decimate):
             raise ValueError(f"decimate must be a whole number of at least 1, got {self.decimate}")
+        if self.decimate > 1 and self.equation_rate is not None:
+            raise ValueError("decimate and equation_rate say the same: give one of them")
         if not 0.0 <= self.slow_fraction < 1.0:
             raise ValueError(f"slow_fraction must be in [0, 1), got {self.slow_fraction}")
         slow = self.slow_speed if isinstance(self.slow_speed, tuple) else (self.slow_speed,)
@@ -148,3 +157,19 @@ class Processing:
         for name in ("still_speed", "max_mismatch"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} must not be negative")
+
+    def grid_rate(self, recorded: float) -> float:
+        """Even rate [Hz] at which a recording of some mean rate is processed.
+
+        The multiple of ``rate`` next to the recorded one, not above 1.25 times that: torque that is picked from a
+        faster log folds all noise above half of ``rate`` into the equations.
+        """
+        if self.rate is None:
+            return recorded
+        return self.rate * max(1, min(round(recorded / self.rate), int(_OVERSAMPLING * recorded / self.rate)))
+
+    def thinning(self, rate: float) -> int:
+        """Whole factor of the parallel decimation of samples at an even rate [Hz]."""
+        if self.equation_rate is not None:
+            return max(1, round(rate / self.equation_rate))
+        return self.decimate * max(1, round(rate / self.rate)) if self.rate is not None else self.decimate

@@ -1,15 +1,14 @@
 """Writes simulated recordings as CSV, and what is true of them as TOML."""
 
 import io
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..common.files import write_text
+from ..common.toml import toml_text
 from ..model import Recording
 from ..trajectories import Controller, Experiment
 
@@ -44,45 +43,29 @@ def write_truth(
         versions: of the programs that made it.
     """
     robot, errors = experiment.robot, experiment.errors
-    lines = ["# What dynident simulated. SI units. The payload is in payload_frame.", ""]
-    about_robot = {
+    assumed = robot.assumed(*SIMULATED)
+    loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
+    truth = {
         "robot": robot.name,
         "robot_fingerprint": robot.fingerprint,
         "payload_frame": robot.payload_frame,
+        "seed": experiment.seed,
+        "versions": versions,
+        **({"assumed": assumed} if assumed else {}),
+        "parameters": robot.parameters,
+        **({"payload": loads[0].named()} if loads else {}),
+        "controller": asdict(controller),
+        "disturbances": asdict(experiment.disturbances),
+        "drawn": {"drive_gains": errors.gains.tolist(), "ripple_phases": errors.phases.tolist()},
+        "runs": [
+            {
+                "file": file,
+                "trajectory": run.task.name,
+                "payload": run.task.payload is not None,
+                "tracking_error": run.tracking_error.tolist(),
+                "mean_friction": run.friction,
+            }
+            for file, run in zip(files, experiment.runs, strict=True)
+        ],
     }
-    lines += _lines(about_robot | {"seed": experiment.seed})
-    lines += _table("versions", versions)
-    assumed = robot.assumed(*SIMULATED)
-    lines += _table("assumed", assumed) if assumed else []
-    lines += _table("parameters", robot.parameters)
-    bodies = [run.task.payload for run in experiment.runs if run.task.payload is not None]
-    if bodies:
-        lines += _table("payload", bodies[0].named())
-    lines += _table("controller", asdict(controller))
-    lines += _table("disturbances", asdict(experiment.disturbances))
-    drawn = {"drive_gains": errors.gains.tolist(), "ripple_phases": errors.phases.tolist()}
-    lines += _table("drawn", drawn)
-    for file, run in zip(files, experiment.runs, strict=True):
-        about = {
-            "file": file,
-            "trajectory": run.task.name,
-            "payload": run.task.payload is not None,
-            "tracking_error": run.tracking_error.tolist(),
-        }
-        lines += ["", "[[runs]]", *_lines(about), *_lines({"mean_friction": run.friction})]
-    write_text(path, "\n".join(lines) + "\n")
-
-
-def _table(name: str, values: Mapping[str, Any]) -> list[str]:
-    return ["", f"[{name}]", *_lines(values)]
-
-
-def _lines(values: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_text(value)}" for key, value in values.items()]
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {_text(entry)}" for key, entry in value.items()) + "}"
-    # Text, numbers, booleans and lists of them read the same in JSON and in TOML.
-    return json.dumps(value, allow_nan=False)
+    write_text(path, "# What dynident simulated. SI units. The payload is in payload_frame.\n\n" + toml_text(truth))

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
 from ... import estimation, report
+from ...common.files import made_folder
 from ..options import PageOptions, Setup
-from ..progress import bar
+from ..progress import bar, status
 from .analysis import Analysis, analyse
 from .comparison import constrained_table, experiment_notes, paper_payload_table, table1, table2
 from .paper import paper_tables
@@ -30,12 +29,12 @@ def demonstrate(
         gain_error: standard deviation of the drive gains, relative.
         pages: where the report goes, unless into the folder, and its figures.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     robot, paper = paper_robot(), paper_tables()
     with bar("simulating") as progress:
         experiment = simulate_paper(robot, paper.payload, levels(noise, gain_error), seed, trajectories, progress)
-    with Console(stderr=True).status("reducing") as status:
-        analysis = analyse(experiment, status.update)
+    with status("reducing") as progress:
+        analysis = analyse(experiment, progress)
     answer = analysis.answer
     tables = [
         *table1(answer, paper),

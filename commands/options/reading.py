@@ -13,6 +13,7 @@ import numpy as np
 from ... import model
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.files import keeping
 from .. import COMMANDS
 
 Writes = Literal["", "file", "folder"]
@@ -116,23 +117,31 @@ def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[
     def called(arguments: argparse.Namespace) -> int:
         values = [part.of(arguments) for part in parts]
         check_targets(values)
-        return run(*values)
+        with keeping([path for value in values for _, _, path in value.named("reads")]):
+            return run(*values)
 
     parser.set_defaults(run=called)
 
 
 def check_targets(parts: Sequence[Options]) -> None:
-    """Refuse what cannot be written before any work is done.
+    """Refuse what cannot be written, or would overwrite an input or another output, before any work is done.
 
     Raises:
         InputError: names the option.
     """
+    taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
     for part in parts:
         for name, kind, path in part.named("writes"):
-            if kind == "file" and (not path or Path(path).is_dir() or not Path(path).resolve().parent.is_dir()):
+            place = Path(path).resolve()
+            if kind == "file" and (not path or place.is_dir() or not place.parent.is_dir()):
                 raise InputError(f"{name} {path!r}: not a file in a folder that exists")
             if kind == "folder" and not _may_hold_files(path):
                 raise InputError(f"{name} {path!r}: is not a folder, nor can one be made there")
+            if place in taken and (
+                place.is_file() or not place.exists()
+            ):  # a pipe or a terminal may be named twice
+                raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
+            taken[place] = name
 
 
 def _may_hold_files(path: str) -> bool:

@@ -52,12 +52,13 @@ class Setup:
         robot, processing = self.robot, self.processing
         rate = f"{processing.rate:g} Hz" if processing.rate else "the recording's own"
         cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
+        kept = processing.equation_rate
         gains = ", ".join(f"{gain:g}" for gain in self.gains) if self.gains else "torques were read"
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
             "sampling rate": rate,
             "low-pass (Butterworth, 4th order, zero phase)": cutoff,
-            "decimation": str(processing.decimate),
+            "decimation": str(processing.decimate) if kept is None else f"to {kept:g} Hz",
             "slow rows left out below": _slow(processing),
             "drive gains [N·m/A]": gains,
             "offset of each joint": "identified" if robot.drives.offsets else "none",
@@ -112,8 +113,11 @@ class ProcessingOptions(LogOptions):
     cutoff: float | None = option(
         group=_PROCESSING, type=float, metavar="HZ", help="low-pass on positions and speeds"
     )
+    equation_rate: float | None = option(
+        group=_PROCESSING, type=float, metavar="HZ", help="decimate Y and W alike, to about this rate"
+    )
     decimate: int | None = option(
-        group=_PROCESSING, type=positive, metavar="N", help="parallel decimation of Y and W"
+        group=_PROCESSING, type=positive, metavar="N", help="the same by a whole factor (until the next version)"
     )
     offsets: bool | None = option(
         group=_PROCESSING, action=argparse.BooleanOptionalAction, help="a constant torque per joint"
@@ -146,7 +150,12 @@ class ProcessingOptions(LogOptions):
     def _settings(self) -> dict[str, Any]:
         """Settings of processing that were given; options are called as they are."""
         settings = {entry.name for entry in fields(model.Processing)}
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)
+        if self.has("equation_rate") and self.has("decimate"):
+            raise InputError("--equation-rate and --decimate say the same: give one of them")
+        # What is given takes the place of either in the robot's file.
+        either = {"decimate": 1, "equation_rate": None}
+        told = either if self.has("equation_rate") or self.has("decimate") else {}
+        return told | {entry.name: getattr(self, entry.name) for entry in fields(self)
                 if entry.name in settings and self.has(entry.name)}  # fmt: skip
 
 

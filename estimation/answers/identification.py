@@ -7,7 +7,9 @@ from functools import cached_property
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
+from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -16,6 +18,7 @@ from ..fit.estimate import Estimate, Fit, fit
 from ..fit.least_squares import Excitation, excitation, weighted
 from ..fit.linear_problem import LinearProblem, gain_sensitivity
 from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
+from ..payload.problem import Source
 from ..robot.equations import base_problem
 from .elimination import impossible_robot
 from .prediction import DRAWN, TorquePrediction, robot_prediction
@@ -59,7 +62,9 @@ class Identification:
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        return robot_verdict(self.estimate.fit)
+        source = Source((), self.recordings, self.processing or self.robot.processing)
+        others = rivals(self.robot, source)
+        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

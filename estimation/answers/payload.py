@@ -2,25 +2,29 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
+from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
-from ..diagnosis.quantities import Agreement
+from ..diagnosis.loaded_rows import Bursts, bursts, scales
+from ..diagnosis.quantities import Agreement, allowing
+from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import judge
 from ..equations.equations import merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
-from ..payload.by_joints import payload_by_joints, payload_over_time
+from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.repeats import repeats_of, widened
+from ..payload.repeats import reaching, repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
@@ -28,7 +32,7 @@ from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
-from .payload_answer import PayloadAnswer, recommended
+from .payload_answer import PayloadAnswer, preference
 
 
 def answer_payload(
@@ -68,14 +72,14 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:
         free = [widened(estimate, repeats.excess) for estimate in free]
+    free, guarded = _guarded(problem, free, gains)
     constrained, failures = _constrained(free, constraints, gains)
-    best = recommended(constrained).free if constrained else free[-1]
     answer = PayloadAnswer(
         problem=problem,
         estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=payload_by_joints(problem, best.estimate.weights),
+        by_joints=guarded.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
@@ -85,11 +89,33 @@ def answer_payload(
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free))
+    verdict = judge(_evidence(answer, free, guarded))
     if failures and not constrained:
         error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
         raise error.naming(*error.demands, *against)
     return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
+
+
+class _Guarded(NamedTuple):
+    """Why intervals are wider than residuals say: joints that disagree by a ``factor``, bursts ``outside``."""
+
+    by_joints: ByJoints
+    factor: float
+    outside: Bursts | None
+
+
+def _guarded(
+    problem: PayloadProblem, free: Sequence[PayloadEstimate], gains: Gains | None
+) -> tuple[list[PayloadEstimate], _Guarded]:
+    """Estimates whose intervals allow for joints that disagree, and for bursts of other torques."""
+    n, short = problem.robot.n, problem.short is not None
+    weights = min(free, key=preference).estimate.weights
+    outside = None if short else bursts(problem, weights)
+    by_joints = payload_by_joints(problem, weights)
+    told = gains.covariance(n) if gains is not None else np.zeros((n, n))
+    factor = disagreement(by_joints, told, few=short)
+    wide = [estimate if outside is None else reaching(estimate, outside.change) for estimate in free]
+    return [widened(estimate, factor) for estimate in wide], _Guarded(by_joints, factor, outside)
 
 
 def _constrained(
@@ -149,9 +175,11 @@ def _validation(
     return fit(base_problem(problem.robot, problem.base, held_out, settings, check=False), robot.values)
 
 
-def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidence:
+def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
+    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    others = rivals(problem.robot, problem.source) if problem.source is not None else ()
     if problem.short is not None:
         weighed = Weighed(
             mass=answer.model["M_L"],
@@ -162,7 +190,17 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidenc
             repeats=answer.repeats,
             agreement=answer.agreement,
         )
-        return Evidence(problem.robot, constrained=answer.constrained, by_joints=answer.by_joints, weighed=weighed)
+        return Evidence(
+            problem.robot,
+            source=problem.source,
+            parameters=problem.known,
+            constrained=answer.constrained,
+            by_joints=answer.by_joints,
+            weighed=weighed,
+            spread=spread,
+            disagreement=guarded.factor,
+            rivals=others,
+        )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
         robot=problem.robot,
@@ -176,6 +214,11 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate]) -> Evidenc
         recommended=answer.possible,
         by_joints=answer.by_joints,
         stretches=payload_over_time(problem, weights),
+        spread=spread,
+        disagreement=guarded.factor,
+        rivals=others,
+        scales=scales(problem, weights),
+        bursts=guarded.outside,
     )
 
 

@@ -1,6 +1,5 @@
 """What ``payload`` and ``weigh`` answer: estimates, quantities with intervals, and whether to use them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -79,7 +78,7 @@ class PayloadAnswer:
 
         The order is fixed: to choose the shortest interval would choose too short ones.
         """
-        return recommended(self.constrained)
+        return min(self.constrained, key=preference)
 
     @property
     def possible(self) -> ConstrainedPayload | None:
@@ -222,6 +221,6 @@ class PayloadAnswer:
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
 
 
-def recommended(constrained: Sequence[ConstrainedPayload]) -> ConstrainedPayload:
-    """As ``PayloadAnswer.recommended``."""
-    return min(constrained, key=lambda payload: (4, 3, 1, 2).index(payload.method))
+def preference(payload: PayloadEstimate | ConstrainedPayload) -> int:
+    """The smaller the better: method 4 uses every equation."""
+    return (4, 3, 1, 2).index(payload.method)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ...common.arrays import Array
 from ...model import Robot
+from ...model.inertia import PayloadSpread
 from ..fit.estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
@@ -12,7 +13,9 @@ from ..payload.problem import Source
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
+from .loaded_rows import Bursts, Scale
 from .quantities import Agreement, Judged
+from .rivals import Rival
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,11 @@ class Evidence:
         by_joints: the payload as single joints see it.
         stretches: the payload in the order of time.
         weighed: a short weighing.
+        spread: standard deviations of what is recommended: half the intervals that are told, over 1.96.
+        disagreement: factor on every interval by which all joints' shares together disagree; 1 where they do not.
+        rivals: other ways to take the recordings.
+        scales: of the loaded torques, where one may differ from that of the unloaded ones.
+        bursts: stretches of time whose residuals stand out.
     """
 
     robot: Robot
@@ -69,6 +77,11 @@ class Evidence:
     by_joints: ByJoints = ByJoints((), ())
     stretches: tuple[Estimate, ...] = ()
     weighed: Weighed | None = None
+    spread: PayloadSpread | None = None
+    disagreement: float = 1.0
+    rivals: tuple[Rival, ...] = ()
+    scales: tuple[Scale, ...] = ()
+    bursts: Bursts | None = None
 
     @property
     def robot_fit(self) -> Fit | None:

@@ -8,6 +8,7 @@ Severity = Literal["error", "warning", "note"]
 """error: nothing may be used so; warning: not everything may, or numbers will be poor; note: worth knowing."""
 Level = Literal["use", "mass_and_com_only", "do_not_use"]
 """Use every number; the mass and the centre of mass; none."""
+_FOUNDATION = ("mass", "everything")
 
 
 class Finding(NamedTuple):
@@ -28,20 +29,30 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether numbers may be used, and what speaks against them."""
+    """Whether numbers may be used, what speaks against them, and what else is worth knowing."""
 
     level: Level
     findings: tuple[Finding, ...] = ()
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """The findings in words."""
-        return tuple(finding.text for finding in self.findings)
+        """What speaks against the numbers, in words."""
+        return tuple(finding.text for finding in self.findings if finding.severity != "note")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is worth knowing, in words."""
+        return tuple(finding.text for finding in self.findings if finding.severity == "note")
 
 
 def error(text: str, about: str = "everything") -> Finding:
     """A finding against every number."""
     return Finding("error", about, text)
+
+
+def note(text: str, about: str = "everything") -> Finding:
+    """A finding that is worth knowing."""
+    return Finding("note", about, text)
 
 
 def warning(text: str, about: str = "inertia") -> Finding:
@@ -50,16 +61,24 @@ def warning(text: str, about: str = "inertia") -> Finding:
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True) -> Verdict:
-    """The level that findings leave, and those that are told.
+    """The level that findings leave, and those that are told: notes last.
+
+    The mass is what every number rests on: whatever speaks against it, or against everything, leaves nothing.
 
     Args:
         findings: in the order in which they are told.
         brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
             comes last.
     """
-    distinct = list(dict.fromkeys(finding for finding in findings if finding.severity != "note"))
-    if not any(finding.severity == "error" for finding in distinct):
-        return Verdict("mass_and_com_only" if distinct else "use", tuple(distinct))
-    weighty = [finding for finding in distinct if finding.severity == "error" or finding.cause]
+    told = list(dict.fromkeys(findings))
+    notes = [finding for finding in told if finding.severity == "note"]
+    distinct = [finding for finding in told if finding.severity != "note"]
+    if not any(map(_against_all, distinct)):
+        return Verdict("mass_and_com_only" if distinct else "use", (*distinct, *notes))
+    weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]
     rest = [] if brief else [finding for finding in distinct if finding not in weighty]
-    return Verdict("do_not_use", (*weighty, *rest))
+    return Verdict("do_not_use", (*weighty, *rest, *notes))
+
+
+def _against_all(finding: Finding) -> bool:
+    return finding.severity == "error" or (finding.severity == "warning" and finding.about in _FOUNDATION)

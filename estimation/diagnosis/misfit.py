@@ -47,13 +47,15 @@ class Sample:
     all_torque: Array
 
     @staticmethod
-    def of(recording: Recording, processing: Processing, filtered: Measurement | None = None) -> "Sample":
+    def of(
+        recording: Recording, processing: Processing, filtered: Measurement | None = None, count: int = _SAMPLES
+    ) -> "Sample":
         """Take some 200 instants, evenly over the moving part; ``filtered`` is their measurement if it is there."""
         data = filtered or measurement(recording, processing)
         motion, step = data.motion, 1.0 / data.motion.rate
         keep = kept_rows(motion, processing)
         moving = np.flatnonzero(keep.any(axis=1))
-        thin = max(1, len(moving) // _SAMPLES)
+        thin = max(1, len(moving) // count)
         cutoff = _CUTOFF / (thin * step) if thin > 1 else None
         torque = lowpass(data.torque, step, cutoff, recording.source)
         at = moving[thin // 2 :: thin]

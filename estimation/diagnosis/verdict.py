@@ -6,8 +6,8 @@ table serves every command whose evidence shows what it looks at.
 
 from collections.abc import Callable
 
-from ..fit.estimate import Fit
-from .checks.joints import joints
+from .checks.joints import joints, shares_together
+from .checks.loaded import burst, scale
 from .checks.payload import (
     condition,
     conflicts,
@@ -32,6 +32,7 @@ from .checks.recordings import (
     unexplained,
     validation,
 )
+from .checks.robot import arm_weight, other_robots, turned_joints
 from .evidence import Evidence
 from .finding import Finding, Verdict, verdict_of
 
@@ -47,6 +48,12 @@ CHECKS: tuple[Check, ...] = (
     uncertain,
     unexplained,
     joints,
+    shares_together,
+    scale,
+    burst,
+    other_robots,
+    turned_joints,
+    arm_weight,
     contradictions,
     other_ways,
     drift,
@@ -61,6 +68,10 @@ BEFOREHAND: tuple[Check, ...] = (conflicts,)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
 
 
+OF_ROBOT: tuple[Check, ...] = (other_robots, turned_joints, arm_weight)
+"""Checks that a robot without payload passes too."""
+
+
 def judge(evidence: Evidence) -> Verdict:
     """The verdict on numbers made from one set of recordings."""
     findings = [finding for check in CHECKS for finding in check(evidence)]
@@ -69,6 +80,8 @@ def judge(evidence: Evidence) -> Verdict:
     return verdict_of(findings, brief=evidence.weighed is None)
 
 
-def robot_verdict(fit: Fit) -> Verdict:
+def robot_verdict(evidence: Evidence) -> Verdict:
     """The verdict on a robot's identified parameters."""
-    return verdict_of(fit_findings(fit, "the model"))
+    fit = evidence.robot_fit
+    findings = fit_findings(fit, "the model") if fit is not None else []
+    return verdict_of([*findings, *(finding for check in OF_ROBOT for finding in check(evidence))])

@@ -1,5 +1,6 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
+import io
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.files import write_bytes
 from ...common.linear import RANK_TOLERANCE, decomposed, rank, without
 from ...model import INERTIAL
 from .shared_torque import SharedTorque, beside, compressed, refilled
@@ -81,6 +83,15 @@ class Equations:
         """These equations with other names for the same parameters."""
         parts = each(self.leave_one_out, lambda part: part.called(columns))
         return replace(self, columns=tuple(columns), leave_one_out=parts)
+
+    def with_column(self, name: str, columns: Sequence[str], values: Array) -> "Equations":
+        """These equations with one more parameter, whose column is the torque of some others of these values."""
+        places = [self.columns.index(column) for column in columns]
+        factors = tuple(
+            np.insert(factor, len(self.columns), factor[:, places] @ values, axis=1) for factor in self.factors
+        )
+        parts = each(self.leave_one_out, lambda part: part.with_column(name, columns, values))
+        return replace(self, columns=(*self.columns, name), factors=factors, leave_one_out=parts)
 
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
@@ -160,8 +171,10 @@ class Equations:
         return np.array([np.linalg.norm(factor[:, -1]) for factor in self.factors])
 
     def save(self, path: str | Path) -> None:
-        """Write the equations as NPZ, to be merged with others later or elsewhere."""
-        np.savez(path, **self.arrays())
+        """Write the equations as NPZ, to be merged with others later or elsewhere; the name ends in .npz."""
+        content = io.BytesIO()
+        np.savez(content, **self.arrays())
+        write_bytes(f"{path}" if f"{path}".endswith(".npz") else f"{path}.npz", content.getvalue())
 
     def arrays(self) -> dict[str, Any]:
         """What ``save`` writes: rows, columns, factor0 .., and shared<joint>_<motor> as ``shared``."""

@@ -30,6 +30,7 @@ class ProcessingDocument(Document, frozen=True):
     rate: Number | UnsetType = field(default=UNSET, name="rate_hz")
     cutoff: Number | UnsetType = field(default=UNSET, name="cutoff_hz")
     decimate: int | UnsetType = UNSET
+    equation_rate: Number | UnsetType = field(default=UNSET, name="equations_hz")
     still_speed: float | UnsetType = UNSET
     slow_fraction: float | UnsetType = UNSET
     slow_speed: float | tuple[float, ...] | UnsetType = UNSET

@@ -66,7 +66,7 @@ class PossibleEstimate(Document, frozen=True, tag_field="estimator", tag="constr
     sigma_with_gains: Ten | UnsetType | None = UNSET
     gain_sigma: GainErrorsDocument | UnsetType | None = UNSET
     interval95: _Intervals | UnsetType | None = UNSET
-    interval95_by: Literal["jackknife", "formula"] | UnsetType = UNSET
+    interval95_by: Literal["jackknife", "memory", "formula"] | UnsetType = UNSET
     com: Vector | UnsetType = UNSET
     com_interval95: Matrix | UnsetType = UNSET
     inertia_com: Matrix | UnsetType = UNSET
@@ -116,6 +116,7 @@ class VerdictDocument(Document, frozen=True):
 
     level: Literal["use", "mass_and_com_only", "do_not_use"]
     reasons: tuple[str, ...]
+    notes: tuple[str, ...] | UnsetType = UNSET
 
 
 class Recommended(Document, frozen=True):

@@ -13,6 +13,7 @@ from .least_squares import weighted as weighted
 from .linear_problem import Held as Held
 from .linear_problem import Known as Known
 from .linear_problem import LinearProblem as LinearProblem
+from .linear_problem import Prior as Prior
 from .linear_problem import gain_sensitivity as gain_sensitivity
 from .robust import RobustCovariance as RobustCovariance
 from .robust import jackknife as jackknife

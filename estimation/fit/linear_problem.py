@@ -1,11 +1,11 @@
-"""Least squares whose columns have roles: wanted, free, known from elsewhere, or held near zero.
+"""Least squares whose columns have roles: wanted, free, known from elsewhere, or held near what is known of them.
 
 One solution for all: values, covariance (17)-(19) with the share of what is known, derivatives by the drive gains,
 and the part of the covariance that no block of time shows.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
@@ -56,6 +56,41 @@ class Held(NamedTuple):
         return float(np.sqrt(self.inflation)) / self.sigma
 
 
+class Prior(NamedTuple):
+    """Parameters known from elsewhere that the recordings correct, as far as their covariance leaves it to them.
+
+    ``covariance``: c x c, of full rank; ``inflation`` as of ``Held``; the rest as of ``Known``.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    inflation: float = 1.0
+    degrees_of_freedom: float = float("inf")
+    gain_sensitivity: Callable[[], Array | None] = lambda: None
+
+    @property
+    def known(self) -> Known:
+        """The parameters as they stand."""
+        return Known(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
+
+    @property
+    def root(self) -> Array:
+        """Rows of the equations, in units of weighted rows: root' root: the covariance's inverse, inflated."""
+        scale = np.sqrt(np.diag(self.covariance))
+        L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
+        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
+        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
+
+
+class _Pulls(NamedTuple):
+    """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,)."""
+
+    rows: Array
+    levels: Array
+    inflation: Array
+
+
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
     """Equations and the roles of their columns; a column without a role is free, estimated beside the wanted ones.
@@ -65,14 +100,18 @@ class LinearProblem:
         wanted: the parameters that are asked for.
         known: parameters known from elsewhere, group by group.
         held: parameters that are near zero: one more equation for each.
+        prior: parameters near values that are known: as many equations more.
         shown: equations in the same columns whose torques the fit is told of; all by default.
+        alone: tell the fit of the wanted parameters' own torque, all others' taken off.
     """
 
     equations: Equations
     wanted: tuple[str, ...]
     known: tuple[Known, ...] = ()
     held: Mapping[str, Held] = field(default_factory=dict)
+    prior: Prior | None = None
     shown: Equations | None = None
+    alone: bool = False
 
     @cached_property
     def unknown(self) -> Equations:
@@ -83,7 +122,9 @@ class LinearProblem:
         return equations
 
     def weights(self) -> Array:
-        """Weights of the joints by their errors in the ordinary solution, shape (n,)."""
+        """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
+        if self.prior is not None:
+            return replace(self, known=(*self.known, self.prior.known), prior=None).weights()
         ordinary = self._solution(np.ones(len(self.unknown.factors)))
         return joint_weights(self.unknown, ordinary.values)
 
@@ -103,7 +144,8 @@ class LinearProblem:
             InputError: if what is left does not determine the parameters.
         """
         names = tuple(chain.from_iterable(group.names for group in self.known))
-        near = {name: held.weight for name, held in self.held.items()}
+        pulls = self._pulls
+        near = np.column_stack([pulls.rows, np.zeros((len(pulls.rows), len(names))), pulls.levels])
         values = left_out(self.equations, self.unknown.columns, weights, names, near).values[:, self._places]
         if not self.known:
             return np.asarray(values[: len(pairs), :, 0])
@@ -130,7 +172,7 @@ class LinearProblem:
             values=solution.values,
             covariance=covariance,
             degrees_of_freedom=min(
-                [solution.degrees_of_freedom, *(group.degrees_of_freedom for group in self.known)]
+                [solution.degrees_of_freedom, *(group.degrees_of_freedom for group in self.given)]
             ),
             fit=self._fit(solution.values),
             weights=weights,
@@ -142,31 +184,69 @@ class LinearProblem:
         return self.estimate(weights).part(self.wanted)
 
     def lasting(self, weights: Array) -> Array:
-        """Covariance of the wanted parameters that no block of time shows: of known and of held parameters."""
+        """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
         total = np.zeros((len(self.wanted), len(self.wanted)))
         for group in self.known:
             P = self._influence(group, weights)[self._places]
             total += P @ group.lasting @ P.T
-        if self.held:
+        pulls = self._pulls
+        if len(pulls.rows):
             c = len(self.unknown.columns)
             inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
-            places = [self.unknown.columns.index(name) for name in self.held]
-            pull = np.array([held.weight**2 * held.sigma for held in self.held.values()])
-            moved = (inverse @ inverse.T)[self._places][:, places] * pull
+            moved = (inverse[self._places] @ (inverse.T @ pulls.rows.T)) * np.sqrt(pulls.inflation)
             total += moved @ moved.T
         return total
+
+    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """Covariance of the wanted parameters where each joint's errors remember, ``lasting`` among it: a sandwich.
+
+        Args:
+            weights: of the joints.
+            inflation: of each joint's errors, by their memory, n.
+        """
+        unknown, c = self.unknown, len(self.unknown.columns)
+        inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
+        values = inverse @ self._factor(weights)[:c, c]
+        share = max(1.0 - c / max(unknown.equations + len(self._pulls.rows), 1), 1e-3)
+        errors = unknown.error_norms(values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
+        sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
+        noise = triangular(
+            np.vstack([size * factor[:, :-1] for size, factor in zip(sizes, unknown.factors, strict=True)])
+        )
+        moved = inverse[self._places] @ (inverse.T @ noise.T)
+        total = moved @ moved.T + self.lasting(weights)
+        for group in self.known:
+            if not group.lasting.any():  # of recordings that remember as well
+                P = self._influence(group, weights)[self._places]
+                total += float(np.median(inflation)) * P @ group.covariance @ P.T
+        return np.asarray(total)
+
+    @property
+    def given(self) -> tuple[Known, ...]:
+        """All that is known from elsewhere with its values."""
+        return (*self.known, self.prior.known) if self.prior is not None else self.known
 
     @property
     def _places(self) -> list[int]:
         return [self.unknown.columns.index(name) for name in self.wanted]
 
+    @cached_property
+    def _pulls(self) -> _Pulls:
+        columns, c = self.unknown.columns, len(self.unknown.columns)
+        rows = [held.weight * np.eye(1, c, columns.index(name)) for name, held in self.held.items()]
+        levels, inflation = np.zeros(len(rows)), [held.inflation for held in self.held.values()]
+        if self.prior is not None:
+            root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
+            wide[:, [columns.index(name) for name in self.prior.names]] = root
+            rows.append(wide)
+            levels = np.concatenate([levels, root @ self.prior.values])
+            inflation += [self.prior.inflation] * len(root)
+        return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation))
+
     def _stacked(self, weights: Array) -> Array:
-        """Weighted factor of all joints in the unknown columns, the held ones' equations below."""
-        rows = self.unknown.stacked(weights)
-        places = [self.unknown.columns.index(name) for name in self.held]
-        own = np.zeros((len(places), rows.shape[1]))
-        own[range(len(places)), places] = [held.weight for held in self.held.values()]
-        return np.vstack([rows, own])
+        """Weighted factor of all joints in the unknown columns, equations of what is held below."""
+        pulls = self._pulls
+        return np.vstack([self.unknown.stacked(weights), np.column_stack([pulls.rows, pulls.levels])])
 
     def _factor(self, weights: Array) -> Array:
         return checked(self._stacked(weights), self.unknown.columns, *self._rows)
@@ -177,23 +257,25 @@ class LinearProblem:
     @property
     def _rows(self) -> tuple[int, float]:
         """Number of equations, and of those with independent noise."""
-        return self.unknown.equations + len(self.held), sum(self.unknown.effective_rows) + len(self.held)
+        count = len(self._pulls.rows)
+        return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
 
     def _influence(self, group: Known, weights: Array) -> Array:
         """How the unknown parameters move with known ones, but for the sign: P = W_L^+ W."""
         order = (*group.names, *self.unknown.columns)
         factor, k = self.equations.select(order).stacked(weights), len(group.names)
         W, W_L = factor[:, :k], factor[:, k:-1]
-        if self.held:
-            W_L = np.vstack([W_L, self._stacked(weights)[-len(self.held) :, :-1]])
-            W = np.vstack([W, np.zeros((len(self.held), k))])
-        return least_squares(W_L, W)
+        pulls = self._pulls.rows
+        return least_squares(np.vstack([W_L, pulls]), np.vstack([W, np.zeros((len(pulls), k))]))
 
     def _fit(self, values: Array) -> Fit:
         value = dict(zip(self.unknown.columns, values.tolist(), strict=True))
         for group in self.known:
             value |= zip(group.names, group.values.tolist(), strict=True)
         shown = self.shown or self.equations
+        if self.alone:
+            others = [name for name in shown.columns if name not in self.wanted]
+            shown = shown.minus(others, np.array([value[name] for name in others]))
         return fit(shown, np.array([value[name] for name in shown.columns]))
 
     def _gain_sensitivity(self, weights: Array) -> Array | None:
@@ -203,7 +285,14 @@ class LinearProblem:
             if derivatives is None:
                 return None
             taken.append((group.names, derivatives))
-        return gain_sensitivity(self.equations, weights, taken, self.held)
+        pulls, n = self._pulls, len(self.equations.factors)
+        levels = np.zeros((len(pulls.rows), n))
+        if self.prior is not None:
+            own = self.prior.gain_sensitivity()
+            if own is None:
+                return None
+            levels[len(self.held) :] = self.prior.root @ own
+        return gain_sensitivity(self.equations, weights, taken, np.column_stack([pulls.rows, levels]))
 
 
 def _in_turn(known: Known) -> Array:
@@ -216,7 +305,7 @@ def gain_sensitivity(
     equations: Equations,
     weights: Array,
     known: Sequence[tuple[Sequence[str], Array]] = (),
-    held: Mapping[str, Held] | None = None,
+    pulls: Array | None = None,
 ) -> Array:
     """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
 
@@ -227,7 +316,8 @@ def gain_sensitivity(
         weights: of the joints.
         known: parameters whose torque is taken off, and their own derivatives, c_k x n: they were identified with
             the same drives, so with the same errors.
-        held: as of ``LinearProblem``.
+        pulls: rows of equations that no motor's torque is in, in the columns that are left, and derivatives of what
+            they say, m x (c + n).
     """
     gone = set(chain.from_iterable(names for names, _ in known))
     columns = [name for name in equations.columns if name not in gone]
@@ -239,6 +329,6 @@ def gain_sensitivity(
     for factor, torque, weight in zip(equations.factors, torques, weights, strict=True):
         taken = sum((factor[:, where] @ derivatives for where, derivatives in parts), np.zeros_like(torque))
         rows.append(weight * np.column_stack([factor[:, places], torque - taken]))
-    rows += [one.weight * np.eye(1, c + n, columns.index(name)) for name, one in (held or {}).items()]
+    rows += [pulls] if pulls is not None else []
     R = triangular(np.vstack(rows))
     return np.asarray(solve_triangular(R[:c, :c], R[:c, c:]))

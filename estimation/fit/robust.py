@@ -12,7 +12,8 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 
 T = TypeVar("T")
-_FEW = 10  # blocks; below them the intervals are wide and uncertain themselves
+FEW = 10
+"""Blocks; below them the intervals are wide and uncertain themselves."""
 
 
 def student95(degrees_of_freedom: float) -> float:
@@ -36,12 +37,14 @@ class RobustCovariance:
         blocks: number of blocks that were left out in turn.
         degrees_of_freedom: of Student's t for intervals.
         block_length: shortest length of a block [s], unless a whole recording is shorter.
+        by_memory: whether it goes by the memory of each joint's errors, blocks being too few for a jackknife.
     """
 
     covariance: Array
     blocks: int
     degrees_of_freedom: int
     block_length: float
+    by_memory: bool = False
 
     def __post_init__(self) -> None:
         """Lock the array."""
@@ -60,7 +63,12 @@ class RobustCovariance:
     @property
     def warning(self) -> str:
         """What speaks against trusting it; empty where nothing does."""
-        if self.degrees_of_freedom + 1 >= _FEW:
+        if self.by_memory:
+            blocks = (
+                f"{self.blocks} blocks of at least {self.block_length:.2g} s are" if self.blocks else "blocks are"
+            )
+            return f"{blocks} too few for a jackknife: intervals go by the memory of the errors; record longer"
+        if self.degrees_of_freedom + 1 >= FEW:
             return ""
         return (
             f"robust standard deviations rest on {self.degrees_of_freedom + 1} blocks of at least "

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ...common.arrays import Array
 from ...common.errors import InputError
@@ -123,13 +124,18 @@ def payload_by_joints(problem: PayloadProblem, weights: Array) -> ByJoints:
     """
     n, short = problem.robot.n, problem.short
 
+    def by_robot(part: PayloadProblem) -> LinearProblem:
+        """What one joint shows does not correct the robot: its parameters stay as they are."""
+        posed = from_robot(part, names=PAYLOAD)
+        return replace(posed, known=posed.given, prior=None)
+
     paired = problem.difference is not None
-    whole = from_difference(problem, PAYLOAD) if paired else from_robot(problem, names=PAYLOAD)
+    whole = from_difference(problem, PAYLOAD) if paired else by_robot(problem)
 
     def parts() -> list[list[LinearProblem]]:
         if problem.paired:
             return [[replace(whole, equations=part) for part in whole.equations.without_blocks()]]
-        return [[from_robot(part, names=PAYLOAD) for part in group] for group in problem.without_blocks]
+        return [[by_robot(part) for part in group] for group in problem.without_blocks]
 
     joints = tuple(range(1, n + 1)) if short is None else short.joints
     groups = joint_groups(n) if short is None else moving_groups(joints)
@@ -245,13 +251,13 @@ class JointEquations(NamedTuple):
     @staticmethod
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
-        known = problem.known[0] if problem.known else None
-        names = known.names if known else ()
         unknown = problem.unknown.select(PAYLOAD)
-        taken = problem.equations.select(names).factors
-        lasting = known.lasting if known else np.zeros((0, 0))
+        taken = problem.equations.select([name for group in problem.known for name in group.names]).factors
+        lasting = _together([group.lasting for group in problem.known])
         # What an earlier identification's jackknife says counts instead of its formula.
-        covariance = lasting if lasting.any() or known is None else known.covariance
+        covariance = _together(
+            [group.lasting if group.lasting.any() else group.covariance for group in problem.known]
+        )
         return JointEquations(
             tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
             tuple(w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)),
@@ -259,6 +265,11 @@ class JointEquations(NamedTuple):
             lasting,
             unknown.effective_rows,
         )
+
+
+def _together(covariances: Sequence[Array]) -> Array:
+    """Covariance of independent groups of parameters."""
+    return np.asarray(block_diag(*covariances)) if covariances else np.zeros((0, 0))
 
 
 def _mass_of(joints: Sequence[int]) -> Callable[[JointEquations], _Number | None]:

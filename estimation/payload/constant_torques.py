@@ -6,22 +6,23 @@ friction, which the recording without payload shows. It enters as one more equat
 what the change may be widens the intervals; where the recordings say that it changed more, it is free.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares
-from ...model import Robot, base_parameters
+from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
+from ...model.names import parameter_kind
 from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Anchor, Equations, merged
 from ..equations.observation import Observation, Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Known
+from ..fit.linear_problem import Held, Known
 from ..signals.rows import Mask
 
 FREE = "free "
@@ -45,34 +46,46 @@ _HIDDEN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class HeldOffsets:
-    """Equations that hold the joints' constant torques near zero.
+class HeldFriction:
+    """Equations that hold what is free in each recording near zero.
 
     Attributes:
-        sigma: standard deviation of what they may be [N·m or N], shape (n,); 0 where they are free.
-        stiffness: weights of the equations, in units of the rows, shape (n,); 0 where there is none.
+        held: which constant torques and frictions, and how; the others are wholly free.
+        noise: of each joint's rows [N·m or N], shape (n,).
+        memory: by how much the memory of each joint's errors raises variances, shape (n,).
     """
 
-    sigma: Array
-    stiffness: Array
+    held: Mapping[str, Held]
+    noise: Array
+    memory: Array
 
     @cached_property
+    def sigma(self) -> Array:
+        """Standard deviations of what constant torques may be [N·m or N], shape (n,); 0 where they are free."""
+        sigma = np.zeros(len(self.noise))
+        for j in range(len(sigma)):
+            sigma[j] = self.held[f"OFF{j + 1}"].sigma if f"OFF{j + 1}" in self.held else 0.0
+        return sigma
+
+    @property
     def joints(self) -> tuple[int, ...]:
-        """Positions of the joints held, from 0."""
-        return tuple(int(j) for j in np.flatnonzero(self.stiffness > 0.0))
+        """Positions of the joints whose constant torques are held, from 0."""
+        return tuple(int(j) for j in np.flatnonzero(self.sigma))
 
     @property
     def anchors(self) -> tuple[Anchor, ...]:
-        """The equations: each constant torque is what it is held at."""
-        return tuple(
-            Anchor(f"{FREE}OFF{j + 1}", j, float(self.stiffness[j]), f"{_HELD}OFF{j + 1}") for j in self.joints
-        )
+        """The equations: each is what it is held at."""
+        anchors = []
+        for name, held in self.held.items():
+            joint = _joint(name)
+            anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * held.weight), f"{_HELD}{name}"))
+        return tuple(anchors)
 
     @property
     def known(self) -> Known:
         """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
-        k, n = len(self.joints), len(self.sigma)
-        lasting = np.diag(self.sigma[list(self.joints)] ** 2)
+        k, n = len(self.held), len(self.noise)
+        lasting = np.diag([held.sigma**2 for held in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
@@ -81,37 +94,67 @@ class HeldOffsets:
         return equations.eliminate([name for name in equations.columns if name.startswith(FREE)], self.anchors)
 
 
-def free_offsets(n: int) -> HeldOffsets:
-    """No equations: constant torques are wholly free."""
-    return HeldOffsets(np.zeros(n), np.zeros(n))
+def free_friction(n: int) -> HeldFriction:
+    """No equations: all is wholly free."""
+    return HeldFriction({}, np.zeros(n), np.ones(n))
 
 
-def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldOffsets:
-    """The equations that hold constant torques near zero; none where the recordings contradict them.
-
-    An equation counts as much as the joint's noise and its memory allow.
+def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
+    """The equations that hold friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
-        observations: with free columns of each joint.
+        observations: with free columns of each joint, ``PAYLOAD`` and no other.
+        sigmas: standard deviations by name [N·m or N, or per speed].
+    """
+    return _held(sigmas, *_errors([friction_free(recording) for recording in observations]))
+
+
+def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
+    """Constant torques of the arm's joints held near zero; wholly free where the recordings contradict that.
+
+    Args:
+        observations: as ``held_friction``.
         coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
             joint's constant torque is free then.
     """
     plain = [friction_free(recording) for recording in observations]
-    problem = merged(reduced(recording) for recording in plain).select(PAYLOAD)
-    weights = joint_weights(problem, _shortest(problem, np.ones(len(coulomb)))[0])
+    noise, memory = _errors(plain)
+    arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
+    held = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
+    weighty = noise * np.sqrt(memory)
+    weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
+    free = merged(map(reduced, plain)).select(PAYLOAD)
+    bound = merged(held.friction_free(reduced(recording)) for recording in observations).select(PAYLOAD)
+    rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
+    return free_friction(len(noise)) if _unlikely(rise, len(held.joints)) else held
+
+
+def _errors(plain: Sequence[Observation]) -> tuple[Array, Array]:
+    """Of each joint's rows less all that is free in them: size [N·m or N] and inflation by memory, shapes (n,)."""
+    problem = merged(map(reduced, plain)).select(PAYLOAD)
+    weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
     noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
     series = [[(one.t[j], one.errors(values)[j]) for one in plain] for j in range(len(noise))]
-    weighty = noise * np.sqrt([inflation(joint) for joint in series])
-    sigma = np.where(np.array(problem.rows) > 0, OFFSET_SHARE * coulomb, 0.0)
-    sigma[max(len(noise) - _WRIST, 1) :] = 0.0
-    stiffness = np.divide(weighty, sigma, out=np.zeros_like(noise), where=sigma > 0.0)
-    held = HeldOffsets(sigma, stiffness)
-    whole = [reduced(recording) for recording in observations]
-    bound = merged(held.friction_free(one) for one in whole).select(PAYLOAD)
-    each = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
-    rise = _shortest(bound, each)[1] - _shortest(problem, each)[1]
-    return free_offsets(len(noise)) if _unlikely(rise, len(held.joints)) else held
+    return noise, np.array([inflation(joint) for joint in series])
+
+
+def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
+    joints = {name: _joint(name) for name, sigma in sigmas.items() if sigma > 0.0}
+    held = {name: Held(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
+    return HeldFriction(held, noise, memory)
+
+
+def less_robot(recording: Observation, robot: Array) -> Observation:
+    """Equations held whole less the torque of the robot, whose columns come first."""
+    k = len(robot)
+    W = tuple(part[:, k:] for part in recording.W)
+    return replace(recording, columns=recording.columns[k:], W=W, Y=tuple(recording.errors(robot)))
+
+
+def _joint(name: str) -> int:
+    """Position of the joint, from 0, of "OFF2"."""
+    return int(name.removeprefix(parameter_kind(name))) - 1
 
 
 def _unlikely(rise: float, joints: int) -> bool:
@@ -132,7 +175,9 @@ def friction_free(recording: Observation) -> Observation:
     return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
 
 
-def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], decimate: int) -> Array:
+def coulomb_friction(
+    robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], processing: Processing
+) -> Array:
     """Of each joint [N·m or N], shape (n,); 0 where the motion, or the robot's model, does not show it.
 
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
@@ -141,12 +186,13 @@ def coulomb_friction(robot: Robot, measured: Sequence[Measurement], masks: Seque
         robot: the robot.
         measured: recordings without payload.
         masks: their rows to be used, N x n.
-        decimate: parallel decimation.
+        processing: settings.
     """
     free = robot.with_offsets(True)
     observer = Observer(free, base_parameters(free).columns)
     problem = merged(
-        reduced(observer.observe_rows(data, keep, decimate)) for data, keep in zip(measured, masks, strict=True)
+        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
+        for data, keep in zip(measured, masks, strict=True)
     )
     values, hidden = _shown(problem, np.ones(robot.n))
     values, _ = _shown(problem, joint_weights(problem, values))

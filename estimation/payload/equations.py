@@ -11,12 +11,11 @@ from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observer, Pieces
-from ..equations.reduction import recorded, reduced_measurement
+from ..equations.observation import Observer
+from ..equations.reduction import Recorded, recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import Residuals, block_edges, cut_pieces, in_blocks, left_over, length_by_residuals, span
+from ..fit.blocks import FEWEST, SHORTEST, block_edges, block_length, in_blocks, remembered
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -36,6 +35,7 @@ class PayloadEquations(NamedTuple):
     """``loaded``: [W W_L]; ``unloaded``: W; ``difference``: W_L, where there are pairs; ``stretches`` of loaded.
 
     ``inflation``: of each joint's errors under load, by their memory; none where nothing was cut in blocks.
+    ``few``: whether blocks as long as that memory asks for would be too few, so that shorter ones were cut.
     """
 
     loaded: Equations
@@ -43,6 +43,7 @@ class PayloadEquations(NamedTuple):
     difference: Equations | None
     stretches: tuple[Equations, ...] = ()
     inflation: tuple[float, ...] = ()
+    few: bool = False
 
 
 def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
@@ -93,10 +94,10 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
 
 
-def _long_edges(recordings: Sequence[Residuals]) -> list[Array]:
+def _long_edges(spans: Sequence[Array]) -> list[Array]:
     """Ends of a few long stretches of the recordings with payload."""
-    stretches = max(1, _STRETCHES // len(recordings))
-    return [block_edges(recording, np.ptp(span(recording)) / stretches) for recording in recordings]
+    stretches = max(1, _STRETCHES // len(spans))
+    return [block_edges(ends, float(np.ptp(ends)) / stretches) for ends in spans]
 
 
 def _partners_edges(edges: Sequence[Array], pairs: Sequence[PairedMeasurement]) -> list[Array]:
@@ -130,28 +131,29 @@ def payload_equations(
     changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
     observer = loaded_observer(robot, base)
     with_payload, with_pieces = recorded(observer, own, processing)
-    groups = [left_over(with_pieces, with_payload.select(base.columns))]
+    loads = [remembered(with_pieces, with_payload.select(base.columns))]
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
         bare = [(data, None) for data in unloaded]
         without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
-        groups.append(left_over(bare_pieces, without))
+        loads.append(remembered(bare_pieces, without))
     if changes:
         alone = observer.only(payload_columns(robot), PAYLOAD)
         difference, change_pieces = recorded(alone, changes, processing)
-        groups.append(left_over(change_pieces, difference))
-    length = length_by_residuals(groups)
-    edges = [block_edges(recording, length) for recording in groups[0]]
+        loads.append(remembered(change_pieces, difference))
+    length, few, spans = block_length(loads), False, loads[0].spans
+    if sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST:
+        length, few = SHORTEST, True
+    edges = [block_edges(ends, length) for ends in spans]
     if without is not None:
-        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in groups[1]]
+        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in loads[1].spans]
         without = in_blocks(without, bare_pieces, ends, length)
     if difference is not None:
         difference = in_blocks(difference, change_pieces, edges, length)
-    stretches = _cut(with_pieces, _long_edges(groups[0]))
-    memory = tuple(inflation([(left.t[j], left.errors[j]) for left in groups[0]]) for j in range(robot.n))
+    stretches = _cut(with_pieces, _long_edges(loads[0].spans))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, memory)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation, few)
 
 
 def _whole(
@@ -171,7 +173,7 @@ def _whole(
     )
 
 
-def _cut(recordings: Sequence[Pieces], edges: Sequence[Array]) -> tuple[Equations, ...]:
+def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:
     return tuple(
-        chain.from_iterable(cut_pieces(opened(), ends) for opened, ends in zip(recordings, edges, strict=True))
+        chain.from_iterable(recording.cut(ends) for recording, ends in zip(recordings, edges, strict=True))
     )

@@ -25,12 +25,11 @@ _NONE = 1e-9
 """Share of the arm's largest friction below which a joint has none."""
 
 
-def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, Held]:
-    """Which frictions may change under load, and how far.
+def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
+    """Which frictions may change, and how far (1 sigma); those that there are none of cannot.
 
     Args:
         robot: its own parameters, friction among them.
-        inflation: of each joint's errors, by their memory.
         share: standard deviation over friction; 0 for none at all.
     """
     kinds = {name: parameter_kind(name) for name in robot.names}
@@ -38,11 +37,20 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
     sigmas = {name: share * abs(robot[name]) for name, kind in kinds.items() if kind in ("FS", "FV", "FSM", "FVM")}
     if share > 0.0:
         sigmas |= {name: _OFFSETS * largest for name, kind in kinds.items() if kind == "OFF"}
-    return {
-        name: Held(sigma, inflation[int(name.removeprefix(kinds[name])) - 1])
-        for name, sigma in sigmas.items()
-        if sigma > _NONE * largest
-    }
+    return {name: sigma for name, sigma in sigmas.items() if sigma > _NONE * largest}
+
+
+def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, Held]:
+    """How frictions are held near the robot's own.
+
+    Args:
+        robot: as ``friction_sigmas``.
+        inflation: of each joint's errors, by their memory.
+        share: as ``friction_sigmas``.
+    """
+    sigmas = friction_sigmas(robot, share)
+    joints = {name: int(name.removeprefix(parameter_kind(name))) - 1 for name in sigmas}
+    return {name: Held(sigma, inflation[joints[name]]) for name, sigma in sigmas.items()}
 
 
 def with_changes(equations: Equations, held: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:

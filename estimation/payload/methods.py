@@ -13,16 +13,15 @@ from ...common.errors import InputError
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
-from ..fit.estimate import Estimate, fit
+from ..fit.estimate import Estimate
 from ..fit.linear_problem import Held, Known, LinearProblem
-from ..fit.robust import RobustCovariance, jackknifed, naming_blocks
+from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
+from .loaded_scale import FRICTION, with_scale
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
-
-_FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
 class Posed(Protocol):
@@ -39,6 +38,9 @@ class Posed(Protocol):
 
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""
+
+    def remembered(self, weights: Array, inflation: Sequence[float]) -> Array:
+        """Covariance where each joint's errors remember."""
 
 
 Method = Callable[[PayloadProblem], Posed]
@@ -59,11 +61,15 @@ def from_robot(
     """
     robot = problem.robot_known
     if free_friction:
-        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in _FRICTION])
+        robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
     if problem.known is None:
-        return _posed(problem, problem.loaded, (robot,), names)
-    loaded, held = with_changes(problem.loaded, {} if free_friction else problem.friction)
-    return _posed(problem, loaded, (robot,), names, held)
+        return _posed(problem, scaled, (robot,), names, near)
+    if free_friction or not problem.corrected:
+        return _posed(problem, scaled, (robot, *_levels(problem)), names, near)
+    loaded, held = with_changes(scaled, problem.friction)
+    posed = _posed(problem, loaded, _levels(problem), names)
+    return replace(posed, held={**near, **held}, prior=problem.robot_prior)
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -73,8 +79,12 @@ def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None)
     """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    held = (problem.short.held.known,) if problem.short is not None else ()
-    return _posed(problem, problem.difference, held, names)
+    return _posed(problem, problem.difference, _levels(problem), names)
+
+
+def _levels(problem: PayloadProblem) -> tuple[Known, ...]:
+    """What friction is held at in a short motion."""
+    return (problem.short.held.known,) if problem.short is not None else ()
 
 
 def _posed(
@@ -87,13 +97,17 @@ def _posed(
     """Equations in the payload's frame, of its parameters ``names`` alone."""
     wanted = problem.chosen if names is None else tuple(names)
     columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
-    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known, held or {})
+    # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
+    alone = problem.short is not None
+    posed = in_payload_frame(problem.robot, equations).select(columns)
+    return LinearProblem(posed, wanted, known, held or {}, alone=alone)
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
     """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
-    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
-    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
+    loaded, held = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **held}, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
@@ -113,7 +127,13 @@ def method_of(number: int, free_friction: bool = False) -> Method:
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Methods for which the problem holds what they need."""
     bare = problem.unloaded is not None
-    usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
+    one_scale = problem.scale is None  # changes and differences know of no other
+    usable = {
+        1: bare or problem.known is not None,
+        2: bare and one_scale,
+        3: problem.difference is not None and one_scale,
+        4: bare,
+    }
     return tuple(method for method, there in usable.items() if there)
 
 
@@ -162,11 +182,7 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
         estimate: its result, where it is there already; its weights are kept.
     """
     posed = method(problem)
-    if estimate is None:
-        estimate = posed.solved()
-        if problem.short is not None and isinstance(posed, LinearProblem):
-            # Beside the robot's torque the payload's own is what the joints are compared by.
-            estimate = replace(estimate, fit=fit(posed.unknown, estimate.values))
+    estimate = posed.solved() if estimate is None else estimate
     if not problem.loaded.leave_one_out:
         return estimate, problem.no_blocks
     try:
@@ -176,24 +192,38 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
 
 
 def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> RobustCovariance:
-    """By the delete-a-block jackknife, weights fixed at those of the result.
+    """By the delete-a-block jackknife, weights fixed at those of the result; with few blocks by memory."""
+    length = problem.loaded.block_length
+    try:
+        groups = problem.left_out
+        with naming_blocks(length):
+            values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
+    except InputError:
+        if problem.short is not None or not problem.inflation:
+            raise
+        return _by_memory(problem, posed, estimate, None)
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    robust = jackknifed(np.split(values, ends), estimate.values, length)
+    whole = _with_lasting(problem, posed, estimate, robust)
+    if problem.few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW):
+        return _by_memory(problem, posed, estimate, replace(whole, blocks=robust.blocks))
+    return whole
+
+
+def _with_lasting(
+    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance
+) -> RobustCovariance:
+    """The jackknife's, and what no block shows.
 
     A robot that was identified earlier adds its own robust covariance, propagated: its blocks were left out one at
     a time as well.
     """
-    groups, length = problem.left_out, problem.loaded.block_length
-    with naming_blocks(length):
-        values = posed.without_blocks(estimate.weights, list(chain.from_iterable(groups)))
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    robust = jackknifed(np.split(values, ends), estimate.values, length)
     share = posed.lasting(estimate.weights)
     if not share.any():
         return robust  # the method does without anything known earlier
     widened = replace(robust, covariance=robust.covariance + share)
-    if problem.known is None:
-        return widened
-    own = problem.known.robust
-    if own is None and problem.short is None:
+    own = problem.known.robust if problem.known is not None else None
+    if problem.known is not None and own is None and problem.short is None:
         raise InputError(FORMULA_ONLY)
     if own is None:
         return widened
@@ -203,6 +233,21 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> Robust
         min(robust.degrees_of_freedom, own.degrees_of_freedom),
         max(robust.block_length, own.block_length),
     )
+
+
+def _by_memory(
+    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance | None
+) -> RobustCovariance:
+    """By how much each joint's errors remember; the jackknife of the few blocks counts where it is larger.
+
+    Of a robot that the recordings correct the jackknife is left out: a few seconds say next to nothing of it.
+    """
+    covariance = posed.remembered(estimate.weights, problem.inflation)
+    if robust is not None and not problem.corrected:
+        wider = np.maximum(robust.sigma / np.sqrt(np.diag(covariance)), 1.0)
+        covariance = covariance * np.outer(wider, wider)
+    blocks, degrees = robust.blocks if robust is not None else 0, max(int(estimate.degrees_of_freedom), 1)
+    return RobustCovariance(covariance, blocks, degrees, problem.loaded.block_length, by_memory=True)
 
 
 def _part(known: Known, places: Sequence[int]) -> Known:

@@ -14,16 +14,17 @@ from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, bas
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
-from ..fit.estimate import Estimate
+from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.left_out import left_out
-from ..fit.linear_problem import Held, Known, gain_sensitivity
+from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
+from ..signals.filtering import grid_rate, measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
+from .loaded_scale import LoadedScale, loaded_scale
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
@@ -62,7 +63,9 @@ class PayloadProblem:
         source: the recordings themselves, in which the verdict looks for causes.
         robot_weights: weights of the joints without payload, taken as given; estimated by default.
         inflation: by how much the memory of each joint's errors under load raises variances.
+        few: whether blocks are shorter than that memory asks for, because the recordings are.
         friction: frictions of the robot that may be others under load, and how far.
+        scale: of the loaded torques, where it may be another one.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
 
@@ -80,7 +83,9 @@ class PayloadProblem:
     source: Source | None = None
     robot_weights: Sequence[float] | None = None
     inflation: tuple[float, ...] = ()
+    few: bool = False
     friction: Mapping[str, Held] = field(default_factory=dict)
+    scale: LoadedScale | None = None
     short: ShortMotion | None = None
 
     def __post_init__(self) -> None:
@@ -154,6 +159,29 @@ class PayloadProblem:
             lambda: (
                 left_out(unloaded, bare.names, bare.weights).values[:-1, :, 0] if unloaded.leave_one_out else None
             ),
+        )
+
+    @property
+    def corrected(self) -> bool:
+        """Whether a robot known earlier is corrected by these recordings: its friction is of another day."""
+        return self.known is not None and bool(self.friction or (self.short and self.short.held.held))
+
+    @property
+    def robot_prior(self) -> Prior:
+        """A robot known earlier, by the covariance that its errors really have.
+
+        The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
+        """
+        assert self.known is not None
+        there = [one for one, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
+        model, known = error_model(replace(self.known, gain_covariance=None)), self.known
+        return Prior(
+            known.names,
+            known.values,
+            model.covariance,
+            float(np.median(there)),
+            model.degrees_of_freedom,
+            lambda: known.gain_sensitivity,
         )
 
     @cached_property
@@ -236,6 +264,7 @@ def payload_problem(
     progress: Progress = silent,
     robust: bool = False,
     friction_change: float = FRICTION_CHANGE,
+    scale_sigma: float = 0.0,
 ) -> PayloadProblem:
     """Process recordings with and without payload and reduce them.
 
@@ -250,6 +279,8 @@ def payload_problem(
             not with a ``known`` robot that has none itself.
         friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
+        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
+            methods 1 and 4 alone know of it.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -285,8 +316,9 @@ def payload_problem(
         no_blocks,
         Source(tuple(loaded), tuple(unloaded), processing),
         inflation=equations.inflation,
+        few=equations.few,
     )
-    return _with_friction(problem, friction_change)
+    return _with_scale(_with_friction(problem, friction_change), scale_sigma)
 
 
 def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
@@ -298,6 +330,18 @@ def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
     if robot is None or not problem.inflation:
         return problem
     return replace(problem, friction=friction_changes(robot, problem.inflation, share))
+
+
+def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
+    """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
+    if not sigma > 0.0:
+        return problem
+    held = Held(sigma, max(problem.inflation, default=1.0))
+    reason = (
+        "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
+    )
+    scale = loaded_scale(problem.loaded, problem.robot_known, held)
+    return replace(problem, scale=scale, without_difference=reason)
 
 
 def _together(
@@ -343,7 +387,8 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, processing.rate, processing.max_mismatch) for a, b in zip(unloaded, loaded, strict=True)
+        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
+        for a, b in zip(unloaded, loaded, strict=True)
     )
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ..fit.estimate import error_model
@@ -115,3 +116,13 @@ def widened(found: PayloadEstimate, factor: float) -> PayloadEstimate:
         robust = replace(robust, covariance=robust.covariance * factor**2)
     covariance = found.estimate.covariance * factor**2
     return replace(found, estimate=replace(found.estimate, covariance=covariance, robust=robust))
+
+
+def reaching(found: PayloadEstimate, change: Array) -> PayloadEstimate:
+    """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
+    step = change[list(found.places)] / student95(1e9)
+    more, robust = np.outer(step, step), found.estimate.robust
+    if robust is not None:
+        robust = replace(robust, covariance=robust.covariance + more)
+    estimate = replace(found.estimate, covariance=found.estimate.covariance + more, robust=robust)
+    return replace(found, estimate=estimate)

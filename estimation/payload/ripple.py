@@ -46,28 +46,25 @@ class _Found(NamedTuple):
 
 
 def ripple_of(
-    recording: Observation, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
+    recording: Observation, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[tuple[Wave, ...], tuple[Array, ...]]:
     """Waves that the equations hold beside the payload and what is free.
 
     Args:
-        recording: the equations, the robot's columns first.
+        recording: the equations of a difference of torques.
         data: the measurement they come from.
         keep: its rows that were used, N x n.
         decimate: its parallel decimation.
-        known: the robot's parameters, for the first columns.
 
     Returns:
         The waves, and for each joint their columns, r_j x 4 times the largest number of waves of a joint.
     """
-    first = 0 if known is None else len(known)
     per_joint = []
     for j, (W, Y) in enumerate(zip(recording.W, recording.Y, strict=True)):
-        torque = Y if known is None else Y - W[:, :first] @ known
         position = data.motion.q[:, j] - data.motion.q[:, j].mean()
         speed = float(np.abs(data.motion.qd[keep[:, j], j]).max(initial=0.0))
         rows = _Rows(position, keep[::decimate, j], decimate, speed / data.motion.rate)
-        per_joint.append(_search(W[:, first:], torque, recording.t[j], rows))
+        per_joint.append(_search(W, Y, recording.t[j], rows))
     most = max(map(len, per_joint))
     waves = tuple(
         Wave(j, one.waves, float(np.sqrt(2.0 * one.gain / len(recording.Y[j - 1]))))

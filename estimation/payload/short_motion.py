@@ -18,7 +18,7 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
 from ..possible.constraints import KnownMass
 from ..signals.rows import Mask, least_speed, moving_parts, used_rows
-from .constant_torques import FREE, HeldOffsets
+from .constant_torques import FREE, HeldFriction
 from .ripple import Wave
 
 SLOW = 0.03
@@ -55,14 +55,14 @@ class ShortMotion:
     Attributes:
         joints: numbers of the joints that move; the rows of the others are left out.
         runs: one a recording with payload.
-        held: how constant torques are held, the same in all recordings.
+        held: how constant torques and friction are held, the same in all recordings.
         torque_rms: root mean square of each joint's torque with payload in the rows used [N·m or N], shape (n,).
         visibility: what the recordings together show of the payload.
     """
 
     joints: tuple[int, ...]
     runs: tuple[Run, ...]
-    held: HeldOffsets
+    held: HeldFriction
     torque_rms: Array
     visibility: PayloadVisibility
 
@@ -105,7 +105,7 @@ class ShortMotion:
         return replace(found, covariance=found.covariance + shared, robust=robust)
 
 
-def friction_free(runs: Sequence[Run], held: HeldOffsets) -> Equations:
+def friction_free(runs: Sequence[Run], held: HeldFriction) -> Equations:
     """All recordings' equations together, friction of each taken out."""
     return merged(held.friction_free(run.equations) for run in runs)
 

@@ -10,22 +10,24 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
+from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
 from ..equations.equations import PAYLOAD
-from ..equations.observation import Observation, Observer, Pieces
-from ..equations.reduction import reduced
-from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
+from ..equations.observation import Observation, Observer
+from ..equations.reduction import Residuals, reduced
+from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import measurement
+from ..signals.filtering import grid_rate, measurement
 from ..signals.rows import Mask
-from .constant_torques import FREE, HeldOffsets, coulomb_friction, free_offsets, held_offsets
+from .constant_torques import FREE, HeldFriction, coulomb_friction, held_friction, held_offsets, less_robot
 from .constant_torques import friction_free as without_friction
 from .equations import torque_change
-from .problem import PayloadProblem
+from .friction import FRICTION_CHANGE, friction_sigmas
+from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
@@ -65,18 +67,19 @@ def difference_weighing(
         # The filter's error at cut ends is alike in both, and a short motion needs its ends.
         keep = np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in (a, b)))
         change = torque_change(robot, a, b)
-        equations, waves = _observed(observer, change, keep, processing.decimate)
+        equations, waves = _observed(observer, change, keep, processing.thinning(change.motion.rate))
         observations.append(equations)
         ripples.append(waves)
         masks.append(keep)
     _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
     progress("friction without payload")
-    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing.decimate)
+    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing)
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
     held = held_offsets(observations, coulomb)
-    return weighing_problem(robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs))
+    source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
 
 
 def _aligned_pairs(
@@ -96,7 +99,7 @@ def _aligned_pairs(
     pairs = []
     for bare, recording in zip(partners, loaded, strict=True):
         progress(f"aligning {recording.source}")
-        pairs.append(aligned(bare, recording, processing.rate, processing.max_mismatch))
+        pairs.append(aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch))
     return pairs
 
 
@@ -107,6 +110,7 @@ def known_robot_weighing(
     processing: Processing | None = None,
     joints: Sequence[int] | None = None,
     progress: Progress = silent,
+    friction_change: float = FRICTION_CHANGE,
 ) -> PayloadProblem:
     """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
 
@@ -117,6 +121,7 @@ def known_robot_weighing(
         processing: as ``difference_weighing``.
         joints: as ``difference_weighing``.
         progress: as ``difference_weighing``.
+        friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
 
     Raises:
         InputError: if recordings cannot be used, or the parameters are another model's.
@@ -127,19 +132,23 @@ def known_robot_weighing(
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = _moving(measured, processing, joints, robot)
-    observer = _observer(robot, base)
+    observer = _observer(robot, base, friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
-    pairs = [
-        _observed(observer, data, keep, processing.decimate, known.values)
+    # Of a single recording the robot's own ripple is what would be found: it takes weight along.
+    observations = [
+        observer.observe_rows(data, keep, processing.thinning(data.motion.rate))
         for data, keep in zip(still, masks, strict=True)
     ]
-    observations, ripples = [own for own, _ in pairs], [waves for _, waves in pairs]
-    # The robot's parameters are of another day: constant torques are free.
-    runs, held = _runs([recording.source for recording in loaded], observations, ripples), free_offsets(robot.n)
+    runs = _runs([recording.source for recording in loaded], observations, [() for _ in loaded])
+    alone = [less_robot(recording, known.values) for recording in observations]
+    sigmas = friction_sigmas(known, friction_change)
+    own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
+    held = held_friction(alone, own)
     rms = _torque_rms(still, masks)
-    return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
+    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, known, source=source)
 
 
 def weighing_problem(
@@ -147,11 +156,12 @@ def weighing_problem(
     base: BaseParameters,
     runs: Sequence[Run],
     moving: tuple[int, ...],
-    held: HeldOffsets,
+    held: HeldFriction,
     torque_rms: Array,
     rate: float | None,
     known: Estimate | None = None,
     pairs: tuple[AlignedPair, ...] = (),
+    source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
     equations = friction_free(runs, held)
@@ -165,6 +175,8 @@ def weighing_problem(
         difference=equations if known is None else None,
         pairs=pairs,
         rate=rate,
+        source=source,
+        inflation=tuple(held.memory.tolist()),
         short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )
 
@@ -178,21 +190,21 @@ def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
     return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
 
 
-def _observer(robot: Robot, base: BaseParameters | None) -> Observer:
-    """Observer of [W, free columns, W_L]; without base parameters for torque differences."""
+def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
+    """Observer of [W, free columns, W_L]; of torque differences without base parameters and nothing viscous."""
     free = robot.with_offsets(True)
     own = base.columns if base is not None else ()
-    friction = friction_columns(robot)
+    friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
     columns = (*own, *friction, *payload_columns(free))
     return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
 
 
 def _observed(
-    observer: Observer, data: Measurement, keep: Mask, decimate: int, known: Array | None = None
+    observer: Observer, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[Observation, tuple[Wave, ...]]:
     """The equations of one recording, and the ripple that is free in them."""
     plain = observer.observe_rows(data, keep, decimate)
-    waves, columns = ripple_of(plain, data, keep, decimate, known)
+    waves, columns = ripple_of(plain, data, keep, decimate)
     if not waves:
         return plain, ()
     names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))
@@ -208,17 +220,13 @@ def _runs(
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
+        equations = in_blocks(reduced(recording), [[recording]], [edges], length)
         runs.append(Run(source, equations, waves))
     return runs
 
 
-def _opened(recording: Observation) -> Pieces:
-    return lambda: [recording]
-
-
 def _left(recording: Observation) -> list[Residuals]:
-    return left_over([_opened(recording)], reduced(recording))
+    return left_over([[recording]], reduced(recording))
 
 
 def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:

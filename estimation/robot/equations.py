@@ -13,9 +13,9 @@ from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observation import Observer
 from ..equations.reduction import recorded, reduced_measurement
-from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..recordings.plausibility import check_recordings, still_joints
-from ..signals.filtering import measurement
+from ..signals.filtering import mean_rate, measurement
 
 
 def base_problem(
@@ -52,9 +52,9 @@ def base_problem(
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     if not blocks:
         return equations
-    left = left_over(opened, equations)
-    length = length_by_residuals([left])
-    return in_blocks(equations, opened, [block_edges(recording, length) for recording in left], length)
+    load = remembered(opened, equations)
+    length = block_length([load])
+    return in_blocks(equations, opened, [block_edges(ends, length) for ends in load.spans], length)
 
 
 def filtered(
@@ -75,9 +75,10 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
         InputError: names the recording.
     """
     for recording in recordings:
-        if len(recording.t) <= processing.decimate:
+        factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
+        if len(recording.t) <= factor:
             raise InputError(
-                f"{recording.source}: decimation by {processing.decimate} leaves nothing of {len(recording.t)} "
+                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} "
                 "samples: lower --decimate"
             )
 

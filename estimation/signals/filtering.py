@@ -20,7 +20,7 @@ _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are
 _FEWEST = 30  # samples
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
-_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -33,12 +33,22 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     Raises:
         InputError: if the recording is too short or the cut-off too high for its rate.
     """
-    even = resampled(recording, processing.rate)
+    even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
     _check_cutoff(even.q, q, processing.cutoff, recording.source)
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
     return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
+
+
+def mean_rate(recording: Recording) -> float:
+    """Samples a second [Hz]."""
+    return (len(recording.t) - 1) / float(recording.t[-1] - recording.t[0])
+
+
+def grid_rate(recording: Recording, processing: Processing) -> float | None:
+    """The even rate [Hz] to which a recording is resampled; None keeps its own."""
+    return None if processing.rate is None else processing.grid_rate(mean_rate(recording))
 
 
 def resampled(recording: Recording, rate: float | None) -> Recording:
@@ -99,7 +109,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     for part in parts(len(t), at_once):
         times = np.clip(t[part], recording.t[0], recording.t[-1])
         low, high = np.searchsorted(recording.t, times[[0, -1]])
-        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        near = slice(max(int(low) - NEIGHBOURS, 0), int(high) + NEIGHBOURS)
         for values, new in zip(recorded, made, strict=True):
             new[part] = between(recording.t[near], values[near])(times)
     q, torque, *speeds = map(_locked, made)

@@ -3,7 +3,7 @@
 from ...model import Processing, Recording
 from ...model.motion import Measurement
 from .alignment import AlignedPair, aligned
-from .filtering import measurement
+from .filtering import grid_rate, measurement
 
 
 class Measurements:
@@ -38,6 +38,6 @@ class Measurements:
         key = id(unloaded), id(loaded)
         if key not in self._aligned:
             settings = self.processing
-            pair = aligned(unloaded, loaded, settings.rate, settings.max_mismatch)
+            pair = aligned(unloaded, loaded, grid_rate(loaded, settings), settings.max_mismatch)
             self._aligned[key] = unloaded, loaded, pair
         return self._aligned[key][2]

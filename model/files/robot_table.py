@@ -179,6 +179,7 @@ class ProcessingTable(Table, frozen=True):
     rate: Real | None = field(default=Processing.rate, name="rate_hz")
     cutoff: Real | None = field(default=Processing.cutoff, name="cutoff_hz")
     decimate: int = Processing.decimate
+    equation_rate: Real | None = field(default=Processing.equation_rate, name="equations_hz")
     still_speed: Real = Processing.still_speed
     slow_fraction: Real | None = None
     slow_speed: Real | tuple[Real, ...] | None = None

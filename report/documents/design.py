@@ -89,17 +89,17 @@ class DesignDocument(Document, frozen=True):
 
     robot: str
     robot_fingerprint: str
-    criterion: str
-    criterion_value: Number
+    kind: str = field(name="criterion")
+    value: Number = field(name="criterion_value")
     condition_number: Number
     condition_number_scaled: Number
     log_det: Number
-    predicted_sigma: dict[str, Number]
+    sigma: dict[str, Number] = field(name="predicted_sigma")
     predicted_sigma_percent: dict[str, Number]
-    torque_noise: Vector
-    independent_rate_hz: Number
-    data_length_s: Number
-    duration_s: float
+    noise: Vector = field(name="torque_noise")
+    rate: Number = field(name="independent_rate_hz")
+    data_length: Number = field(name="data_length_s")
+    duration: float = field(name="duration_s")
     limits: LimitsDocument
     floor: FloorDocument | None
     evaluated: str | None
@@ -138,13 +138,13 @@ class NearDocument(Document, frozen=True):
     """A motion near a pose: what it shows of a payload, how well, its limits."""
 
     robot: str
-    criterion: str
+    kind: str = field(name="criterion")
     near: NearMotion
     visibility: VisibilityDocument
     predicted_sigma: SpreadDocument
     condition_number: Number
     condition_number_scaled: Number
-    duration_s: float
+    duration: float = field(name="duration_s")
     rehearsal_s: float
     cpu_s: float
     limits: LimitsDocument
@@ -175,41 +175,20 @@ def design_document(
     """
     learnt, relative = score.learnt, score.relative_sigma(dict(reference))
     nearest = tuple(map(LimitDocument.of, score.limits))
-    search = ("seed", "starts", "evaluations", "cpu_s", "interrupted")
-    return DesignDocument(
+    percent = {name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma}
+    return DesignDocument.of(
+        *(score, learnt, problem, problem.goal, problem.criterion, design),
         robot=problem.robot.name,
         robot_fingerprint=problem.robot.fingerprint,
-        criterion=problem.criterion.kind,
-        criterion_value=score.value,
-        condition_number=learnt.condition_number,
-        condition_number_scaled=learnt.condition_number_scaled,
-        log_det=learnt.log_det,
-        predicted_sigma=dict(learnt.sigma),
-        predicted_sigma_percent={
-            name: 100.0 * relative[name] if name in relative else None for name in learnt.sigma
-        },
-        torque_noise=problem.noise,
-        independent_rate_hz=problem.goal.rate,
-        data_length_s=problem.goal.data_length,
-        duration_s=score.duration,
+        predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=nearest),
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=evaluated,
-        val3_replay=_replay(replay) if replay else None,
+        val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
         assumed=problem.robot.assumed(*rests_on(problem)),
         version=__version__,
         solver="augmented" if design else UNSET,
         motion=_motion(design.plan) if design else UNSET,
-        **{name: getattr(design, name) for name in search if design},
-    )
-
-
-def _replay(replay: Score) -> ReplayDocument:
-    learnt = replay.learnt
-    return ReplayDocument.of(
-        replay,
-        condition_number=learnt.condition_number,
-        condition_number_scaled=learnt.condition_number_scaled,
     )
 
 
@@ -229,20 +208,15 @@ def near_document(
 ) -> NearDocument:
     """What ``dynident near --json`` writes; ``motion`` is the design's."""
     score = design.score
-    return NearDocument(
+    return NearDocument.of(
+        *(score.learnt, motion, design, design.problem.criterion),
         robot=design.problem.robot.name,
-        criterion=design.problem.criterion.kind,
-        near=NearMotion.of(motion, poses=shape.poses, joints=shape.joints, ranges=shape.ranges),
+        near=NearMotion.of(shape, motion),
         visibility=VisibilityDocument.of(visibility),
         predicted_sigma=spread_document(spread),
-        condition_number=score.learnt.condition_number,
-        condition_number_scaled=score.learnt.condition_number_scaled,
-        duration_s=motion.duration,
         rehearsal_s=motion.slowed(0.1).duration,
-        cpu_s=design.cpu_s,
         limits=LimitsDocument(score.max_violation, torque_checked=design.problem.torque_limited),
         assumed=design.problem.robot.assumed(*rests_on(design.problem)),
-        seed=design.seed,
     )
 
 

@@ -5,7 +5,7 @@ from ...estimation.files.parts import ProcessingDocument, RobustDocument
 from ...estimation.files.stored import GainsTable, LoadDocument
 from ...estimation.gains import DriveGains
 from ...model import INERTIAL, Processing
-from .parts import residual_document
+from .parts import equation_rate, residual_document
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
@@ -17,6 +17,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
             rate=processing.rate,
             cutoff=processing.cutoff,
             decimate=processing.decimate,
+            equation_rate=equation_rate(processing),
             slow_fraction=processing.slow_fraction,
             slow_speed=processing.slow_speed,
         ),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from ...estimation import Gains, SigmaRatio
 from ...estimation.files.parts import (
@@ -24,10 +24,16 @@ def processing_document(
     """Settings, so that a result can be repeated."""
     return ProcessingDocument.of(
         processing,
+        equation_rate=equation_rate(processing),
         drive_gains=tuple(drive_gains) if drive_gains else None,
         offsets=robot.drives.offsets,
         coulomb=robot.coupling.coulomb if robot.coupling else None,
     )
+
+
+def equation_rate(processing: Processing) -> float | UnsetType:
+    """The rate of the equations, where it is given instead of a factor."""
+    return processing.equation_rate if processing.equation_rate is not None else UNSET
 
 
 def residual_document(fit: Fit) -> ResidualDocument:

@@ -1,7 +1,7 @@
 """The document of ``payload`` and ``weigh``."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import UNSET, UnsetType
@@ -27,6 +27,7 @@ from ...estimation.files.stored_payload import (
     VisibilityDocument,
     WeighedDocument,
 )
+from ...estimation.fit import RobustCovariance
 from ...estimation.payload import RIPPLE_CHANCE, ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
 from ...model import INERTIAL, Processing, Robot
 from .parts import (
@@ -57,7 +58,7 @@ def payload_document(
         estimates=_estimates(answer),
         recommended=Recommended(answer.free.method, "constrained" if answer.constrained else "wls"),
         mass_by_joints=mass_by_joints(answer.by_joints),
-        verdict=VerdictDocument(answer.verdict.level, tuple(answer.verdict.reasons)),
+        verdict=VerdictDocument(answer.verdict.level, answer.verdict.reasons, answer.verdict.notes or UNSET),
         **more,
     )
 
@@ -191,7 +192,7 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         sigma_with_gains=named(payload.sigma) if payload.gains else None,
         gain_sigma=gain_errors_document(payload.gains) if payload.gains else None,
         interval95=_intervals(intervals.parameters),
-        interval95_by="jackknife" if payload.robust else "formula",
+        interval95_by=_intervals_by(free.robust),
         com=payload.body.com,
         com_interval95=intervals.com,
         inertia_com=payload.body.inertia_com,
@@ -211,6 +212,12 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         weighed=tuple(map(WeighedDocument.of, payload.weighings)),
         solver_status=result.status,
     )
+
+
+def _intervals_by(robust: RobustCovariance | None) -> Literal["jackknife", "memory", "formula"]:
+    if robust is None:
+        return "formula"
+    return "memory" if robust.by_memory else "jackknife"
 
 
 def mass_by_joints(seen: ByJoints) -> tuple[JointsMassDocument, ...]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ...common.files import write_bytes
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -105,8 +107,10 @@ def mark_interval(axis: Axes, low: float, high: float) -> None:
 
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
+    ending, content = Path(path).suffix.lower(), io.BytesIO()
     with matplotlib().rc_context({"svg.hashsalt": "dynident"}):
-        figure.savefig(path, dpi=dpi, metadata=_METADATA.get(Path(path).suffix.lower()))
+        figure.savefig(content, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending))
+    write_bytes(path, content.getvalue())
 
 
 def svg_text(figure: Figure, name: str) -> str:

@@ -7,7 +7,7 @@ from functools import singledispatch
 from importlib import resources
 from pathlib import Path
 
-from ...common.files import write_text
+from ...common.files import made_folder, write_text
 from ..blocks import (
     Animation,
     Banner,
@@ -39,8 +39,7 @@ def write_report(path: str | Path, page: Page) -> None:
 
 def write_plots(folder: str | Path, page: Page) -> None:
     """Write the page's figures as PNG, SVG and PDF, what moves as SVG; the folder is made if missing."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = made_folder(folder)
     for block in page.blocks():
         if isinstance(block, Drawing):
             for ending in _ENDINGS:

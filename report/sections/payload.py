@@ -77,7 +77,7 @@ def payload_notes(answer: PayloadAnswer) -> list[str]:
     """Lines below the payload table; the verdict comes last."""
     lines = [*sigma_notes(answer.estimates), *data_notes(answer), mass_by_joints_note(answer.by_joints)]
     verdict = answer.verdict
-    return [*lines, *_left_out(answer), *verdict_lines(VERDICTS[verdict.level].payload, verdict.reasons)]
+    return [*lines, *_left_out(answer), *verdict_lines(VERDICTS[verdict.level].payload, verdict)]
 
 
 def data_notes(answer: PayloadAnswer) -> list[str]:

@@ -127,6 +127,8 @@ def _interval_note(payload: ConstrainedPayload) -> str:
             "95 % intervals by the formula (17)-(19) alone, for white torque noise: on real robots they are too "
             "short by a factor of about 1.5 to 4."
         )
+    if robust.by_memory:
+        return f"95 % intervals over bodies that hold all constraints: {robust.warning}."
     return f"95 % intervals by the block jackknife ({robust.blocks} blocks), over bodies that hold all constraints."
 
 

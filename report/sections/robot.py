@@ -91,8 +91,10 @@ def robot_notes(result: Identification) -> list[str]:
         lines.append(f"On the validation recording: {residual_text(result.validation)}")
     lines += robot_sigma_notes(result)
     lines += gain_error_notes(result.robot, result.gains, "±, % and chi2")
-    reasons = result.verdict.reasons
-    return [*lines, *(verdict_lines(VERDICTS["do_not_use"].payload, reasons) if reasons else [])]
+    verdict = result.verdict
+    if verdict.reasons:
+        return [*lines, *verdict_lines(VERDICTS["do_not_use"].payload, verdict)]
+    return [*lines, *(f"Note: {text}." for text in verdict.notes)]
 
 
 def robot_sigma_notes(result: Identification) -> list[str]:

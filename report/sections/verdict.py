@@ -47,9 +47,10 @@ def verdict_banner(verdict: Verdict) -> Banner:
     return Banner(verdict.level, VERDICTS[verdict.level].sentence)
 
 
-def verdict_lines(words: str, reasons: Sequence[str]) -> list[str]:
-    """The verdict for a terminal, with its reasons."""
-    return [f"Verdict: {words}.", *(f"  - {reason}" for reason in reasons)]
+def verdict_lines(words: str, verdict: Verdict) -> list[str]:
+    """The verdict for a terminal, with its reasons, and what else is worth knowing."""
+    reasons = [f"  - {reason}" for reason in verdict.reasons]
+    return [f"Verdict: {words}.", *reasons, *(f"Note: {text}." for text in verdict.notes)]
 
 
 def reason_blocks(verdict: Verdict) -> list[Block]:
@@ -57,7 +58,8 @@ def reason_blocks(verdict: Verdict) -> list[Block]:
     reasons: Block = Text("No check found anything against the numbers.")
     if verdict.reasons:
         reasons = Notes([f"{_capital(reason)}." for reason in verdict.reasons])
-    return [Text("Reasons for the verdict", "heading"), reasons]
+    known = [Notes([f"Note: {text}." for text in verdict.notes])] if verdict.notes else []
+    return [Text("Reasons for the verdict", "heading"), reasons, *known]
 
 
 def improvements(answer: PayloadAnswer, predictions: Sequence[TorquePrediction]) -> Block:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation import PAYLOAD, PayloadAnswer
+from ...estimation import PAYLOAD, PayloadAnswer, PayloadProblem
 from ...estimation.diagnosis import Finding, worst_joint
 from ...estimation.files import StoredPayload
 from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, ShortMotion
@@ -63,7 +63,7 @@ def _row(
 def first_notes(answer: PayloadAnswer) -> list[str]:
     """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
     verdict = answer.verdict
-    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict.reasons)
+    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict)
     lines += [_scale_note(answer), *_assumed_notes(answer), *_agreement_notes(answer), *_repeat_notes(answer)]
     lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
     lines += gain_error_notes(answer.problem.robot, answer.gains)
@@ -136,9 +136,10 @@ def detail_notes(answer: PayloadAnswer) -> list[str]:
         f"Not explained: {joints} % of the joints' torque, {100 * solved.estimate.fit.relative:.1f} % of the "
         "payload's own.",
     ]
-    lines.append(f"Coulomb friction is free in each recording; {_offsets_note(short)}")
+    lines.append(_friction_note(problem, short))
     if robust is not None:
-        lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
+        if not robust.by_memory:
+            lines.append(f"Standard deviations by {robust.blocks} blocks of {robust.block_length:.2g} s or more.")
         lines += [robust.warning] * bool(robust.warning)
     else:
         lines.append(f"Standard deviations by the formula alone: {solved.without_robust}")
@@ -155,6 +156,17 @@ def detail_notes(answer: PayloadAnswer) -> list[str]:
             f"Aligned by {pair.lag:.4f} s; positions then differ by at most {1e3 * pair.max_mismatch:.2f} mrad."
         )
     return lines
+
+
+def _friction_note(problem: PayloadProblem, short: ShortMotion) -> str:
+    if problem.known is None:
+        return f"Coulomb friction is free in each recording; {_offsets_note(short)}"
+    if not short.held.held:
+        return "Friction is the robot's own."
+    return (
+        "Friction may differ from the robot's own (--friction-change), and the robot from what was identified "
+        "within its covariance; the intervals allow for it."
+    )
 
 
 def _offsets_note(short: ShortMotion) -> str:

@@ -22,12 +22,13 @@ LOGS = {
 PROCESSING = {
     "--rate": "--rate 90",
     "--cutoff": "--cutoff 4",
+    "--equation-rate": "--equation-rate 15",
     "--decimate": "--decimate 7",
     "--offsets": "--no-offsets | --offsets",
     "--no-offsets": "--offsets | --no-offsets",
     "--coulomb": "--coulomb paper",
 }
-_FILTER = {option: entry for option, entry in PROCESSING.items() if option != "--decimate"}
+_FILTER = {option: entry for option, entry in PROCESSING.items() if option not in ("--decimate", "--equation-rate")}
 KNOWN = {
     "--mass": "--mass-sigma 0.05 --mass 6.2 | --mass 6.4",
     "--mass-sigma": "--mass 6.2 --mass-sigma 0.05 | --mass-sigma 0.5",
@@ -96,6 +97,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--moving": "--moving 2,3,5",
+        "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
         "--details": "--details",
         "--max-mismatch": "--max-mismatch 1e-9",
@@ -115,6 +117,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--method": "--method 4",
         "--free-friction": "--method 1 | --free-friction",
+        "--scale-sigma": "--method 4 | --scale-sigma 2%",
         "--friction-change": "--method 4 | --friction-change 30%",
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",

@@ -127,6 +127,17 @@ def test_one_method_and_options(run: Run, logs: dict[str, str], tmp_path: Path) 
     assert "method 2" not in out
 
 
+def test_the_rate_of_the_equations(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
+    """Given once, by rate or by factor; it takes the place of the factor in the robot's file."""
+    target = tmp_path / "identify.json"
+    identify = ("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", str(target))
+    status, _, told = run(*identify, "--equation-rate", "20", "--decimate", "5")
+    assert (status, "--equation-rate and --decimate say the same" in told) == (2, True)
+    assert run(*identify, "--equation-rate", "20")[0] == 0
+    used = json.loads(target.read_text())["processing"]
+    assert (used["equations_hz"], used["decimate"]) == (20.0, 1)
+
+
 def test_a_method_that_cannot_answer_does_not_silence_the_others(run: Run, logs: dict[str, str]) -> None:
     status, out, _ = run("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--loaded", logs["loaded1"])
     assert status == 0

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import pytest
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.common.schema import Table, json_text, toml_text
+from dynident.common.schema import Table, json_text
+from dynident.common.toml import toml_text
 from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.files import (
     StoredGains,

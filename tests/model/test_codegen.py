@@ -166,7 +166,7 @@ def test_failed_writing_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest
         raise OSError("disk full")
 
     monkeypatch.setattr(Path, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InputError, match="cannot be written: disk full"):
         generate_code(replace(SLIDER, gravity=(0.0, 0.0, -1.0)), "gravity", tmp_path)
     assert [path.read_bytes() for path in paths] == before
     assert sorted(tmp_path.iterdir()) == sorted(paths)

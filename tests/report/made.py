@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio
 from dynident.estimation.diagnosis import robot_verdict
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.payload import PayloadEstimate
@@ -20,6 +21,7 @@ DRIVES = SimpleNamespace(offsets=True)
 ROBOT = SimpleNamespace(
     name="arm",
     fingerprint="f00",
+    mass=None,
     payload_frame="flange: plain",
     drives=DRIVES,
     coupling=SimpleNamespace(coulomb="paper"),
@@ -28,6 +30,7 @@ ROBOT = SimpleNamespace(
     assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
 )
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
+ANY_ROBOT: Any = ROBOT
 GAINS = Gains((0.01, 0.02, 0.03), 0.004, np.diag([1e-4, 2e-4, 3e-4]).tolist(), SEEN, 6.5, ("said",))
 
 
@@ -80,7 +83,7 @@ def identification() -> Any:
         without_robust="",
         gains=GAINS,
         validation=CHECK,
-        verdict=robot_verdict(estimate(("A", "B")).fit),
+        verdict=robot_verdict(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
     )
 
 
@@ -190,7 +193,7 @@ def payload() -> Any:
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
         elimination=elimination(), left_out={2: "no pair"},
-        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",)),
+        verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
 
 
@@ -231,7 +234,7 @@ def weighing(possible: bool) -> Any:
         agreement=(SimpleNamespace(name="difference", mass=3.06, com=numbers(3)),), validation=None, robot_fit=None,
         assumed=None if possible else body(3.05),
         stand_in=None if possible else SimpleNamespace(description="a box"),
-        verdict=SimpleNamespace(level="use", reasons=()),
+        verdict=SimpleNamespace(level="use", reasons=(), notes=()),
     )  # fmt: skip
 
 

@@ -11,11 +11,12 @@ import pytest
 from dynident import __version__
 from dynident.common.schema import Document, convert, write_json
 from dynident.estimation.diagnosis import Finding, robot_verdict
+from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
-from dynident.model import INERTIAL
+from dynident.model import INERTIAL, Processing
 from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.written import written
@@ -48,8 +49,8 @@ def same(document: Document, expected: dict[str, Any]) -> None:
 
 
 PROCESSING = {
-    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04, "slow_speed": 0.06,
-    "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
+    "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
+    "slow_speed": 0.06, "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
 }  # fmt: skip
 GAINS = {
     "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
@@ -210,7 +211,7 @@ def test_identify() -> None:
             "gain_sigma": GAINS,
             "relative_residual": residual(made.FIT),
             "validation": residual(made.CHECK),
-            "reasons_against_use": robot_verdict(estimate.fit).reasons,
+            "reasons_against_use": robot_verdict(Evidence(made.ANY_ROBOT, parameters=estimate)).reasons,
         },
     )
     stored = convert(written(document), StoredRobot)
@@ -343,6 +344,11 @@ def test_weigh(possible: bool) -> None:
         },
     )  # fmt: skip
     assert isinstance(document, StoredPayload)
+
+
+def test_a_rate_of_equations_stands_in_the_place_of_a_factor() -> None:
+    processing = Processing(equation_rate=12.5)
+    assert written(documents.gains_document(made.drive_gains(), processing))["processing"]["equations_hz"] == 12.5
 
 
 def test_gains(tmp_path: Path) -> None:

@@ -6,10 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
+from ....common.arrays import Array
 from ...fit.robust import few_blocks
 from ...payload.by_joints import ByJoints, JointShare, JointsMass
 from ..evidence import Evidence
-from ..finding import Finding, error, warning
+from ..finding import Finding, error, note, warning
 
 NOTABLE = 0.03
 """Relative difference of the mass between two joints that is told."""
@@ -18,9 +19,13 @@ NOTABLE_SIGMAS = 3.3
 WRONG = 0.10
 """Relative difference of one joint's mass from the answer above which nothing should be used."""
 SHARE = 0.15
-"""Difference of a joint's share from 1 that is told: real joints lie within 0.1."""
-WRONG_SHARE = 0.3
-"""Difference above which nothing should be used."""
+"""Difference of a joint's share from 1 above which nothing should be used: real joints lie within 0.1."""
+TOGETHER = 2.5
+"""Factor by which all shares together widen the intervals, above which it is told."""
+TOO_FAR = 2.83
+"""Factor above which nothing should be used, if a joint that carries the mass is off as well."""
+CARRIERS, CARRIED = (2, 3), 0.05
+"""Joints that show the mass on arms of this kind, and the difference of their share from 1 that counts then."""
 SIGMAS = 4.5
 """Standard deviations beyond which a difference is none by chance."""
 
@@ -28,7 +33,47 @@ SIGMAS = 4.5
 def joints(evidence: Evidence) -> list[Finding]:
     """Against a mass that single joints contradict."""
     seen = evidence.by_joints if evidence.weighed is None else _allowing(evidence.by_joints)
-    return [*_shares(seen.shares), *_masses(_alone(seen), evidence.mass)]
+    return [*_shares(seen.shares), *_masses(_alone(seen), evidence)]
+
+
+def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
+    """Factor on every interval: how much farther the joints' shares lie from 1 than their errors let them.
+
+    Joints that disagree prove an error of some gain, friction or description, of which no residual knows.
+
+    Args:
+        by_joints: the payload as single joints see it.
+        gains: covariance of the gains' relative errors that were told, n x n; only what joints do not share counts.
+        few: whether the standard deviations come from few blocks of time.
+    """
+    shares = (_allowing(by_joints) if few else by_joints).shares
+    seen = [(one.joint - 1, one.share, one.sigma) for one in shares if one.share is not None]
+    if len(seen) < 2:
+        return 1.0
+    joints = [joint for joint, *_ in seen]
+    apart = np.eye(len(seen)) * len(seen) / (len(seen) - 1) - 1.0 / (len(seen) - 1)  # each less the others' mean
+    variance = np.diag(apart @ gains[np.ix_(joints, joints)] @ apart.T)
+    squares = [(share - 1.0) ** 2 / (sigma**2 + own) for (_, share, sigma), own in zip(seen, variance, strict=True)]
+    return float(np.sqrt(max(1.0, sum(squares) / (len(seen) - 1))))
+
+
+def shares_together(evidence: Evidence) -> list[Finding]:
+    """Shares that disagree as a whole, although each alone may pass."""
+    factor = evidence.disagreement
+    if factor <= TOGETHER:
+        return []
+    text = (
+        f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors"
+    )
+    off = [
+        one.joint
+        for one in evidence.by_joints.shares
+        if one.joint in CARRIERS and one.share is not None and abs(one.share - 1.0) > CARRIED
+    ]
+    if factor <= TOO_FAR or not off:
+        return [note(f"{text}; every interval is widened by this factor")]
+    names = ", ".join(map(str, off))
+    return [error(f"{text}, that of joint {names} over {100 * CARRIED:.0f} % off: check drive gains and friction")]
 
 
 def _allowing(by_joints: ByJoints) -> ByJoints:
@@ -71,7 +116,8 @@ def _alone(by_joints: ByJoints) -> list[tuple[float, JointsMass]]:
     return [(one.mass, one) for one in by_joints.masses if len(one.joints) == 1 and one.mass is not None]
 
 
-def _masses(alone: Sequence[tuple[float, JointsMass]], mass: float) -> list[Finding]:
+def _masses(alone: Sequence[tuple[float, JointsMass]], evidence: Evidence) -> list[Finding]:
+    mass = evidence.mass
     off = [one for own, one in alone if abs(own - mass) > max(WRONG * abs(mass), SIGMAS * one.sigma)]
     if off:
         return [error(_told(sorted(off, key=lambda one: one.joints)))]
@@ -81,7 +127,12 @@ def _masses(alone: Sequence[tuple[float, JointsMass]], mass: float) -> list[Find
         if abs(a - b) > NOTABLE * abs(mass)
     ]
     z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
-    return [warning(_told(pair))] if z >= NOTABLE_SIGMAS else []
+    if z < NOTABLE_SIGMAS:
+        return []
+    half = 1.96 * evidence.spread.mass if evidence.spread is not None else 0.0
+    if any(abs(own - mass) > half + SIGMAS * one.sigma for own, one in alone if one in pair):
+        return [error(_told(pair), "mass")]
+    return [warning(f"{_told(pair)}; each alone differs from the mass by no more than chance")]
 
 
 def _told(joints: Sequence[JointsMass]) -> str:
@@ -103,5 +154,4 @@ def _shares(shares: Sequence[JointShare]) -> list[Finding]:
         f"joint {worst.joint} shows {share:.2f} ± {worst.sigma:.2g} times the payload that the other joints show: "
         "check its drive gain, unit and sign"
     )
-    wrong = abs(share - 1.0) > max(WRONG_SHARE, SIGMAS * worst.sigma)
-    return [error(text) if wrong else warning(text)]
+    return [error(text)]

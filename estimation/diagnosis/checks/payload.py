@@ -5,12 +5,11 @@ from itertools import combinations
 
 import numpy as np
 
-from ....common.arrays import Array
 from ....model import INERTIAL
 from ...payload.constrained import ConstrainedPayload
 from ...possible.constraints import PossibleBody
 from ..evidence import Evidence, by
-from ..finding import Finding, error, warning
+from ..finding import Finding, error, note, warning
 from ..quantities import MASS_SIGMA, com_allowed, vague_moments
 
 MASS_SPREAD = 0.05
@@ -79,10 +78,10 @@ def methods_apart(evidence: Evidence) -> list[Finding]:
 
 def uncertain(evidence: Evidence) -> list[Finding]:
     """Mass and centre of mass of the payload that is to be used, not measured well enough."""
-    free = evidence.best
-    if free is None:
+    free, spread = evidence.best, evidence.spread
+    if free is None or spread is None:
         return []
-    share = float(free.larger_sigma[9] / max(abs(free.mass), 1e-300))
+    share = spread.mass / max(abs(free.mass), 1e-300)
     if not share <= MASS_SIGMA:
         text = (
             f"method {free.method} leaves the mass uncertain by {100 * share:.0f} % (1 sigma): move the arm's "
@@ -92,8 +91,8 @@ def uncertain(evidence: Evidence) -> list[Finding]:
     if evidence.recommended is None:
         return []
     size, allowed = com_allowed(evidence.recommended.body.vector)
-    axis = int(np.argmax(free.larger_sigma_com))
-    sigma = float(free.larger_sigma_com[axis])
+    axis = int(np.argmax(spread.com))
+    sigma = float(spread.com[axis])
     if sigma <= allowed:
         return []
     text = (
@@ -138,7 +137,10 @@ def drift(evidence: Evidence) -> list[Finding]:
         return []
     step, sigma = repeats.drift
     text = f"the mass drifts by {step:+.3g} ± {sigma:.2g} kg from recording to recording: warm the robot up first"
-    return [warning(text, "mass")]
+    across = abs(step) * (len(repeats.masses) - 1)
+    if evidence.spread is not None and across <= 2.0 * 1.96 * evidence.spread.mass:
+        return [note(f"{text}; the interval of the mass allows for it", "mass")]
+    return [error(text, "mass")]
 
 
 OWN_SIZE = 0.3
@@ -149,10 +151,12 @@ CONDITION = 500.0
 
 def inertia(evidence: Evidence) -> list[Finding]:
     """Against the inertia, judged on the payload that is to be used."""
-    payload = evidence.recommended
-    if payload is None:
+    payload, spread = evidence.recommended, evidence.spread
+    if payload is None or spread is None:
         return []
-    vague = vague_moments(*_moments(payload))
+    moments = np.diag(payload.body.inertia_com)
+    moments = np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300))
+    vague = vague_moments(moments, spread.moments)
     if not vague:
         return []
     shares = ", ".join(f"{name} by {_percent(share)}" for name, share in vague)
@@ -161,16 +165,6 @@ def inertia(evidence: Evidence) -> list[Finding]:
     if hidden:
         text += f"; in units of the payload's own size the motion hardly shows {', '.join(hidden)}"
     return [warning(f"{text}: use mass and centre of mass, or move the wrist faster")]
-
-
-def _moments(payload: ConstrainedPayload) -> tuple[Array, Array]:
-    """The possible payload's moments at its centre of mass, and the free estimate's deviations [kg m^2], each (3,).
-
-    The robust deviations if there are any; the free moments may be negative.
-    """
-    moments, robust = np.diag(payload.body.inertia_com), payload.free.sigma_inertia_com_robust
-    sigma = np.diag(robust if robust is not None else payload.free.sigma_inertia_com)
-    return np.maximum(moments, 1e-12 * max(float(moments.max()), 1e-300)), sigma
 
 
 def _unseen(payload: ConstrainedPayload) -> list[str]:

@@ -87,14 +87,25 @@ def of_payload(*estimates: PayloadEstimate, **more: Any) -> Evidence:
 def of_possible(*payloads: ConstrainedPayload, **more: Any) -> Evidence:
     """Evidence on possible payloads, the last of them to be used."""
     estimates = tuple(payload.free for payload in payloads)
+    free = payloads[-1].free
+    more = {
+        "spread": PayloadSpread(float(free.larger_sigma[9]), free.larger_sigma_com, free.larger_sigma_inertia_com)
+    } | more
     return Evidence(ROBOT, estimates=estimates, constrained=payloads, recommended=payloads[-1], **more)
+
+
+def spread_of(mass: float) -> PayloadSpread:
+    """Standard deviations of a payload whose mass is as uncertain as this [kg]."""
+    return PayloadSpread(mass, np.full(3, 1e-4), np.full((3, 3), 1e-6))
 
 
 def of_weighing(*constrained: ConstrainedPayload, by_joints: ByJoints | None = None, **changed: Any) -> Evidence:
     """Evidence on a short weighing of 5 kg."""
     judged = dict.fromkeys(("mass", "centre of mass", "inertia"), Judged("use"))
+    spread = changed.pop("spread", None)
     weighed = replace(Weighed(5.0, 0.01, False, np.full(6, 0.1), judged), **changed)
-    return Evidence(ROBOT, constrained=constrained, by_joints=by_joints or ByJoints((), ()), weighed=weighed)
+    joints = by_joints or ByJoints((), ())
+    return Evidence(ROBOT, constrained=constrained, by_joints=joints, weighed=weighed, spread=spread)
 
 
 def of_spread(mass: float = 0.01, com: float = 0.001, inertia: float = 1e-4) -> Evidence:
@@ -165,8 +176,15 @@ def weighed_as(z: float) -> ConstrainedPayload:
     return possible_of(estimate_of(), weighings=(Weighing(5.0, 0.03, 5.0 + 0.05 * z, 0.04, 1e6),))
 
 
-def drifting(z: float) -> Evidence:
+def drift_of(z: float) -> float:
+    """How far the mass of ``drifting`` rises altogether [kg]."""
+    return 5.0 * z * 0.01 * float(np.sqrt(3.0 / 17.5))
+
+
+def drifting(z: float, spread: PayloadSpread | None = None) -> Evidence:
     """Six weighings whose mass rises by this many standard deviations of the rise."""
     scatter = 0.01 * np.array([1.0, -2.0, 1.0, 1.0, -2.0, 1.0])  # without a slope of its own
     rise = z * 0.01 * np.sqrt(3.0 / 17.5) * np.arange(6)
-    return of_weighing(repeats=Repeats(tuple("abcdef"), tuple((5.0 + rise + scatter).tolist()), (0.01,) * 6))
+    return of_weighing(
+        repeats=Repeats(tuple("abcdef"), tuple((5.0 + rise + scatter).tolist()), (0.01,) * 6), spread=spread
+    )

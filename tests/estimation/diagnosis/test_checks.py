@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import joints, payload, recordings
+from dynident.estimation.diagnosis import loaded_rows
+from dynident.estimation.diagnosis.checks import joints, loaded, payload, recordings
+from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.diagnosis.finding import Finding, error, verdict_of, warning
+from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
+from dynident.estimation.diagnosis.loaded_rows import Bursts, Scale
 from dynident.estimation.diagnosis.quantities import (
     COM_FLOOR,
     COM_SIGMA,
@@ -19,8 +22,10 @@ from dynident.estimation.diagnosis.quantities import (
     allowing,
     judge_com,
 )
+from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
+from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
@@ -35,9 +40,9 @@ from dynident.tests.estimation.diagnosis.made import (
     by_masses,
     by_share,
     com_sigma,
+    drift_of,
     drifting,
     estimate_of,
-    fit_of,
     held_out,
     in_time,
     inertia_sigma,
@@ -49,6 +54,7 @@ from dynident.tests.estimation.diagnosis.made import (
     one_joint,
     possible_of,
     robot_of,
+    spread_of,
     two_masses,
     weighed_as,
     with_mass,
@@ -71,6 +77,28 @@ class Side(NamedTuple):
     limit: float
     below: bool = False
     """Whether it is wrong to stay below it."""
+
+
+def rival(kind: str, name: str, fall: float, z: float = 9.0) -> Evidence:
+    """Another way to take the recordings."""
+    return of_payload(estimate_of(), rivals=(Rival(kind, name, fall, z),))
+
+
+def scaled(joint: int, off: float, sigma: float) -> Evidence:
+    """Torques with payload on another scale."""
+    return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
+
+
+def weighing_arm(share: float) -> Evidence:
+    """An RX90 whose torques show this share of its weight."""
+    moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
+    names, values = ("MX2", "MY2", "MX3", "MY3"), np.array([0.6 * moment, 0.0, 0.0, 0.4 * moment])
+    parameters = Estimate(names, values, np.eye(4), 500.0, robot_of().fit, np.ones(6))
+    return of_payload(estimate_of(), parameters=parameters)
+
+
+ROBOT_MASS = 111.0
+DRIFT = drift_of(9.0)
 
 
 def _weighed(agreement: float) -> Evidence:
@@ -237,7 +265,7 @@ SIDES = (
     ),
     Side(
         "joints",
-        "warning",
+        "error",
         "joint 2 5 ± 0.001 kg, joint 3 5.15",
         lambda x: of_payload(estimate_of(), by_joints=by_masses((5.0, 0.001), (5.0 + 5.0 * x, 0.001))),
         joints.NOTABLE,
@@ -251,32 +279,95 @@ SIDES = (
     ),
     Side(
         "joints",
-        "warning",
+        "error",
+        "joint 2 4.86 ± 0.01 kg, joint 3 5.15",
+        lambda x: of_payload(
+            estimate_of(),
+            by_joints=by_masses((4.86, 0.01), (5.1 + 0.01 * x, 0.01)),
+            spread=spread_of(0.1 / 1.96),
+        ),
+        joints.SIGMAS,
+    ),
+    Side(
+        "joints",
+        "error",
         "joint 3 shows 1.15",
         lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x)),
         joints.SHARE,
     ),
     Side(
         "joints",
-        "warning",
+        "error",
+        "joint 3 shows 0.85",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 - x)),
+        joints.SHARE,
+    ),
+    Side(
+        "joints",
+        "error",
         "joint 3 shows 1.23",
         lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + 0.05 * x, 0.05)),
         joints.SIGMAS,
     ),
     Side(
-        "joints",
-        "error",
-        "joint 3 shows 1.3",
-        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x)),
-        joints.WRONG_SHARE,
+        "shares_together",
+        "note",
+        "every interval is widened",
+        lambda x: of_payload(estimate_of(), disagreement=x),
+        joints.TOGETHER,
     ),
     Side(
-        "joints",
+        "shares_together",
         "error",
-        "joint 3 shows 0.7",
-        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 - x)),
-        joints.WRONG_SHARE,
+        "that of joint 3 over 5 % off",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.06, 0.05), disagreement=x),
+        joints.TOO_FAR,
     ),
+    Side(
+        "shares_together",
+        "error",
+        "that of joint 3 over 5 % off",
+        lambda x: of_payload(estimate_of(), by_joints=by_share(1.0 + x, 0.05), disagreement=3.0),
+        joints.CARRIED,
+    ),
+    Side("scale", "error", "the torques with payload", lambda x: scaled(0, x, 0.0), loaded_rows.SCALE),
+    Side("scale", "error", "the torques with payload", lambda x: scaled(0, 0.1 * x, 0.1), loaded_rows.SCALE_Z),
+    Side("scale", "error", "joint 3's torques with payload", lambda x: scaled(3, x, 0.0), loaded_rows.JOINT_SCALE),
+    Side(
+        "scale",
+        "error",
+        "joint 3's torques with payload",
+        lambda x: scaled(3, 0.1 * x, 0.1),
+        loaded_rows.JOINT_SCALE_Z,
+    ),
+    Side(
+        "burst",
+        "note",
+        "without them the mass is 5.13",
+        lambda x: of_payload(estimate_of(), bursts=Bursts(1, 20, 1.0, 5.0 * x * np.eye(10)[9])),
+        loaded.MOVED,
+    ),
+    Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", x), rival_checks.ROBOT),
+    Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", 0.1, x), rival_checks.ROBOT_Z),
+    Side(
+        "other_robots",
+        "note",
+        "do not tell 'rx90' from 'ur5e'",
+        lambda x: rival("robot", "ur5e", -x),
+        rival_checks.ALIKE,
+        True,
+    ),
+    Side("turned_joints", "error", "joint 5 is counted", lambda x: rival("turned", "5", x), rival_checks.TURNED),
+    Side(
+        "turned_joints",
+        "error",
+        "joint 5 is counted",
+        lambda x: rival("turned", "5", 0.1, x),
+        rival_checks.TURNED_Z,
+    ),
+    Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, rival_checks.LIGHT, True),
+    Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, rival_checks.WEIGHTLESS, True),
+    Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, rival_checks.HEAVY + 12.0 / 111.0),
     Side(
         "joints",
         "error",
@@ -314,7 +405,8 @@ SIDES = (
         True,
     ),
     Side("other_ways", "error", "by the other way the mass is 5.25", _weighed, payload.OTHER_WAY),
-    Side("drift", "warning", "mass drifts", drifting, FIVE_PERCENT),
+    Side("drift", "error", "mass drifts", drifting, FIVE_PERCENT),
+    Side("drift", "error", "mass drifts", lambda x: drifting(9.0, spread_of(DRIFT / x)), 2.0 * 1.96),
     Side(
         "steadiness",
         "error",
@@ -379,7 +471,7 @@ def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
     verdict = judge(loud)
     assert finding in verdict.findings
     assert finding not in judge(quiet).findings
-    assert verdict.level == ("do_not_use" if side.severity == "error" else "mass_and_com_only")
+    assert verdict.level == {"error": "do_not_use", "warning": "mass_and_com_only", "note": "use"}[side.severity]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
@@ -461,8 +553,11 @@ def test_a_cause_is_serious_where_it_explains_half() -> None:
 
 
 def test_the_verdict_on_a_robot() -> None:
-    assert robot_verdict(fit_of(0.999 * recordings.RESIDUAL)).level == "use"
-    verdict = robot_verdict(fit_of(1.001 * recordings.RESIDUAL))
+    def verdict_of_fit(left: float) -> Verdict:
+        return robot_verdict(Evidence(ROBOT, parameters=robot_of(left)))
+
+    assert verdict_of_fit(0.999 * recordings.RESIDUAL).level == "use"
+    verdict = verdict_of_fit(1.001 * recordings.RESIDUAL)
     assert verdict.level == "do_not_use"
     assert verdict.reasons[0].startswith("the model leaves 25 %")
 
@@ -472,6 +567,7 @@ def test_what_is_told_of_findings() -> None:
     bad, vague, cause = error("bad"), warning("vague"), Finding("warning", "log", "cause", cause=True)
     note = Finding("note", "time", "uneven")
     assert verdict_of([note]).level == "use"
+    assert verdict_of([note]).notes == ("uneven",)
     assert verdict_of([vague, vague, note]).reasons == ("vague",)
     assert verdict_of([vague, cause]).level == "mass_and_com_only"
     assert verdict_of([vague, cause, bad]).reasons == ("cause", "bad")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.estimation import PayloadProblem, identify_payload
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
-from dynident.estimation.payload.constant_torques import free_offsets
+from dynident.estimation.payload.constant_torques import free_friction
 from dynident.estimation.payload.weighing import weighing_problem
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
@@ -42,7 +42,7 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
         moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
         other = identify_payload(moved_pair, 3)
         moved += (other.ten - found.ten) ** 2
-    setting = motion.joints, free_offsets(6), motion.torque_rms, arm.rate
+    setting = motion.joints, free_friction(6), motion.torque_rms, arm.rate
     free = weighing_problem(arm.robot, arm.base, motion.runs, *setting)
     assert identify_payload(free, 3).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
     assert found.estimate.robust is not None

@@ -1,0 +1,171 @@
+"""Other ways to take a set of recordings, always tried: another robot that is shipped, a joint turned round.
+
+Method 4 on states thinned to 10 Hz, with the joints' weights of the robot as described, and Vuong's statistic: the
+mean over blocks of time of the difference of log-likelihoods, over its standard error.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import INERTIAL, Recording, Robot, load_robot, robot_names
+from ...model.many_states import own_columns, regressor_at
+from ..payload.problem import Source
+from .misfit import Sample
+
+_RATE = 10.0  # Hz
+_MOST = 600  # states of a recording
+_FEWEST = 60  # states altogether
+_BLOCKS = 20
+_RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
+_FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
+
+
+Places = NDArray[np.intp]
+
+
+class Rival(NamedTuple):
+    """Another way to take the recordings.
+
+    ``kind``: "robot" or "turned"; ``name``: of the robot, or number of the joint; ``fall``: by which fraction chi2
+    falls, negative where it rises; ``z``: Vuong's statistic.
+    """
+
+    kind: str
+    name: str
+    fall: float
+    z: float
+
+
+class _States(NamedTuple):
+    """Thinned states of all recordings: ``sample``, which are loaded (N,), and the block of time of each (N,)."""
+
+    sample: Sample
+    loaded: Array
+    block: Places
+
+
+class _Fit(NamedTuple):
+    """Squared errors by block, (blocks,), and rms error of each joint, (n,)."""
+
+    squares: Array
+    rms: Array
+
+
+def rivals(robot: Robot, source: Source) -> tuple[Rival, ...]:
+    """How other robots and senses of the joints explain the recordings; none where there is too little motion.
+
+    Only robots with other geometry are tried, with as many joints and drives as described.
+    """
+    states = _states(source)
+    if states is None:
+        return ()
+    try:
+        first = _fit(robot, states, np.ones(robot.n))
+        weights = 1.0 / first.rms
+        described = _fit(robot, states, weights)
+    except InputError:  # a joint leaves the table of its spring: there is nothing to compare with
+        return ()
+    tried = []
+    for kind, name, other, taken in _others(robot, states):
+        try:
+            tried.append(_compared(kind, name, described.squares, _fit(other, taken, weights).squares))
+        except InputError:
+            continue
+    return tuple(tried)
+
+
+def _others(robot: Robot, states: _States) -> Iterator[tuple[str, str, Robot, _States]]:
+    sample = states.sample
+    for j in range(robot.n):
+        sign = np.ones(robot.n)
+        sign[j] = -1.0
+        turned = replace(
+            sample, q=sample.q * sign, qd=sample.qd * sign, qdd=sample.qdd * sign, torque=sample.torque * sign
+        )
+        yield "turned", str(j + 1), robot, states._replace(sample=turned)
+    for name in robot_names():
+        other = load_robot(name)
+        if other.n == robot.n and _geometry(other) != _geometry(robot):
+            coupling, spring = other.drives.coupling, other.drives.spring
+            drives = replace(robot.drives, coupling=coupling, spring=spring)
+            yield "robot", name, replace(other, gravity=robot.gravity, drives=drives), states
+
+
+def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
+    return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in robot.joints]
+
+
+def _compared(kind: str, name: str, described: Array, other: Array) -> Rival:
+    difference = 0.5 * (described - other)
+    error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
+    return Rival(
+        kind, name, 1.0 - float(other.sum() / described.sum()), float(difference.mean()) / max(error, 1e-300)
+    )
+
+
+def _states(source: Source) -> _States | None:
+    """Some 10 states a second of all recordings, in 20 blocks of time."""
+    samples: list[Sample] = []
+    loaded: list[Array] = []
+    for recordings, with_payload in ((source.unloaded, 0.0), (source.loaded, 1.0)):
+        for recording in recordings:
+            samples.append(Sample.of(recording, source.processing, count=_count(recording)))
+            loaded.append(np.full(len(samples[-1].t), with_payload))
+    total = sum(len(sample.t) for sample in samples)
+    if total < _FEWEST:
+        return None
+    block = np.arange(total) * _BLOCKS // total
+    return _States(Sample.joined(samples), np.concatenate(loaded), block)
+
+
+def _count(recording: Recording) -> int:
+    return min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
+
+
+def _fit(robot: Robot, states: _States, weights: Array) -> _Fit:
+    """Robot and payload together, by weighted least squares.
+
+    Raises:
+        InputError: if a joint leaves the table of the robot's spring.
+    """
+    sample, keep = states.sample, states.sample.keep.T
+    torque = np.array(sample.torque.T)
+    if robot.spring is not None:
+        k = robot.spring.joint - 1
+        torque[k] = torque[k] + robot.spring.torque(sample.q[:, k])
+    own = own_columns(robot)
+    payload = [f"{kind}{robot.n}" for kind in INERTIAL] if states.loaded.any() else []
+    names = (*own, *(name for name in payload if name not in own))
+    W = regressor_at(robot, names, sample.q, sample.qd, sample.qdd)
+    heavy = [names.index(name) for name in payload]
+    parts = []
+    for rows, y, weight, kept in zip(W, torque, weights, keep, strict=True):
+        columns = np.concatenate([rows[: len(own), kept], rows[heavy][:, kept] * states.loaded[kept]])
+        used = np.flatnonzero(columns.any(axis=1))
+        parts.append((used, weight * columns[used], weight * y[kept]))
+    x = _solved(parts, len(own) + len(payload))
+    squares, rms = np.zeros(_BLOCKS), np.ones(robot.n)
+    for j, ((used, rows, y), kept) in enumerate(zip(parts, keep, strict=True)):
+        error = y - x[used] @ rows
+        squares += np.bincount(states.block[kept], error**2, _BLOCKS)
+        if len(y):
+            rms[j] = np.sqrt(np.mean(error**2)) + _FLOOR * np.sqrt(np.mean(y**2)) + 1e-300
+    return _Fit(squares, rms)
+
+
+def _solved(parts: Sequence[tuple[Places, Array, Array]], columns: int) -> Array:
+    """Least squares by the Gram matrix of columns scaled to norm 1: good enough to compare residuals, and fast."""
+    gram, right = np.zeros((columns, columns)), np.zeros(columns)
+    for used, rows, y in parts:
+        gram[np.ix_(used, used)] += rows @ rows.T
+        right[used] += rows @ y
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    squares, V = np.linalg.eigh(gram / np.outer(size, size))
+    kept = squares > _RANK * squares[-1]
+    return np.asarray(V[:, kept] @ ((V[:, kept].T @ (right / size)) / squares[kept]) / size)

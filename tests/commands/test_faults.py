@@ -1,0 +1,274 @@
+"""Faults: a fault of ours is one line and a file; outputs overwrite nothing; names are never markup.
+
+Each law goes over every command and every option that names a file or a folder.
+"""
+
+import argparse
+import contextlib
+import io
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from dynident.cli import _parser, main
+from dynident.commands import COMMANDS
+from dynident.commands.options import reading
+from dynident.common.errors import InputError
+from dynident.common.files import keeping, write_bytes, write_text
+from dynident.report.figures.canvas import new_figure, save_figure
+from dynident.tests.commands.options import LINES
+from dynident.tests.frozen.freeze import settings
+from dynident.tests.frozen.inputs import folder_of_inputs
+
+ODD = Path("odd[") / "bold][red]"
+"""A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
+
+
+def written(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, str, str]]:
+    """Each option of a command that names a file or a folder to write: command, option, and which."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, below in action.choices.items():
+                yield from written(below, (*name, word))
+        elif kind := getattr(action, "writes", ""):
+            yield " ".join(name), action.option_strings[0], kind
+
+
+OUTPUTS = [
+    output for command in COMMANDS for output in written(_parser([command])) if output[0].split()[0] == command
+]
+FILES = [(name, option) for name, option, kind in OUTPUTS if kind == "file"]
+
+
+@pytest.fixture(scope="module")
+def folder() -> Iterator[Path]:
+    """All inputs, in the working folder."""
+    with folder_of_inputs() as here:
+        for name in ("before", "after"):
+            shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
+        yield here
+
+
+def run(line: list[str]) -> tuple[int, str, str]:
+    """Status, output, errors."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), settings():
+        try:
+            status = main(line)
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+    return status, out.getvalue(), err.getvalue()
+
+
+def words(name: str) -> list[str]:
+    """A command line that answers."""
+    return [*name.split(), *LINES[name].split()]
+
+
+def without(line: list[str], option: str) -> list[str]:
+    """A line without an option and its value."""
+    if option not in line:
+        return line
+    at = line.index(option)
+    return line[:at] + line[at + 2 :]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_a_fault_of_ours_is_one_line_and_a_file_of_details(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whatever is raised, with a message that looks like markup and runs over lines."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for fault in (
+        ValueError("one [/x]\ntwo"),
+        RecursionError("deep"),
+        MemoryError(),
+        KeyError("k"),
+        AssertionError(),
+    ):
+
+        def fail(*_: Any, fault: Exception = fault) -> None:
+            raise fault
+
+        with monkeypatch.context() as patch:
+            patch.setattr(reading, "check_targets", fail)
+            status, out, err = run(words(name))
+        assert (status, out) == (3, "")
+        assert len(err.splitlines()) == 1
+        assert err.startswith("dynident: internal error, please report with ")
+        (details,) = tmp_path.iterdir()
+        assert str(details) in err
+        text = details.read_text()
+        assert f"dynident {name}" in text
+        assert type(fault).__name__ in text
+        assert "Traceback" in text
+        assert "numpy" in text
+        details.unlink()
+
+
+def test_a_fault_on_a_full_disk_is_one_line_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise RuntimeError("boom")
+
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(reading, "check_targets", fail)
+    monkeypatch.setattr(tempfile, "NamedTemporaryFile", full)
+    status, _, err = run(["robot", "list"])
+    assert status == 3
+    assert err == "dynident: internal error, please report (its details could not be written: No space left on " \
+        "device): RuntimeError: boom\n"  # fmt: skip
+
+
+def test_interruption_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(reading, "check_targets", interrupt)
+    assert run(["robot", "list"])[0] == 130
+
+
+def test_every_command_that_writes_is_seen() -> None:
+    assert {name for name, _, _ in OUTPUTS} == set(LINES) - {"robot list"}
+
+
+@pytest.mark.parametrize(("name", "option"), FILES, ids=lambda value: value)
+def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> None:
+    """By its name, by another way to the same place, and by a link."""
+    line, before = without(words(name), option), contents(folder)
+    inputs = [word for word in line if (folder / word).is_file()]
+    if not inputs:
+        assert name in {"near", "design", "robot show", "robot new", "demo"}, "its line reads no file"
+        return
+    for path in inputs:
+        Path("link").unlink(missing_ok=True)
+        Path("link").symlink_to(path)
+        for way in (path, str(Path(path).absolute()), f"./{path}", "link"):
+            status, out, err = run([*line, option, way])
+            assert (status, out) == (2, "")
+            assert "this file too: give another one" in err
+            assert f"{option} {way!r}" in err
+        Path("link").unlink()
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(name for name, _ in FILES))
+def test_no_two_outputs_are_one_file(name: str, folder: Path) -> None:
+    options = [option for other, option in FILES if other == name]
+    before, line = contents(folder), words(name)
+    for option in options:
+        line = without(line, option)
+    for first, second in pairwise(options):
+        status, out, err = run([*line, first, "new.out", second, "./new.out"])
+        assert (status, out) == (2, "")
+        assert f"{first} names this file too" in err or f"{second} names this file too" in err
+    assert contents(folder) == before
+
+
+def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
+    """Names within a folder are known late: the write itself refuses."""
+    mine, link = tmp_path / "mine.csv", tmp_path / "link.csv"
+    mine.write_text("mine")
+    link.symlink_to(mine)
+    with keeping([mine]):
+        for path in (mine, link, tmp_path / "x" / ".." / "mine.csv"):
+            with pytest.raises(InputError, match="read or written it already"):
+                write_text(path, "other")
+        write_text(tmp_path / "new", "first")
+        with pytest.raises(InputError, match="read or written it already"):
+            write_text(tmp_path / "new", "second")
+        write_text(os.devnull, "as often")
+        write_text(os.devnull, "as one likes")
+    assert mine.read_text() == "mine"
+    assert (tmp_path / "new").read_text() == "first"
+    write_text(mine, "another run")
+    assert mine.read_text() == "another run"
+
+
+def test_a_drawing_beside_a_file_does_not_overwrite_it(folder: Path) -> None:
+    """``robot new`` draws beside its file: named alike, the second is refused."""
+    status, _, err = run([*words("robot new"), "--out", "arm.svg"])
+    assert status == 2
+    assert "arm.svg: this run has read or written it already" in err
+    Path("arm.svg").unlink()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes are POSIX's")
+@pytest.mark.parametrize("umask", [0o022, 0o077, 0o002])
+def test_modes_are_the_users(tmp_path: Path, umask: int) -> None:
+    old = os.umask(umask)
+    try:
+        write_text(tmp_path / "new", "x")
+        save_figure(new_figure(1.0, 1.0), tmp_path / "new.png")
+        (tmp_path / "there").write_text("y")
+        (tmp_path / "there").chmod(0o640)
+        write_bytes(tmp_path / "there", b"z")
+    finally:
+        os.umask(old)
+    modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
+    assert modes == {"new": 0o666 & ~umask, "new.png": 0o666 & ~umask, "there": 0o640}
+
+
+def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Full(io.BytesIO):
+        def write(self, _: Any, /) -> int:
+            raise OSError(28, "No space left on device")
+
+    def full(descriptor: int, _: str) -> Full:
+        os.close(descriptor)
+        return Full()
+
+    path = tmp_path / "figure.png"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(os, "fdopen", full)
+    with pytest.raises(InputError, match=r"figure\.png: cannot be written: No space left on device"):
+        save_figure(new_figure(1.0, 1.0), path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_titles_and_frames_are_never_markup(folder: Path) -> None:
+    made = Path("markup.toml")
+    line = [*words("robot new"), "--name", "[/n]", "--title", "[/t] [red]", "--source", "[/s]", "--out", str(made)]
+    status, _, err = run(line)
+    assert (status, err) == (0, "")
+    made.write_text(made.read_text().replace("the bare flange", "[/f] \\\\[b]"))
+    status, out, err = run(["robot", "show", "--robot", str(made), "--drawing", "d.png"])
+    assert (status, err) == (0, "")
+    assert "[/n]: modified DH" in out
+    assert "[/f] \\[b]" in out
+    for path in (made, Path("markup.svg"), Path("d.png")):
+        path.unlink()
+
+
+LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in LIGHT else pytest.param(name, marks=pytest.mark.long) for name in LINES]
+)
+def test_names_are_never_markup(name: str, folder: Path) -> None:
+    """All files of a line in a folder whose name looks like markup, and all outputs too."""
+    with tempfile.TemporaryDirectory() as there, contextlib.chdir(there):
+        ODD.mkdir(parents=True)
+        shutil.copytree(folder, ODD, dirs_exist_ok=True)
+        line = [str(ODD / word) if (ODD / word).is_file() else word for word in words(name)]
+        for other, option, _ in OUTPUTS:
+            if other == name:
+                line = [*without(line, option), option, str(ODD / f"[b]{option[2:]}.svg")]
+        status, _, err = run(line)
+        assert status in (0, 1), err
+        assert "internal error" not in err
+        made = [path for path in ODD.iterdir() if path.name.startswith("[b]")]
+        assert len(made) >= len([option for other, option, _ in OUTPUTS if other == name])

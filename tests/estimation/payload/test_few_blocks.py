@@ -1,0 +1,132 @@
+"""A few seconds with payload: too few blocks for a jackknife, and intervals that hold all the same."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from dynident.benchmarks import invented
+from dynident.common.arrays import Array
+from dynident.estimation import (
+    Estimate,
+    PayloadProblem,
+    answer_payload,
+    identify,
+    identify_payload,
+    payload_problem,
+)
+from dynident.estimation.fit import student95
+from dynident.estimation.fit.blocks import FEWEST
+from dynident.estimation.payload import FRICTION_CHANGE, known_robot_weighing
+from dynident.estimation.payload.methods import METHODS, from_robot
+from dynident.model import Recording
+from dynident.report.sections.payload import payload_notes
+from dynident.report.sections.recommended import recommended_notes
+from dynident.tests.estimation.payload.recordings import cut
+from dynident.tests.estimation.payload.test_friction import LOAD, NAME, recordings
+
+ROBOT = invented.robot(NAME)
+
+
+def begun(seed: int, change: float = 0.0) -> tuple[Recording, Recording]:
+    """The whole recording without payload, 12 s of the one with it."""
+    bare, loaded = recordings(seed, change)
+    return bare, cut(loaded, loaded.t[0] + 15.0, loaded.t[0] + 27.0)
+
+
+def problem_of(seed: int) -> PayloadProblem:
+    bare, loaded = begun(seed)
+    return payload_problem(ROBOT, [loaded], [bare], robust=True)
+
+
+def off(estimate: Estimate) -> tuple[float, float]:
+    """Error of the mass, and half of its interval."""
+    assert estimate.robust is not None
+    half = student95(estimate.robust.degrees_of_freedom) * estimate.robust.sigma[9]
+    return float(estimate["M_L"] - LOAD.mass), float(half)
+
+
+def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None:
+    """On both sides: 12 s of the loaded recording, and all of it."""
+    whole = payload_problem(ROBOT, recordings(0, 0.0)[1:], recordings(0, 0.0)[:1], robust=True)
+    assert not whole.few
+    assert len(whole.loaded.leave_one_out) >= FEWEST
+    short = replace(problem_of(0), few=True)
+    for method in (1, 3, 4) if short.difference is not None else (1, 4):
+        posed = METHODS[method](short)
+        estimate = identify_payload(short, method).estimate
+        assert estimate.robust is not None
+        assert estimate.robust.by_memory
+        memory = posed.remembered(estimate.weights, short.inflation)
+        assert (estimate.robust.sigma >= 0.999999 * np.sqrt(np.diag(memory))).all()
+        alone = identify_payload(replace(short, few=False), method).estimate.robust
+        assert alone is not None
+        if not alone.by_memory:
+            assert estimate.robust.sigma == pytest.approx(
+                np.maximum(alone.sigma, np.sqrt(np.diag(memory))), rel=1e-9
+            )
+
+
+def test_memory_of_white_noise_is_the_formulas() -> None:
+    """With an inflation of one the sandwich is (19), but for weights that are not those of the noise."""
+    bare, loaded = recordings(1, 0.0)
+    problem = payload_problem(ROBOT, [loaded], [bare], robust=True, friction_change=0.0)
+    estimate = identify_payload(problem, 4).estimate
+    posed = METHODS[4](problem)
+    white = np.sqrt(np.diag(posed.remembered(estimate.weights, (1.0,) * 6)))
+    bandwidth = sum(problem.both.effective_rows) / problem.both.equations
+    assert white == pytest.approx(np.sqrt(bandwidth) * estimate.sigma, rel=0.2)
+    twice = np.sqrt(np.diag(posed.remembered(estimate.weights, (4.0,) * 6)))
+    assert twice == pytest.approx(2.0 * white)
+
+
+def test_intervals_of_few_seconds_hold_and_say_so() -> None:
+    for seed in range(3):
+        problem = replace(problem_of(seed), few=True)
+        error, half = off(identify_payload(problem, 4).estimate)
+        assert abs(error) < half < 0.15 * LOAD.mass
+    answer = answer_payload(problem, (4,))
+    told = " ".join([*recommended_notes(answer), *payload_notes(answer)])
+    assert "too few for a jackknife: intervals go by the memory of the errors" in told
+
+
+@cache
+def stored(seed: int) -> Estimate:
+    return identify(ROBOT, recordings(seed, 0.0)[:1], robust=True).estimate
+
+
+@pytest.mark.parametrize("short", [True, False])
+def test_a_stored_robot_is_corrected_within_its_covariance_and_friction(short: bool) -> None:
+    """12 s on another day: in the interval, which is shorter than with friction next to free, and within 7 %."""
+    for seed in range(3):
+        known, loaded, halves = stored(seed), begun(seed, 0.1)[1], []
+        for share in (FRICTION_CHANGE, 0.9):
+            problem = (
+                known_robot_weighing(ROBOT, [loaded], known, friction_change=share)
+                if short
+                else payload_problem(ROBOT, [loaded], known=known, robust=True, friction_change=share)
+            )
+            assert problem.corrected
+            error, half = off(identify_payload(problem, 1).estimate)
+            assert abs(error) < half
+            halves.append(half)
+        assert halves[0] < min(halves[1], 0.07 * LOAD.mass)
+
+
+def test_the_prior_of_a_stored_robot_has_full_rank() -> None:
+    """A jackknife of a dozen blocks has not; standard deviations are its own, the correlations the formula's."""
+    known = stored(0)
+    assert known.robust is not None
+    sizes, directions = np.linalg.eigh(known.robust.covariance)
+    few = directions[:, -12:] * sizes[-12:] @ directions[:, -12:].T
+    known = replace(known, robust=replace(known.robust, covariance=few))
+    assert known.robust is not None
+    assert np.linalg.matrix_rank(few) < len(known.names)
+    loaded = begun(0)[1]
+    problem = payload_problem(ROBOT, [loaded], known=known, robust=True)
+    posed = from_robot(problem)
+    assert posed.prior is not None
+    assert np.sqrt(np.diag(posed.prior.covariance)) == pytest.approx(known.robust.sigma)
+    root: Array = posed.prior.root
+    identity = root @ posed.prior.covariance @ root.T / posed.prior.inflation
+    assert identity == pytest.approx(np.eye(len(root)), abs=1e-6)
