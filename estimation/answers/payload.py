@@ -8,6 +8,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
+from ...model.inertia import PayloadSpread
 from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
@@ -20,6 +21,7 @@ from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
+from ..fit.robust import student95
 from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
@@ -178,7 +180,7 @@ def _validation(
 def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    spread = _told(answer)
     others = rivals(problem.robot, problem.source) if problem.source is not None else ()
     if problem.short is not None:
         weighed = Weighed(
@@ -220,6 +222,14 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _
         scales=scales(problem, weights),
         bursts=guarded.outside,
     )
+
+
+def _told(answer: PayloadAnswer) -> PayloadSpread:
+    """Standard deviations behind the intervals that are told; constraints may make the mass's shorter."""
+    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    low, high = answer.mass_interval
+    half = 0.5 * (high - low) / student95(1e9)
+    return replace(spread, mass=min(spread.mass, half)) if np.isfinite(half) else spread
 
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:

@@ -207,6 +207,7 @@ class StoredPayload(Document, frozen=True, kw_only=True):
     robot: str | UnsetType = UNSET
     frame: str
     flange_in_payload_frame: FlangeDocument | UnsetType = UNSET
+    rated_payload_kg: Number | UnsetType = UNSET
     processing: ProcessingDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET
     data: PayloadData | UnsetType = UNSET

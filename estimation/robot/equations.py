@@ -77,9 +77,11 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
     for recording in recordings:
         factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
         if len(recording.t) <= factor:
+            rate, length = processing.rate, recording.t[-1] - recording.t[0]
+            slow = rate is not None and rate * length <= processing.decimate
             raise InputError(
-                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} "
-                "samples: lower --decimate"
+                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} samples: "
+                + ("raise --rate" if slow else "lower --decimate or record longer")
             )
 
 

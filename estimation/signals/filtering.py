@@ -18,6 +18,8 @@ from ...model.motion import Measurement
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
+_SHORTEST = 0.1
+"""s: a recording that is shorter shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
 NEIGHBOURS = 3  # samples beside an interval that decide its cubic
@@ -155,12 +157,14 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
             f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
             "lower --cutoff"
         )
+    if len(signals) < _FEWEST or step * len(signals) < _SHORTEST:
+        raise InputError(
+            f"{source}: {len(signals)} samples in {step * len(signals):.3g} s are too few to filter: record longer"
+        )
     if cutoff * step * len(signals) < 1.0:
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    if len(signals) < _FEWEST:
-        raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
     return _forward_and_backward(signals, 2.0 * cutoff * step)
 
 

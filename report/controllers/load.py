@@ -1,5 +1,6 @@
 """A payload as a robot's controller asks for it."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +21,12 @@ precision, and some simulators check A + B >= C to the last digit.
 """
 
 
+_ALLOWED = 1.05
+"""Of the rated payload: by so much an estimate may err."""
+_HEAVIEST, _FARTHEST = 5000.0, 10.0
+"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
+
+
 @dataclass(frozen=True)
 class ControllerLoad:
     """One body and what must be said beside its numbers.
@@ -35,6 +42,7 @@ class ControllerLoad:
         in_tool_frame: whether ``frame`` is a tool's, not the flange's.
         flange: where the robot's flange stands in ``frame``, if that is another frame and it is known.
         flange_source: who says so.
+        rated: what the arm carries by its data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
 
@@ -45,6 +53,7 @@ class ControllerLoad:
     reasons: tuple[str, ...] = ()
     point_mass: bool = False
     in_tool_frame: bool = False
+    rated: float = math.inf
     meters_per_unit: float = 1.0
     flange: Pose | None = None
     flange_source: str = ""
@@ -57,6 +66,17 @@ class ControllerLoad:
         """
         if not self.body.mass > 0.0:
             raise InputError(f"{self.source}: a mass of {self.body.mass:.3g} kg: controllers refuse it")
+        mass, reach = self.body.mass, float(np.abs(self.body.com).max())
+        if not (mass <= _HEAVIEST and reach <= _FARTHEST):
+            raise InputError(
+                f"{self.source}: {mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm "
+                "carries: kg and metres are needed"
+            )
+        if not self.point_mass and not np.abs(self.body.inertia_com).max() <= mass * _FARTHEST**2:
+            raise InputError(
+                f"{self.source}: moments of inertia up to {np.abs(self.body.inertia_com).max():.3g} kg m^2 are "
+                f"nothing that {mass:.3g} kg have: kg and metres are needed"
+            )
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
         pseudo = self.body.pseudo_inertia
@@ -70,6 +90,13 @@ class ControllerLoad:
     def mass(self) -> float:
         """Mass [kg]."""
         return self.body.mass
+
+    @property
+    def beyond_rating(self) -> str:
+        """What is told of a mass that the arm does not carry; empty for others."""
+        if not self.mass > _ALLOWED * self.rated:
+            return ""
+        return f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
     @property
     def com(self) -> Array:

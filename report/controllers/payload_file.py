@@ -1,5 +1,6 @@
 """Picks the estimate of a payload's document that is to be exported."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...common.errors import InputError
+from ...common.schema import present
 from ...estimation.files import StoredPayload, read_stored_payload
 from ...estimation.files.stored_payload import FreeEstimate, PossibleEstimate
 from ...model import INERTIAL, InertialParameters, Pose
@@ -43,7 +45,7 @@ def load_of_document(
     Raises:
         InputError: if the estimate is not of a body that can exist.
     """
-    verdict = document.verdict
+    verdict, rated = document.verdict, present(document.rated_payload_kg) or math.inf
     recommended = document.recommended.method if document.recommended else None
     estimate = _chosen(document.estimates, method or recommended, name)
     source = f"{name}, method {estimate.method} ({_estimator(estimate)})"
@@ -52,12 +54,11 @@ def load_of_document(
         label = f"inertia ASSUMED, not measured: {assumed.inertia}"
         body = _body(assumed.parameters, name, False)
         reasons = (*verdict.reasons, label)
-        return _with_flange(
-            ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons), document
-        )
+        load = ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
+        return _with_flange(load, document)
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     body = _body(estimate.parameters, name, point_mass)
-    load = ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass)
+    load = ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
     return _with_flange(load, document)
 
 

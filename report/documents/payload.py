@@ -52,6 +52,7 @@ def payload_document(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
         flange_in_payload_frame=_flange(problem.robot),
+        rated_payload_kg=problem.robot.rated_payload,
         processing=processing_document(problem.robot, processing, drive_gains),
         relative_residual=_residual(answer),
         data=_data(problem, processing),

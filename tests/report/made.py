@@ -27,6 +27,7 @@ ROBOT = SimpleNamespace(
     coupling=SimpleNamespace(coulomb="paper"),
     flange_pose=Pose.from_rpy((0.125, 0.25, 0.375), (0.0, 0.0, 0.5 * np.pi)),
     sources={"flange": "told there"},
+    rated_payload=12.25,
     assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
 )
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}

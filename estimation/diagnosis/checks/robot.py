@@ -85,3 +85,7 @@ def arm_weight_share(evidence: Evidence) -> float | None:
         return None
     weight = sum(float(np.hypot(parameters[pair[0]], parameters[pair[1]])) for pair in names)
     return weight / (robot.mass * sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:]))
+
+
+OF_ROBOT = (other_robots, turned_joints, arm_weight)
+"""Checks that a robot without payload passes too."""
