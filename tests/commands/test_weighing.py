@@ -1,6 +1,7 @@
 """Weighing on the command line, from the design to the exported file; one line for what cannot be."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,22 +24,27 @@ def designed(folder: Path, joints: str, *more: str) -> tuple[int, dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, str]:
     """Designed motions of arm and wrist, and of the wrist alone, run by a simulated controller."""
-    folder = tmp_path_factory.mktemp("weigh")
-    (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
-    paths = {}
-    for name, joints, known in (
-        ("arm", "2,3,5,6", ()),
-        ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
-    ):
-        (folder / name).mkdir()
-        assert designed(folder / name, joints, *known)[0] == 0
-        run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
-        assert main(["simulate", "--robot", "rx90", *run, "--seed", "1", "--out", str(folder / name / "logs")]) == 0
-        for load in ("unloaded", "loaded"):
-            paths[f"{name} {load}"] = str(folder / name / "logs" / f"motion_{load}.csv")
-    return paths
+
+    def fill(folder: Path) -> None:
+        (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
+        for name, joints, known in (
+            ("arm", "2,3,5,6", ()),
+            ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
+        ):
+            (folder / name).mkdir()
+            assert designed(folder / name, joints, *known)[0] == 0
+            run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
+            out = ["--seed", "1", "--out", str(folder / name / "logs")]
+            assert main(["simulate", "--robot", "rx90", *run, *out]) == 0
+
+    folder = shared("weighing", fill)
+    return {
+        f"{name} {load}": str(folder / name / "logs" / f"motion_{load}.csv")
+        for name in ("arm", "wrist")
+        for load in ("unloaded", "loaded")
+    }
 
 
 def weigh(logs: dict[str, str], name: str, *more: str) -> int:
