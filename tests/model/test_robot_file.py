@@ -188,8 +188,21 @@ def test_geometry_that_is_not_special_is_kept(write: Write) -> None:
 
 
 def test_unknown_robot_lists_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"no robot 'rx91': give one of .*rx90, .*tx40, ur10e, .*or the path"):
+    with pytest.raises(
+        InputError, match=r"no robot 'rx91': did you mean 'rx90'\? give one of .*rx90, .*tx40, ur10e, .*or the path"
+    ):
         load_robot("rx91")
+
+
+@pytest.mark.parametrize("name", ["UR10e", "UR 10e", "ur-10e", "ur10e"])
+def test_a_name_as_people_write_it(name: str) -> None:
+    assert load_robot(name).name == "ur10e"
+
+
+@pytest.mark.parametrize(("name", "meant"), [("ur10", "ur10e"), ("Pandda", "panda"), ("kr10", "kr10_r1100")])
+def test_a_name_that_is_nearly_one(name: str, meant: str) -> None:
+    with pytest.raises(InputError, match=rf"no robot '{name}': did you mean .*'{meant}'"):
+        load_robot(name)
 
 
 def test_folder_is_no_robot(tmp_path: Path) -> None:
@@ -290,3 +303,23 @@ def test_robots_that_cannot_be(arguments: dict[str, object], message: str) -> No
 def test_joint_numbers_are_finite() -> None:
     with pytest.raises(ValueError, match="must be finite"):
         Joint(alpha=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("", (0.0, 0.05)),
+        ("slow_fraction = 0.01", (0.01, 0.0)),
+        ("slow_speed = 0.03", (0.0, 0.03)),
+        ("slow_fraction = 0.01\nslow_speed = [0.03]", (0.01, (0.03,))),
+    ],
+)
+def test_slow_rows_of_a_file(write: Write, lines: str, expected: tuple[float, float]) -> None:
+    """A file that says nothing of slow rows leaves out those that friction is not known of."""
+    settings = load_robot(write(f'name = "x"\n[processing]\n{lines}\n[[joints]]\n')).processing
+    assert (settings.slow_fraction, settings.slow_speed) == expected
+
+
+def test_slow_rows_of_a_joint_that_slides(write: Write) -> None:
+    robot = load_robot(write('name = "x"\n[[joints]]\n[[joints]]\nkind = "prismatic"\n'))
+    assert robot.processing.slow_speed == (0.05, 0.02)
