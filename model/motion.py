@@ -115,7 +115,8 @@ class Processing:
             they move for under 1 s, rows are left out.
         slow_fraction: rows of joint j are left out where its speed is below this fraction of its largest
             speed, because the sign of the speed is not known there.
-        max_mismatch: method 3 refuses a pair whose positions differ by more than this [rad or m].
+        max_mismatch: method 3 refuses a pair whose positions differ by more than this after alignment, root mean
+            square of the worst joint [rad or m].
     """
 
     rate: float | None = None
@@ -124,7 +125,7 @@ class Processing:
     equation_rate: float | None = None
     still_speed: float = 2e-3
     slow_fraction: float = 0.0
-    max_mismatch: float = 0.02
+    max_mismatch: float = 0.01
 
     def __post_init__(self) -> None:
         """Refuse settings without a meaning."""

@@ -14,7 +14,7 @@ from ...model.regressors import payload_columns
 from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observer, Pieces
-from ..equations.reduction import recorded, reduced_measurement
+from ..equations.reduction import recorded, reduced, reduced_measurement
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
     FEWEST,
@@ -27,6 +27,7 @@ from ..fit.blocks import (
     length_by_residuals,
     span,
 )
+from .path import less_path, path_torque, robot_of, with_paths
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -139,7 +140,6 @@ def payload_equations(
     if not blocks:
         return _whole(robot, base, loaded, unloaded, pairs, processing)
     own = [(data, None) for data in loaded]
-    changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
     observer = loaded_observer(robot, base)
     with_payload, with_pieces = recorded(observer, own, processing)
     groups = [left_over(with_pieces, with_payload.select(base.columns))]
@@ -149,9 +149,9 @@ def payload_equations(
         bare = [(data, None) for data in unloaded]
         without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
         groups.append(left_over(bare_pieces, without))
-    if changes:
+    if pairs and without is not None:
         alone = observer.only(payload_columns(robot), PAYLOAD)
-        difference, change_pieces = recorded(alone, changes, processing)
+        difference, change_pieces = _changes(alone, base, pairs, without, processing)
         groups.append(left_over(change_pieces, difference))
     length, few = length_by_residuals(groups), False
     if sum(len(block_edges(recording, length)) - 1 for recording in groups[0]) < FEWEST:
@@ -178,11 +178,33 @@ def _whole(
 ) -> PayloadEquations:
     """Equations that are not cut in blocks."""
     observer = Observer(robot, base.columns)
-    return PayloadEquations(
-        loaded_problem(robot, base, loaded, processing),
-        merged(reduced_measurement(observer, data, processing) for data in unloaded) if unloaded else None,
-        difference_problem(robot, [pair[:2] for pair in pairs], processing) if pairs else None,
-    )
+    with_payload = loaded_problem(robot, base, loaded, processing)
+    if not unloaded:
+        return PayloadEquations(with_payload, None, None)
+    without = merged(reduced_measurement(observer, data, processing) for data in unloaded)
+    if not pairs:
+        return PayloadEquations(with_payload, without, None)
+    difference, _ = _changes(difference_observer(robot), base, pairs, without, processing)
+    return PayloadEquations(with_payload, without, difference)
+
+
+def _changes(
+    observer: Observer,
+    base: BaseParameters,
+    pairs: Sequence[PairedMeasurement],
+    unloaded: Equations,
+    processing: Processing,
+) -> tuple[Equations, list[Pieces]]:
+    """Equations (29) of pairs, the torque of paths that differ taken off, and each opened piece by piece."""
+    robot, chi = observer.robot, robot_of(unloaded)
+    equations, opened = [], []
+    for pair in pairs:
+        path = path_torque(robot, base, chi, pair.unloaded.motion, pair.loaded.motion)
+        change, taken = less_path(robot, torque_change(robot, pair.unloaded, pair.loaded), path)
+        pieces = with_paths(*(observer.opener(data, processing, pair.unloaded.motion) for data in (change, taken)))
+        opened.append(pieces)
+        equations.append(merged(map(reduced, pieces())))
+    return merged(equations), opened
 
 
 def _cut(recordings: Sequence[Pieces], edges: Sequence[Array]) -> tuple[Equations, ...]:
