@@ -24,6 +24,7 @@ NAMES = (
 )  # fmt: skip
 """The formats, told again here so that ``--help`` need not load them."""
 _POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
+_FARTHEST = 100.0  # m
 _HOW = "metres and degrees, R = Rz Ry Rx"
 
 
@@ -71,7 +72,9 @@ class _Export(Options):
     def placed(self, load: report.controllers.ControllerLoad) -> report.controllers.ControllerLoad:
         """The load in the frame and the units that were asked for."""
         if self.flange_frame is not None:
-            load = _seen_from(load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}")
+            load = _seen_from(
+                "--flange-frame", load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}"
+            )
         elif not report.controllers.payload_file.is_flange(load.frame):
             raise InputError(
                 f"{self.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
@@ -79,7 +82,7 @@ class _Export(Options):
             )
         if self.tool_frame is not None:
             told = f"tool, at {_told(self.tool_frame)} in the flange"
-            load = replace(_seen_from(load, self.tool_frame, told), in_tool_frame=True)
+            load = replace(_seen_from("--tool-frame", load, self.tool_frame, told), in_tool_frame=True)
         if self.meters_per_unit is not None:
             load = replace(load, meters_per_unit=self.meters_per_unit)
         return load
@@ -95,9 +98,11 @@ def run(asked: _Export) -> int:
     form = report.controllers.FORMATS[asked.to]
     asked.check(form)
     load = report.controllers.read_load(asked.payload, asked.method, asked.despite_verdict)
-    if load.verdict == "do_not_use" and not asked.despite_verdict:
-        reasons = "; ".join(load.reasons)
-        print(f"dynident: not written: the verdict on {load.source} is 'do not use': {reasons}", file=sys.stderr)
+    if not asked.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
+        why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+        if load.verdict != "do_not_use":
+            why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
+        print(f"dynident: not written: {why}", file=sys.stderr)
         return DO_NOT_USE
     load = asked.placed(load)
     text = form.text(load)
@@ -112,11 +117,13 @@ def run(asked: _Export) -> int:
 
 
 def _seen_from(
-    load: report.controllers.ControllerLoad, pose: Sequence[float], frame: str
+    option: str, load: report.controllers.ControllerLoad, pose: Sequence[float], frame: str
 ) -> report.controllers.ControllerLoad:
 
-    if not np.isfinite(pose).all():
-        raise InputError(f"a frame of {_told(pose)}: six finite numbers are needed")
+    if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _FARTHEST:
+        raise InputError(
+            f"{option} {_told(pose)}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees"
+        )
     rx, ry, rz = np.radians(pose[3:])
     return load.seen_from(
         report.controllers.rotation.matrix(report.controllers.rotation.Angles(rz, ry, rx)),

@@ -63,6 +63,8 @@ class _Payload(FrictionOptions):
             raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
         if not self.robot_parameters and self.method not in ("4", "all"):
             self.refuse("friction_change", "belongs to method 4 and to --robot-parameters: neither is asked for")
+        if self.method in ("2", "3"):
+            self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
         if essential and self.method not in ("4", "all"):
             raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
 
@@ -109,6 +111,7 @@ def run(
             progress,
             robust=True,
             friction_change=asked.change,
+            scale_sigma=asked.scale_sigma or 0.0,
         )
         progress("estimating")
         methods = None if asked.method == "all" else (int(asked.method),)

@@ -196,7 +196,7 @@ def test_tests_mirror_the_rooms() -> None:
     folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
     assert {Path("model"), Path("estimation"), Path("trajectories"), Path("report")} <= folders
     for folder in folders:
-        room = folder in (Path("docs"), Path("frozen")) or (ROOT / folder / "__init__.py").is_file()
+        room = folder in map(Path, ("docs", "frozen", "mutations")) or (ROOT / folder / "__init__.py").is_file()
         assert room, f"tests/{folder} mirrors no room"
     stems = [path.stem for path in (ROOT / "tests").rglob("test_*.py")]
     assert len(set(stems)) == len(stems), "a test file's name says which it is"

@@ -10,7 +10,7 @@ from typing import ClassVar
 from ... import estimation, model
 from ...common.errors import InputError
 from ..values import numbers, relative, relative_list
-from .reading import Options, option
+from .reading import Options, about, option
 from .recordings import Setup
 
 _FROM_ROBOT = (
@@ -57,26 +57,37 @@ class KnowledgeOptions(Options):
         if (self.mass is None) != (self.mass_sigma is None):
             raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
         if self.mass is not None and self.mass_sigma is not None:
-            found.append(estimation.KnownMass(self.mass, self.mass_sigma))
+            with about("--mass", "--mass-sigma"):
+                found.append(estimation.KnownMass(self.mass, self.mass_sigma))
         if self.mass_min is not None or self.mass_max is not None:
             least = 0.0 if self.mass_min is None else self.mass_min
-            found.append(estimation.MassBounds(least, math.inf if self.mass_max is None else self.mass_max))
+            with about("--mass-min", "--mass-max"):
+                found.append(estimation.MassBounds(least, math.inf if self.mass_max is None else self.mass_max))
         if self.com_within is not None:
-            found.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
+            with about("--com-within"):
+                found.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
         if self.ellipsoid is not None:
-            found.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
+            with about("--ellipsoid"):
+                found.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
         return found
 
 
 @dataclass(frozen=True)
 class FrictionOptions(Options):
-    """How far friction under load may differ from the robot's own."""
+    """How far friction and the scale of torques under load may differ from the robot's own."""
 
     friction_change: float | None = option(
         type=relative,
         metavar="SHARE",
         help="method 4 and --robot-parameters: by how much friction under load may differ from the robot's own, "
         "1 sigma, 0 for not at all (default: 10%%)",
+    )
+
+    scale_sigma: float | None = option(
+        type=relative,
+        metavar="SHARE",
+        help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
+        "1 sigma (default: not at all)",
     )
 
     @property
@@ -125,7 +136,8 @@ class GainOptions(Options):
         gains, n = self._told_now(setup.identified), setup.robot.n
         notes: tuple[str, ...] = (_FROM_ROBOT,)
         if gains is not None:
-            gains.covariance(n)
+            with about("--gain-sigma"):
+                gains.covariance(n)
             notes = (_INSTEAD,) if then is not None and not gains.says_as(then, n) else ()
         elif then is not None:
             gains = then

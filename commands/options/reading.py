@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
@@ -150,6 +151,20 @@ def _may_hold_files(path: str) -> bool:
     while not above.exists():
         above = above.parent
     return bool(path) and above.is_dir()
+
+
+@contextmanager
+def about(*options: str) -> Iterator[None]:
+    """Say of whatever is wrong within which options it is about.
+
+    Raises:
+        InputError: instead of what is raised within.
+    """
+    try:
+        yield
+    except ValueError as error:
+        named = any(option in str(error) for option in options)
+        raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
 
 
 def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 from ... import estimation, model
 from ...common.errors import InputError
 from ..values import fraction, gains_list, gains_or_file, positive, texts
-from .reading import Options, option
+from .reading import Options, about, option
 
 _PROCESSING = "processing"
 
@@ -137,14 +137,14 @@ class ProcessingOptions(LogOptions):
         if stored:
             robot = stored.applied_to(robot)
             stored.check_gains(gains)
-        try:
-            robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
+        with about("--coulomb"):
             robot = robot if self.coulomb is None else robot.with_coulomb(self.coulomb)
-            if stored and robot.fingerprint != stored.fingerprint:
-                raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
-            processing = replace(robot.processing, **self._settings())
-        except ValueError as error:
-            raise InputError(str(error)) from None
+        robot = robot if self.offsets is None else robot.with_offsets(self.offsets)
+        if stored and robot.fingerprint != stored.fingerprint:
+            raise InputError("--offsets and --coulomb must be those the stored parameters were identified with")
+        settings = self._settings()
+        with about(*(f"--{name.replace('_', '-')}" for name in settings if self.has(name))):
+            processing = replace(robot.processing, **settings)
         return Setup(robot, processing, gains, identified, self.how())
 
     def _settings(self) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def _payload_too_far(estimate: Estimate, gone: Sequence[str], left: tuple[str, .
     try:
         result = solve_constrained(part)
     except SolverError as error:
-        return (f"whether a payload without {', '.join(gone)} can exist is not known (solver: {error.status})",)
+        return (f"whether a payload without {', '.join(gone)} can exist is not known ({error.words})",)
     return _too_far("payload", gone, result.chi2_rise, result.p_value)
 
 
@@ -101,7 +101,7 @@ def impossible_robot(
     try:
         result = solve_constrained_base(robot, base, held)
     except SolverError as error:
-        return (f"whether a robot with these zeros can exist is not known (solver: {error.status})",)
+        return (f"whether a robot with these zeros can exist is not known ({error.words})",)
     p_value = rise_p_value(result.chi2_rise, len(left), held.degrees_of_freedom)
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]

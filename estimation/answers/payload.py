@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
+from ...model.inertia import PayloadSpread
 from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Weighed
 from ..diagnosis.finding import Verdict
@@ -19,7 +21,8 @@ from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
-from ..payload.by_joints import payload_by_joints, payload_over_time
+from ..fit.robust import student95
+from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
@@ -71,21 +74,14 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:
         free = [widened(estimate, repeats.excess) for estimate in free]
-    sigma = np.sqrt(np.diag(gains.covariance(problem.robot.n))) if gains is not None else np.zeros(problem.robot.n)
-    weights = min(free, key=preference).estimate.weights
-    outside = bursts(problem, weights) if problem.short is None else None
-    if outside is not None:
-        free = [reaching(estimate, outside.change) for estimate in free]
-    by_joints = payload_by_joints(problem, weights)
-    factor = disagreement(by_joints, sigma, few=problem.short is not None)
-    free = [widened(estimate, factor) for estimate in free]
+    free, guarded = _guarded(problem, free, gains)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
         problem=problem,
         estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=by_joints,
+        by_joints=guarded.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
@@ -95,11 +91,33 @@ def answer_payload(
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free, factor, outside))
+    verdict = judge(_evidence(answer, free, guarded))
     if failures and not constrained:
         error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
         raise error.naming(*error.demands, *against)
     return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
+
+
+class _Guarded(NamedTuple):
+    """Why intervals are wider than residuals say: joints that disagree by a ``factor``, bursts ``outside``."""
+
+    by_joints: ByJoints
+    factor: float
+    outside: Bursts | None
+
+
+def _guarded(
+    problem: PayloadProblem, free: Sequence[PayloadEstimate], gains: Gains | None
+) -> tuple[list[PayloadEstimate], _Guarded]:
+    """Estimates whose intervals allow for joints that disagree, and for bursts of other torques."""
+    n, short = problem.robot.n, problem.short is not None
+    weights = min(free, key=preference).estimate.weights
+    outside = None if short else bursts(problem, weights)
+    by_joints = payload_by_joints(problem, weights)
+    told = gains.covariance(n) if gains is not None else np.zeros((n, n))
+    factor = disagreement(by_joints, told, few=short)
+    wide = [estimate if outside is None else reaching(estimate, outside.change) for estimate in free]
+    return [widened(estimate, factor) for estimate in wide], _Guarded(by_joints, factor, outside)
 
 
 def _constrained(
@@ -159,19 +177,10 @@ def _validation(
     return fit(base_problem(problem.robot, problem.base, held_out, settings, check=False), robot.values)
 
 
-def _evidence(
-    answer: PayloadAnswer, free: Sequence[PayloadEstimate], factor: float, outside: Bursts | None
-) -> Evidence:
-    """What the verdict looks at.
-
-    Args:
-        answer: without its verdict.
-        free: estimates by all methods, those without a possible payload among them.
-        factor: by which the joints' disagreement has widened them.
-        outside: stretches of time that stand out.
-    """
+def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded) -> Evidence:
+    """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    spread = _told(answer)
     others = rivals(problem.robot, problem.source) if problem.source is not None else ()
     if problem.short is not None:
         weighed = Weighed(
@@ -185,11 +194,13 @@ def _evidence(
         )
         return Evidence(
             problem.robot,
+            source=problem.source,
+            parameters=problem.known,
             constrained=answer.constrained,
             by_joints=answer.by_joints,
             weighed=weighed,
             spread=spread,
-            disagreement=factor,
+            disagreement=guarded.factor,
             rivals=others,
         )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
@@ -206,11 +217,19 @@ def _evidence(
         by_joints=answer.by_joints,
         stretches=payload_over_time(problem, weights),
         spread=spread,
-        disagreement=factor,
+        disagreement=guarded.factor,
         rivals=others,
         scales=scales(problem, weights),
-        bursts=outside,
+        bursts=guarded.outside,
     )
+
+
+def _told(answer: PayloadAnswer) -> PayloadSpread:
+    """Standard deviations behind the intervals that are told; constraints may make the mass's shorter."""
+    spread = allowing(answer.spread, answer.model.degrees_of_freedom)
+    low, high = answer.mass_interval
+    half = 0.5 * (high - low) / student95(1e9)
+    return replace(spread, mass=min(spread.mass, half)) if np.isfinite(half) else spread
 
 
 def _without_friction(problem: PayloadProblem) -> list[Agreement]:

@@ -12,7 +12,7 @@ from ...common.arrays import Array
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations, WithoutEach
 from ..fit.robust import jackknifed
-from ..payload.methods import FRICTION
+from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem
 from ..payload.result import in_payload_frame
 
@@ -64,11 +64,12 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     are computed only for what differs from 1 by more than the formula's allow.
 
     Args:
-        problem: with recordings without payload; else nothing is known of a scale.
+        problem: with recordings without payload, else nothing is known of a scale, and one that is not free.
         weights: of the joints.
     """
-    if problem.unloaded is None or problem.bare is None or not problem.loaded.leave_one_out:
+    if problem.scale is not None or problem.bare is None or not problem.loaded.leave_one_out:
         return ()
+    assert problem.unloaded is not None
     question = _Question(problem.unloaded.columns, problem.robot.n, problem.bare.values, weights)
     gram = question.gram(problem.unloaded, problem.loaded)
     spare = sum(problem.unloaded.effective_rows) + sum(problem.loaded.effective_rows) - question.unknown - 1

@@ -10,12 +10,17 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
+from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
+from ..payload.problem import Source
 from ..recordings.plausibility import implausible, still_joints
 from ..signals.filtering import measurement
 from ..signals.rows import moving_parts
+from .checks.robot import OF_ROBOT
+from .evidence import Evidence
 from .finding import Finding, error, warning
 from .misfit import Sample
+from .rivals import rivals
 from .search import likely_cause
 from .torque import gravity_findings, position_findings, reduced, scale_findings, to_scale
 
@@ -219,6 +224,8 @@ def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Proc
         if not wrong:
             cause = likely_cause(robot, [Sample.of(check.recording, processing, data)], contradicted=False)
             wrong = [cause.finding("It")] if cause is not None else []
+        if not wrong and not check.currents:
+            wrong = _of_robot(robot, check.recording, processing, estimate)
         condition = problem.condition_numbers()[1]
     except InputError as refusal:
         return check.with_findings([warning(f"Not enough to identify the robot from: {refusal}", "recording")])
@@ -229,6 +236,14 @@ def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Proc
         relative_residual=estimate.fit.relative,
         condition_number_scaled=condition,
     )
+
+
+def _of_robot(robot: Robot, recording: Recording, processing: Processing, estimate: Estimate) -> list[Finding]:
+    """Whether it is this robot's log, its joints counted as described and its torques torques."""
+    others = rivals(robot, Source((), (recording,), processing))
+    evidence = Evidence(robot, parameters=estimate, rivals=others)
+    findings = (finding for look in OF_ROBOT for finding in look(evidence))
+    return [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in findings]
 
 
 def _plausibility(robot: Robot, recording: Recording, currents: bool) -> list[Finding]:

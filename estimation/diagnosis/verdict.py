@@ -18,6 +18,7 @@ from .checks.payload import (
     judged_mass,
     methods_apart,
     other_ways,
+    rating,
     sign,
     uncertain,
     weighed_sign,
@@ -32,7 +33,7 @@ from .checks.recordings import (
     unexplained,
     validation,
 )
-from .checks.rivals import other_robots, turned_joints
+from .checks.robot import OF_ROBOT, arm_weight, other_robots, turned_joints
 from .evidence import Evidence
 from .finding import Finding, Verdict, verdict_of
 
@@ -53,6 +54,7 @@ CHECKS: tuple[Check, ...] = (
     burst,
     other_robots,
     turned_joints,
+    arm_weight,
     contradictions,
     other_ways,
     drift,
@@ -63,12 +65,8 @@ CHECKS: tuple[Check, ...] = (
     inertia,
 )
 """Checks of the recordings, in the order in which their findings are told."""
-BEFOREHAND: tuple[Check, ...] = (conflicts,)
+BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
-
-
-OF_ROBOT: tuple[Check, ...] = (other_robots, turned_joints)
-"""Checks that a robot without payload passes too."""
 
 
 def judge(evidence: Evidence) -> Verdict:

@@ -84,6 +84,15 @@ class Equations:
         parts = each(self.leave_one_out, lambda part: part.called(columns))
         return replace(self, columns=tuple(columns), leave_one_out=parts)
 
+    def with_column(self, name: str, columns: Sequence[str], values: Array) -> "Equations":
+        """These equations with one more parameter, whose column is the torque of some others of these values."""
+        places = [self.columns.index(column) for column in columns]
+        factors = tuple(
+            np.insert(factor, len(self.columns), factor[:, places] @ values, axis=1) for factor in self.factors
+        )
+        parts = each(self.leave_one_out, lambda part: part.with_column(name, columns, values))
+        return replace(self, columns=(*self.columns, name), factors=factors, leave_one_out=parts)
+
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
 

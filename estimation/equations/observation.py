@@ -2,7 +2,7 @@
 
 import copy
 import functools
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.linear import without
-from ...common.paged import collected, parts
+from ...common.paged import parts
 from ...model import Motion, Processing, Robot
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
@@ -20,8 +20,6 @@ from ..signals.decimation import Decimator, noise_bandwidth
 from ..signals.rows import Mask, used_rows
 from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
 
-Pieces = Callable[[], Iterable["Observation"]]
-"""Opens the equations of one recording, in consecutive pieces of time."""
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
 
@@ -197,22 +195,6 @@ class Observer:
                 waiting = []
         if waiting:
             yield self._held(waiting, processing.thinning(data.motion.rate))
-
-    def opener(self, data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
-        """Opens the equations piece by piece as often as wanted; they are made once, and many live in a file."""
-        blocks = self.blocks(data, processing, partner)
-        columns = ((block.equations.T, block.keep.T, block.t) for block in blocks)
-        equations, keep, t = collected(columns, (self.rows[-1].stop, self.robot.n, 1))
-
-        def pieces() -> Iterator[Observation]:
-            for part in parts(len(t), _PIECE):
-                block = Block(equations[part].T, keep[part].T > 0.0, t[part, 0])
-                yield self._held([block], processing.thinning(data.motion.rate))
-
-        if len(t) > _PIECE:
-            return pieces
-        single = list(pieces())
-        return lambda: single
 
     def _held(self, blocks: Sequence[Block], decimate: int) -> Observation:
         """Equations of blocks, those of each joint in all columns."""

@@ -1,21 +1,31 @@
 """Compresses equations by QR, block by block and joint by joint; W is never held whole."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
+from ...common.paged import collected, give_back, parts
 from ...model import Motion, Processing
 from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
-from .observation import Block, Observation, Observer, Pieces
+from .observation import Block, Observation, Observer
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
 _PANEL = 8  # columns that the QR takes at once
+
+
+class Residuals(NamedTuple):
+    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
+
+    t: tuple[Array, ...]
+    errors: tuple[Array, ...]
 
 
 def reduced_measurement(
@@ -25,22 +35,58 @@ def reduced_measurement(
     return _reduced(observer, observer.blocks(data, processing, partner), processing.thinning(data.motion.rate))
 
 
+class Recorded:
+    """The equations of one recording, row by row: made once, many of them in a file, and cut as often as wanted."""
+
+    def __init__(
+        self, observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
+    ) -> None:
+        """Evaluate them; arguments as in ``Observer.blocks``."""
+        self._observer, self._decimate = observer, processing.thinning(data.motion.rate)
+        columns = ((b.equations.T, b.keep.T, b.t) for b in observer.blocks(data, processing, partner))
+        self._rows, self._keep, t = collected(columns, (observer.rows[-1].stop, observer.robot.n, 1))
+        self._t = t[:, 0]
+
+    def cut(self, edges: Array) -> list[Equations]:
+        """The equations between neighbouring edges [s], reduced."""
+        ends, pieces = np.searchsorted(self._t, edges), []
+        for first, last in pairwise(ends.tolist()):
+            pieces.append(_reduced(self._observer, self._blocks(first, last), self._decimate))
+            give_back()
+        return pieces
+
+    def residuals(self, values: Array) -> Residuals:
+        """What the first columns' values leave."""
+        chi = np.zeros(self._observer.distinct)
+        np.add.at(chi, self._observer.place[: len(values)], values)
+        found: list[list[tuple[Array, Array]]] = []
+        for block in self._blocks(0, len(self._t)):
+            found.append([])
+            for own, touched, keep in zip(self._observer.rows, self._observer.touched, block.keep, strict=True):
+                entries = block.equations[own]
+                error = entries[len(touched)] - chi[touched] @ entries[: len(touched)]
+                found[-1].append((block.t[keep], error[keep]))
+        joints = [tuple(map(np.concatenate, zip(*joint, strict=True))) for joint in zip(*found, strict=True)]
+        return Residuals(tuple(t for t, _ in joints), tuple(errors for _, errors in joints))
+
+    def _blocks(self, first: int, last: int) -> Iterator[Block]:
+        for part in parts(last - first, _ROWS):
+            rows = slice(first + part.start, first + part.stop)
+            yield Block(np.array(self._rows[rows].T, order="C"), self._keep[rows].T > 0.0, np.array(self._t[rows]))
+
+
 def recorded(
     observer: Observer, recordings: Sequence[tuple[Measurement, Motion | None]], processing: Processing
-) -> tuple[Equations, list[Pieces]]:
-    """All recordings of one load reduced, and each opened piece by piece.
+) -> tuple[Equations, list[Recorded]]:
+    """All recordings of one load reduced, and the equations of each.
 
     Args:
         observer: whose columns.
         recordings: measurements, and partners as of ``Observer.blocks``.
         processing: settings.
     """
-    equations, opened = [], []
-    for data, partner in recordings:
-        pieces = observer.opener(data, processing, partner)
-        opened.append(pieces)
-        equations.append(merged(map(reduced, pieces())))
-    return merged(equations), opened
+    made = [Recorded(observer, data, processing, partner) for data, partner in recordings]
+    return merged(one.cut(np.array([-np.inf, np.inf]))[0] for one in made), made
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:

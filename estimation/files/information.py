@@ -9,6 +9,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.schema import read_text
 from ..equations.equations import PAYLOAD, Equations, triangular
 from .stored import read_stored_robot
 
@@ -99,8 +100,9 @@ def _is_npz(path: str | Path) -> bool:
         raise InputError(f"{path}: no such file")
     if path.suffix.lower() == ".npz":
         return True
+    text = read_text(path)
     try:
-        json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
         raise InputError(f"{path}: neither an NPZ nor a JSON of 'dynident identify' ({error})") from None
     return False

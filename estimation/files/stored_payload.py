@@ -198,6 +198,7 @@ class StoredPayload(Document, frozen=True, kw_only=True):
 
     robot: str | UnsetType = UNSET
     frame: str
+    rated_payload_kg: Number | UnsetType = UNSET
     processing: ProcessingDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET
     data: PayloadData | UnsetType = UNSET

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import least_squares
-from ..equations.correlation import autocorrelation_time
+from ..equations.correlation import autocorrelation_time, inflation
 from ..equations.equations import Equations, WithoutEach, merged
-from ..equations.observation import Observation, Pieces
-from ..equations.reduction import reduced
+from ..equations.observation import Observation
+from ..equations.reduction import Recorded, Residuals, reduced
 from .least_squares import joint_weights
 
 _TIMES = 5.0  # autocorrelation times a block holds
@@ -24,24 +24,42 @@ _MERGED = 8  # problems kept apart until they are merged
 _MOST = 100  # blocks: more hardly narrow an interval, but each costs a solution
 
 
-class Residuals(NamedTuple):
-    """What a fit leaves of one recording: per joint times [s] and errors [N·m or N], shapes (r_j,)."""
+Held = Recorded | Sequence[Observation]
+"""The equations of one recording; those held whole in consecutive pieces of time."""
 
-    t: tuple[Array, ...]
-    errors: tuple[Array, ...]
+
+class Remembered(NamedTuple):
+    """How long the recordings of one load remember.
+
+    ``memory``: longest autocorrelation time among the joints' residuals [s]; ``spans``: times of the first and the
+    last row of each recording [s], shape (2,); ``inflation``: of each joint's errors, by their memory.
+    """
+
+    memory: float
+    spans: tuple[Array, ...]
+    inflation: tuple[float, ...]
+
+
+def remembered(recordings: Sequence[Held], equations: Equations) -> Remembered:
+    """By what the weighted fit to all recordings of one load leaves; the first columns are the equations'."""
+    group = left_over(recordings, equations)
+    joints = range(len(group[0].t))
+    factors = (inflation([(left.t[j], left.errors[j]) for left in group]) for j in joints)
+    return Remembered(_memory(group), tuple(map(span, group)), tuple(factors))
 
 
 def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
+    """As ``block_length``, from what the weighted fit to the recordings of one load leaves of each."""
+    return block_length([Remembered(_memory(group), tuple(map(span, group)), ()) for group in groups])
+
+
+def block_length(loads: Sequence[Remembered]) -> float:
     """Length of a block [s]: 5 autocorrelation times of the joint that remembers longest, at least 1 s.
 
-    Longer where all recordings together would give more than 100 blocks.
-
-    Args:
-        groups: what the weighted fit to the recordings of one load leaves of each.
+    Longer where all recordings of one load together would give more than 100 blocks.
     """
-    memory = max(_memory(group) for group in groups)
-    duration = max(sum(np.ptp(span(recording)) for recording in group) for group in groups)
-    return max(_TIMES * memory, SHORTEST, duration / _MOST)
+    duration = max(sum(float(np.ptp(ends)) for ends in load.spans) for load in loads)
+    return max(_TIMES * max(load.memory for load in loads), SHORTEST, duration / _MOST)
 
 
 def span(recording: Observation | Residuals) -> Array:
@@ -50,9 +68,14 @@ def span(recording: Observation | Residuals) -> Array:
     return np.array([t.min(), t.max()]) if t.size else np.zeros(2)
 
 
-def block_edges(recording: Observation | Residuals, length: float) -> Array:
-    """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends."""
-    start, stop = span(recording)
+def block_edges(recording: Observation | Residuals | Array, length: float) -> Array:
+    """Times between blocks [s] for as many equal blocks of at least ``length`` as fit; infinite at the ends.
+
+    Args:
+        recording: what is cut, or the times of its first and last row.
+        length: [s].
+    """
+    start, stop = recording if isinstance(recording, np.ndarray) else span(recording)
     count = max(1, int((stop - start) / length * (1.0 + 1e-9)))
     edges = np.linspace(start, stop, count + 1)
     edges[[0, -1]] = -np.inf, np.inf
@@ -80,17 +103,23 @@ def cut_pieces(pieces: Iterable[Observation], edges: Array) -> list[Equations]:
     return [merged(part or nothing) for part in parts]
 
 
-def left_over(recordings: Sequence[Pieces], equations: Equations) -> list[Residuals]:
+def left_over(recordings: Sequence[Held], equations: Equations) -> list[Residuals]:
     """What the weighted fit to all recordings of one load leaves of each; the first columns are the equations'."""
     values = weighted_solution(equations)
-    return [residuals_of(pieces(), values) for pieces in recordings]
+    return [
+        recording.residuals(values) if isinstance(recording, Recorded) else residuals_of(recording, values)
+        for recording in recordings
+    ]
 
 
-def in_blocks(
-    equations: Equations, recordings: Sequence[Pieces], edges: Sequence[Array], length: float
-) -> Equations:
+def cut(recording: Held, edges: Array) -> list[Equations]:
+    """The equations between neighbouring edges, reduced."""
+    return recording.cut(edges) if isinstance(recording, Recorded) else cut_pieces(recording, edges)
+
+
+def in_blocks(equations: Equations, recordings: Sequence[Held], edges: Sequence[Array], length: float) -> Equations:
     """Equations, and what is left of them without each block between their recordings' edges."""
-    parts = (cut_pieces(pieces(), ends) for pieces, ends in zip(recordings, edges, strict=True))
+    parts = (cut(recording, ends) for recording, ends in zip(recordings, edges, strict=True))
     return replace(equations, leave_one_out=WithoutEach(chain.from_iterable(parts)), block_length=length)
 
 

@@ -20,6 +20,10 @@ _HELD = 1e-6
 """Share of a direction that the other blocks must hold: differences then keep ten digits."""
 
 
+_AT_ONCE = 16
+"""Blocks that are worked on together: few enough for little memory."""
+
+
 class LeftOut(NamedTuple):
     """Solutions without each of B blocks, and last the whole one, for m right-hand sides.
 
@@ -65,14 +69,21 @@ def left_out(
     count = _counts([equations]) + len(near)
     root, whole = _solved(np.vstack([_weighted([equations], weights)[0][:, places], near]), names, count[0])
     if isinstance(less, WithoutEach):
-        counts, rows = count - _counts(less.blocks), _weighted(less.blocks, weights)[:, :, places]
-        parts = _downdated(root, whole, rows, near, names, counts)
+        counts = count - _counts(less.blocks)
+        chunks = [
+            _downdated(root, whole, _weighted(less.blocks[k : k + _AT_ONCE], weights)[:, :, places])
+            for k in range(0, len(less), _AT_ONCE)
+        ]
+        little = np.concatenate([own for own, _ in chunks])
+        parts = _Solution(*(np.concatenate(arrays) for arrays in zip(*(own for _, own in chunks), strict=True)))
+        for b in np.flatnonzero(little | (counts[:, 0] < len(names)) | (counts[:, 1] <= len(names))):
+            others = _weighted([*less.blocks[:b], *less.blocks[b + 1 :]], weights)[:, :, places]
+            for array, value in zip(parts, _solved(np.vstack([*others, near]), names, counts[b])[1], strict=True):
+                array[b] = value
     else:
         counts, rows = _counts(less) + len(near), _weighted(less, weights)[:, :, places]
-        solutions = [
-            _solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)
-        ]
-        parts = _Solution(*map(np.array, zip(*solutions, strict=True)))
+        each = [_solved(np.vstack([part, near]), names, own)[1] for part, own in zip(rows, counts, strict=True)]
+        parts = _Solution(*map(np.array, zip(*each, strict=True)))
     x, covariance, squares = (np.concatenate([a, b[None]]) for a, b in zip(parts, whole, strict=True))
     return LeftOut(x, covariance, squares / (np.vstack([counts, count])[:, 1:] - len(names)))
 
@@ -90,20 +101,15 @@ def _solved(rows: Array, names: tuple[str, ...], held: Array) -> tuple[Array, _S
     return root, _Solution(root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
 
 
-def _downdated(
-    root: Array, whole: _Solution, rows: Array, near: Array, names: tuple[str, ...], left: Array
-) -> _Solution:
-    """Solutions without each block, from the whole one.
+def _downdated(root: Array, whole: _Solution, rows: Array) -> tuple[Array, _Solution]:
+    """Solutions without each block, from the whole one; first, of which too little is left for that.
 
     Args:
         root: R^-1 of all equations.
         whole: their solution.
         rows: of the blocks, B x k x (c + m).
-        near: those that no block holds.
-        names: of the parameters.
-        left: numbers of equations without each block, B x 2.
     """
-    c = len(names)
+    c = len(root)
     Q, errors = rows[:, :, :c] @ root, rows[:, :, c:] - rows[:, :, :c] @ whole.x
     back = Q.transpose(0, 2, 1)
     try:
@@ -113,13 +119,8 @@ def _downdated(
     pull = back @ errors
     change = inverse @ pull
     squares = whole.squares - np.sum(errors**2, axis=1) - np.sum(pull * change, axis=1)
-    parts = _Solution(whole.x - root @ change, root @ inverse @ root.T, squares)
     little = np.linalg.norm(inverse, axis=(1, 2)) > 1.0 / _HELD
-    for b in np.flatnonzero(little | (left[:, 0] < c) | (left[:, 1] <= c)):
-        others = np.vstack([*np.delete(rows, b, axis=0), near])
-        for array, value in zip(parts, _solved(others, names, left[b])[1], strict=True):
-            array[b] = value
-    return parts
+    return little, _Solution(whole.x - root @ change, root @ inverse @ root.T, squares)
 
 
 def _weighted(blocks: Sequence[Equations], weights: Array) -> Array:

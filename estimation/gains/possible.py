@@ -69,7 +69,7 @@ def possible_gains(
         try:
             solution = solve_cone(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
         except SolverError as error:
-            raise InputError(f"gains of bodies that can exist were not found (solver: {error.status})") from None
+            raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
         ratio = np.insert(solution.z[m:], held, 1.0)
         share = float(solution.z[variables.load])
         if share <= 0.0 or (ratio <= 0.0).any():

@@ -11,23 +11,12 @@ from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
-from ..equations.correlation import inflation
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observer, Pieces
-from ..equations.reduction import recorded, reduced, reduced_measurement
+from ..equations.observation import Observation, Observer
+from ..equations.reduction import Recorded, recorded, reduced, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import (
-    FEWEST,
-    SHORTEST,
-    Residuals,
-    block_edges,
-    cut_pieces,
-    in_blocks,
-    left_over,
-    length_by_residuals,
-    span,
-)
-from .path import less_path, path_torque, robot_of, with_paths
+from ..fit.blocks import FEWEST, SHORTEST, block_edges, block_length, in_blocks, remembered
+from .path import less_path, path_torque, robot_of, with_path
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -106,10 +95,10 @@ def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> M
     return Measurement(loaded.motion, torque, spring.torque(unloaded.motion.q[:, spring.joint - 1]))
 
 
-def _long_edges(recordings: Sequence[Residuals]) -> list[Array]:
+def _long_edges(spans: Sequence[Array]) -> list[Array]:
     """Ends of a few long stretches of the recordings with payload."""
-    stretches = max(1, _STRETCHES // len(recordings))
-    return [block_edges(recording, np.ptp(span(recording)) / stretches) for recording in recordings]
+    stretches = max(1, _STRETCHES // len(spans))
+    return [block_edges(ends, float(np.ptp(ends)) / stretches) for ends in spans]
 
 
 def _partners_edges(edges: Sequence[Array], pairs: Sequence[PairedMeasurement]) -> list[Array]:
@@ -142,30 +131,29 @@ def payload_equations(
     own = [(data, None) for data in loaded]
     observer = loaded_observer(robot, base)
     with_payload, with_pieces = recorded(observer, own, processing)
-    groups = [left_over(with_pieces, with_payload.select(base.columns))]
+    loads = [remembered(with_pieces, with_payload.select(base.columns))]
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
         bare = [(data, None) for data in unloaded]
         without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
-        groups.append(left_over(bare_pieces, without))
+        loads.append(remembered(bare_pieces, without))
     if pairs and without is not None:
         alone = observer.only(payload_columns(robot), PAYLOAD)
         difference, change_pieces = _changes(alone, base, pairs, without, processing)
-        groups.append(left_over(change_pieces, difference))
-    length, few = length_by_residuals(groups), False
-    if sum(len(block_edges(recording, length)) - 1 for recording in groups[0]) < FEWEST:
+        loads.append(remembered(change_pieces, difference))
+    length, few, spans = block_length(loads), False, loads[0].spans
+    if sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST:
         length, few = SHORTEST, True
-    edges = [block_edges(recording, length) for recording in groups[0]]
+    edges = [block_edges(ends, length) for ends in spans]
     if without is not None:
-        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in groups[1]]
+        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in loads[1].spans]
         without = in_blocks(without, bare_pieces, ends, length)
     if difference is not None:
         difference = in_blocks(difference, change_pieces, edges, length)
-    stretches = _cut(with_pieces, _long_edges(groups[0]))
-    memory = tuple(inflation([(left.t[j], left.errors[j]) for left in groups[0]]) for j in range(robot.n))
+    stretches = _cut(with_pieces, _long_edges(loads[0].spans))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, memory, few)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation, few)
 
 
 def _whole(
@@ -194,20 +182,19 @@ def _changes(
     pairs: Sequence[PairedMeasurement],
     unloaded: Equations,
     processing: Processing,
-) -> tuple[Equations, list[Pieces]]:
-    """Equations (29) of pairs, the torque of paths that differ taken off, and each opened piece by piece."""
+) -> tuple[Equations, list[list[Observation]]]:
+    """Equations (29) of pairs, the torque of paths that differ taken off, and those of each."""
     robot, chi = observer.robot, robot_of(unloaded)
-    equations, opened = [], []
+    made = []
     for pair in pairs:
         path = path_torque(robot, base, chi, pair.unloaded.motion, pair.loaded.motion)
         change, taken = less_path(robot, torque_change(robot, pair.unloaded, pair.loaded), path)
-        pieces = with_paths(*(observer.opener(data, processing, pair.unloaded.motion) for data in (change, taken)))
-        opened.append(pieces)
-        equations.append(merged(map(reduced, pieces())))
-    return merged(equations), opened
+        both = (observer.observe(data, processing, pair.unloaded.motion) for data in (change, taken))
+        made.append([with_path(*both)])
+    return merged(reduced(recording) for (recording,) in made), made
 
 
-def _cut(recordings: Sequence[Pieces], edges: Sequence[Array]) -> tuple[Equations, ...]:
+def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:
     return tuple(
-        chain.from_iterable(cut_pieces(opened(), ends) for opened, ends in zip(recordings, edges, strict=True))
+        chain.from_iterable(recording.cut(ends) for recording, ends in zip(recordings, edges, strict=True))
     )

@@ -1,6 +1,6 @@
 """The paper's four methods by number: which equations each solves, and which of their columns it takes as known."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -14,16 +14,15 @@ from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Known, LinearProblem
+from ..fit.linear_problem import Held, Known, LinearProblem
 from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
+from .loaded_scale import FRICTION, with_scale
 from .path import known_path
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
-
-FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 
 
 class Posed(Protocol):
@@ -64,13 +63,14 @@ def from_robot(
     robot = problem.robot_known
     if free_friction:
         robot = _part(robot, [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION])
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
     if problem.known is None:
-        return _posed(problem, problem.loaded, (robot,), names)
+        return _posed(problem, scaled, (robot,), names, near)
     if free_friction or not problem.corrected:
-        return _posed(problem, problem.loaded, (robot, *_levels(problem)), names)
-    loaded, held = with_changes(problem.loaded, problem.friction)
+        return _posed(problem, scaled, (robot, *_levels(problem)), names, near)
+    loaded, held = with_changes(scaled, problem.friction)
     posed = _posed(problem, loaded, _levels(problem), names)
-    return replace(posed, held=held, prior=problem.robot_prior)
+    return replace(posed, held={**near, **held}, prior=problem.robot_prior)
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -94,19 +94,22 @@ def _posed(
     equations: Equations,
     known: tuple[Known, ...],
     names: Sequence[str] | None,
+    held: Mapping[str, Held] | None = None,
 ) -> LinearProblem:
     """Equations in the payload's frame, of its parameters ``names`` alone."""
     wanted = problem.chosen if names is None else tuple(names)
     columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
     # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
     alone = problem.short is not None
-    return LinearProblem(in_payload_frame(problem.robot, equations).select(columns), wanted, known, alone=alone)
+    posed = in_payload_frame(problem.robot, equations).select(columns)
+    return LinearProblem(posed, wanted, known, held or {}, alone=alone)
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
     """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
-    loaded, held = with_changes(in_payload_frame(problem.robot, problem.loaded), problem.friction)
-    return LinearProblem(problem.beside(loaded), tuple(names), held=held, shown=loaded)
+    scaled, near = with_scale(problem.loaded, {}, problem.scale)
+    loaded, held = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **held}, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:
@@ -126,7 +129,13 @@ def method_of(number: int, free_friction: bool = False) -> Method:
 def usable_methods(problem: PayloadProblem) -> tuple[int, ...]:
     """Methods for which the problem holds what they need."""
     bare = problem.unloaded is not None
-    usable = {1: bare or problem.known is not None, 2: bare, 3: problem.difference is not None, 4: bare}
+    one_scale = problem.scale is None  # changes and differences know of no other
+    usable = {
+        1: bare or problem.known is not None,
+        2: bare and one_scale,
+        3: problem.difference is not None and one_scale,
+        4: bare,
+    }
     return tuple(method for method, there in usable.items() if there)
 
 

@@ -17,7 +17,7 @@ from ...model import BaseParameters, Motion, Robot
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ..equations.equations import Equations
-from ..equations.observation import Observation, Observer, Pieces
+from ..equations.observation import Observation, Observer
 from ..equations.shared_torque import known_spring
 from ..fit.linear_problem import Known
 
@@ -95,11 +95,6 @@ def with_path(change: Observation, path: Observation) -> Observation:
     """Equations with one more column: the torque that was taken off."""
     W = tuple(np.column_stack([own, taken]) for own, taken in zip(change.W, path.Y, strict=True))
     return replace(change, columns=(*change.columns, PATH), W=W)
-
-
-def with_paths(change: Pieces, path: Pieces) -> Pieces:
-    """The same piece by piece."""
-    return lambda: map(with_path, change(), path())
 
 
 def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:

@@ -24,6 +24,7 @@ from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
+from .loaded_scale import LoadedScale, loaded_scale
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
@@ -64,6 +65,7 @@ class PayloadProblem:
         inflation: by how much the memory of each joint's errors under load raises variances.
         few: whether blocks are shorter than that memory asks for, because the recordings are.
         friction: frictions of the robot that may be others under load, and how far.
+        scale: of the loaded torques, where it may be another one.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
     """
 
@@ -83,6 +85,7 @@ class PayloadProblem:
     inflation: tuple[float, ...] = ()
     few: bool = False
     friction: Mapping[str, Held] = field(default_factory=dict)
+    scale: LoadedScale | None = None
     short: ShortMotion | None = None
 
     def __post_init__(self) -> None:
@@ -261,6 +264,7 @@ def payload_problem(
     progress: Progress = silent,
     robust: bool = False,
     friction_change: float = FRICTION_CHANGE,
+    scale_sigma: float = 0.0,
 ) -> PayloadProblem:
     """Process recordings with and without payload and reduce them.
 
@@ -275,6 +279,8 @@ def payload_problem(
             not with a ``known`` robot that has none itself.
         friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
             robot's own (1 sigma); 0 takes it as the same.
+        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
+            methods 1 and 4 alone know of it.
 
     Raises:
         InputError: if a recording cannot be used.
@@ -312,7 +318,7 @@ def payload_problem(
         inflation=equations.inflation,
         few=equations.few,
     )
-    return _with_friction(problem, friction_change)
+    return _with_scale(_with_friction(problem, friction_change), scale_sigma)
 
 
 def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
@@ -324,6 +330,18 @@ def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
     if robot is None or not problem.inflation:
         return problem
     return replace(problem, friction=friction_changes(robot, problem.inflation, share))
+
+
+def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
+    """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
+    if not sigma > 0.0:
+        return problem
+    held = Held(sigma, max(problem.inflation, default=1.0))
+    reason = (
+        "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
+    )
+    scale = loaded_scale(problem.loaded, problem.robot_known, held)
+    return replace(problem, scale=scale, without_difference=reason)
 
 
 def _together(

@@ -14,9 +14,9 @@ from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
 from ..equations.equations import PAYLOAD
-from ..equations.observation import Observation, Observer, Pieces
-from ..equations.reduction import reduced
-from ..fit.blocks import Residuals, block_edges, in_blocks, left_over, length_by_residuals
+from ..equations.observation import Observation, Observer
+from ..equations.reduction import Residuals, reduced
+from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, filtered
@@ -36,7 +36,7 @@ from .constant_torques import friction_free as without_friction
 from .equations import difference_observer, torque_change
 from .friction import FRICTION_CHANGE, friction_sigmas
 from .path import less_path, path_torque, robot_of, with_path
-from .problem import PayloadProblem
+from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
 from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
@@ -92,7 +92,8 @@ def difference_weighing(
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
     held = held_offsets(observations, coulomb_friction(bare))
-    return weighing_problem(robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs))
+    source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
 
 
 def _held_as(before: Motion, after: Motion, moving: Sequence[int]) -> Motion:
@@ -171,7 +172,8 @@ def known_robot_weighing(
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
     held = held_friction(alone, own)
     rms = _torque_rms(still, masks)
-    return weighing_problem(robot, base, runs, moving, held, rms, measured[0].motion.rate, known)
+    source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
+    return weighing_problem(robot, base, runs, moving, held, rms, rate, known, source=source)
 
 
 def weighing_problem(
@@ -184,6 +186,7 @@ def weighing_problem(
     rate: float | None,
     known: Estimate | None = None,
     pairs: tuple[AlignedPair, ...] = (),
+    source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
     equations = friction_free(runs, held)
@@ -197,6 +200,7 @@ def weighing_problem(
         difference=equations if known is None else None,
         pairs=pairs,
         rate=rate,
+        source=source,
         inflation=tuple(held.memory.tolist()),
         short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
     )
@@ -241,17 +245,13 @@ def _runs(
     runs = []
     for source, recording, waves in zip(sources, observations, ripples, strict=True):
         edges = block_edges(recording, length)
-        equations = in_blocks(reduced(recording), [_opened(recording)], [edges], length)
+        equations = in_blocks(reduced(recording), [[recording]], [edges], length)
         runs.append(Run(source, equations, waves))
     return runs
 
 
-def _opened(recording: Observation) -> Pieces:
-    return lambda: [recording]
-
-
 def _left(recording: Observation) -> list[Residuals]:
-    return left_over([_opened(recording)], reduced(recording))
+    return left_over([[recording]], reduced(recording))
 
 
 def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:

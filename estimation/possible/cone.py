@@ -45,6 +45,18 @@ class ConeSolution(NamedTuple):
     iterations: int
 
 
+_WORDS = {
+    "PrimalInfeasible": "nothing holds all of it",
+    "DualInfeasible": "the data leave it open",
+    "AlmostSolved": "the search came near an end, not to it",
+    "MaxIterations": "the search took too many steps",
+    "MaxTime": "the search took too long",
+    "NumericalError": "the search lost its digits",
+    "InsufficientProgress": "the search got stuck",
+}
+"""What the solver's states mean."""
+
+
 class SolverError(RuntimeError):
     """The cone solver ended without a clean solution.
 
@@ -60,10 +72,16 @@ class SolverError(RuntimeError):
         self.problem = problem
         self.demands = tuple(demands)
         infeasible = "Infeasible" in status
-        text = "no body holds all constraints" if infeasible else "the constrained estimate was not found"
+        text = f"the constrained estimate was not found: {self.words}"
+        text = "no body holds all constraints" if infeasible else text
         told = f": {'; '.join(demands)}" if demands else ""
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
-        super().__init__(f"{text} (solver: {status}){told}: {advice}")
+        super().__init__(f"{text}{told}: {advice}")
+
+    @property
+    def words(self) -> str:
+        """What the solver says, for those who do not know it."""
+        return _WORDS.get(self.status, self.status)
 
     def naming(self, *demands: str) -> "SolverError":
         """The same error, the constraints named."""

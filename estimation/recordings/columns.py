@@ -183,7 +183,8 @@ def check_missing(raw: RawLog, wanted: Sequence[str]) -> None:
     missing = [name for name in wanted if name not in raw.names]
     if not missing:
         return
-    close = difflib.get_close_matches(missing[0], raw.names, 1, 0.75)
+    free = [name for name in raw.names if name not in wanted]
+    close = difflib.get_close_matches(missing[0], free, 1, 0.75)
     hint = f" (is it {close[0]!r}?)" if close else ""
     raise InputError(f"{raw.path}: column {', '.join(missing)} missing{hint}; found {_listed(raw.names)}")
 

@@ -15,6 +15,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Table
 
+_HUGE = 1e30  # a time in nanoseconds is 2e18
 BLOCK = 16384
 """Rows that are read at once."""
 DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
@@ -47,16 +48,17 @@ class RawLog:
         """Blocks of the columns, rows x ``len(columns)``.
 
         Raises:
-            InputError: says where a number stands that is not finite.
+            InputError: says where a number stands that is not finite, or larger than any time, place or torque.
         """
         row = 0
         for values in self.blocks(columns):
-            good = np.isfinite(values)
+            good = np.abs(values) < _HUGE
             if not good.all():
                 k, column = np.argwhere(~good)[0]
+                fault = "too large a number" if np.isfinite(values[k, column]) else "not a finite number"
                 raise InputError(
                     f"{self.path}: {self.place(row + int(k))}, column {columns[column]!r}: {values[k, column]} is "
-                    "not a finite number: mend or remove the row"
+                    f"{fault}: mend or remove the row"
                 )
             yield values
             row += len(values)

@@ -13,7 +13,7 @@ from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
 from ..equations.observation import Observer
 from ..equations.reduction import recorded, reduced_measurement
-from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
+from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..recordings.plausibility import check_recordings, still_joints
 from ..signals.filtering import mean_rate, measurement
 
@@ -52,9 +52,9 @@ def base_problem(
         raise InputError(f"{recordings[0].source}: no joint moves: nothing can be compared")
     if not blocks:
         return equations
-    left = left_over(opened, equations)
-    length = length_by_residuals([left])
-    return in_blocks(equations, opened, [block_edges(recording, length) for recording in left], length)
+    load = remembered(opened, equations)
+    length = block_length([load])
+    return in_blocks(equations, opened, [block_edges(ends, length) for ends in load.spans], length)
 
 
 def filtered(
@@ -77,9 +77,11 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
     for recording in recordings:
         factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
         if len(recording.t) <= factor:
+            rate, length = processing.rate, recording.t[-1] - recording.t[0]
+            slow = rate is not None and rate * length <= processing.decimate
             raise InputError(
-                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} "
-                "samples: lower --decimate"
+                f"{recording.source}: decimation by {factor} leaves nothing of {len(recording.t)} samples: "
+                + ("raise --rate" if slow else "lower --decimate or record longer")
             )
 
 

@@ -1,18 +1,19 @@
 """Brings two recordings of the same trajectory onto one time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.paged import empty, give_back, parts
+from ...common.paged import ROWS, empty, give_back, parts
 from ...model import Recording
-from .filtering import between, on_grid, resampled
+from .filtering import NEIGHBOURS, between, on_grid, resampled
 
 _FINE = 50  # steps per sample in the search for the best lag
-_MOST = 200_000  # samples that are compared in it
+_MOST = 200_000  # samples that are compared in it, of longer recordings
+_STRETCHES = 50  # in as many stretches
 
 
 class AlignedPair(NamedTuple):
@@ -46,7 +47,8 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     step = float(loaded.t[1] - loaded.t[0])
     other = resampled(unloaded, 1.0 / step)
     thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
-    coarse = thin * step * _coarse_lag(other.q[::thin], loaded.q[::thin]) + (loaded.t[0] - other.t[0])
+    coarse = thin * step * _coarse_lag(_thinned(other.q, thin), _thinned(loaded.q, thin))
+    coarse += loaded.t[0] - other.t[0]
     give_back()
     lag = _fine_lag(unloaded, loaded, coarse, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
@@ -88,6 +90,12 @@ def _different(unloaded: Recording, loaded: Recording, why: str) -> InputError:
     )
 
 
+def _thinned(values: Array, thin: int) -> Array:
+    """Every so many-th row, in memory."""
+    rows = [np.array(values[part][::thin]) for part in parts(len(values), max(ROWS // thin, 1) * thin)]
+    return np.concatenate(rows)
+
+
 def _coarse_lag(a: Array, b: Array) -> int:
     """Whole samples by which ``b`` is later than ``a``, by the largest cross-correlation of all joints."""
     lags = len(a) + len(b) - 1
@@ -106,15 +114,16 @@ def _coarse_lag(a: Array, b: Array) -> int:
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
     """Lag with the smallest squared difference of position, by a parabola around the best fine step.
 
-    Of long recordings every ``thin``-th sample is compared.
+    Of long recordings every ``thin``-th stretch is compared.
     """
-    t, q, positions = loaded.t[::thin], loaded.q[::thin], _positions(unloaded, thin > 1)
+    width = 2.0 * step * thin
+    compared = list(_compared(unloaded, loaded, coarse, 2.0 * width, thin))
+    give_back()
 
     def mismatch(lag: float) -> float:
-        difference = positions(t - lag) - q
+        difference = np.concatenate([positions(t - lag) - q for t, q, positions in compared])
         return float(np.nanmean(difference**2)) if np.isfinite(difference).any() else np.inf
 
-    width = 2.0 * step * thin
     lag = coarse
     while width > step / _FINE:
         candidates = lag + width * np.linspace(-1.0, 1.0, 9)
@@ -125,18 +134,18 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
     return lag + (0.5 * width * (low - high) / curve if 0.0 < curve < np.inf else 0.0)
 
 
-def _positions(recording: Recording, long: bool) -> Callable[[Array], Array]:
-    """Positions at any time, nan beyond the recording; of long ones linear between samples."""
-    t, q = recording.t, recording.q
-    if not long:
-        return between(t, q)
+def _compared(
+    unloaded: Recording, loaded: Recording, lag: float, reach: float, thin: int
+) -> Iterator[tuple[Array, Array, Callable[[Array], Array]]]:
+    """Times and positions of the loaded recording, and the unloaded one's positions at any time near them.
 
-    def straight(times: Array) -> Array:
-        after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-        share = ((times - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
-        values = (1.0 - share) * q[after - 1] + share * q[after]
-        values[(times < t[0]) | (times > t[-1])] = np.nan
-        give_back()
-        return values
-
-    return straight
+    Times beyond the unloaded recording give nan; ``reach`` [s]: by how much the lag may differ.
+    """
+    size = len(loaded.t) if thin == 1 else max(_MOST // _STRETCHES, 2)
+    for start in range(0, len(loaded.t), thin * size):
+        part = slice(start, start + size)
+        t, q = np.array(loaded.t[part]), np.array(loaded.q[part])
+        ends = np.searchsorted(unloaded.t, [t[0] - lag - reach, t[-1] - lag + reach])
+        near = slice(max(int(ends[0]) - NEIGHBOURS, 0), int(ends[1]) + NEIGHBOURS)
+        if len(unloaded.t[near]) > 1:
+            yield t, q, between(np.array(unloaded.t[near]), np.array(unloaded.q[near]))

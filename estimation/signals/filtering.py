@@ -18,9 +18,11 @@ from ...model.motion import Measurement
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
+_SHORTEST = 0.1
+"""s: a recording that is shorter shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
 _MOST_LOST = 0.01  # of a joint's rms motion: good cut-offs change it by 1e-3 and less
-_NEIGHBOURS = 3  # samples beside an interval that decide its cubic
+NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
@@ -109,7 +111,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
     for part in parts(len(t), at_once):
         times = np.clip(t[part], recording.t[0], recording.t[-1])
         low, high = np.searchsorted(recording.t, times[[0, -1]])
-        near = slice(max(int(low) - _NEIGHBOURS, 0), int(high) + _NEIGHBOURS)
+        near = slice(max(int(low) - NEIGHBOURS, 0), int(high) + NEIGHBOURS)
         for values, new in zip(recorded, made, strict=True):
             new[part] = between(recording.t[near], values[near])(times)
     q, torque, *speeds = map(_locked, made)
@@ -155,12 +157,14 @@ def lowpass(signals: Array, step: float, cutoff: float | None, source: str) -> A
             f"{source}: cut-off {cutoff:g} Hz is not below half the sampling rate of {1 / step:.4g} Hz: "
             "lower --cutoff"
         )
+    if len(signals) < _FEWEST or step * len(signals) < _SHORTEST:
+        raise InputError(
+            f"{source}: {len(signals)} samples in {step * len(signals):.3g} s are too few to filter: record longer"
+        )
     if cutoff * step * len(signals) < 1.0:
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz leaves nothing of {step * len(signals):.4g} s: raise --cutoff"
         )
-    if len(signals) < _FEWEST:
-        raise InputError(f"{source}: {len(signals)} samples are too few to filter: record longer")
     return _forward_and_backward(signals, 2.0 * cutoff * step)
 
 

@@ -1,5 +1,6 @@
 """A payload as a robot's controller asks for it."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +19,12 @@ precision, and some simulators check A + B >= C to the last digit.
 """
 
 
+_ALLOWED = 1.05
+"""Of the rated payload: by so much an estimate may err."""
+_HEAVIEST, _FARTHEST = 5000.0, 10.0
+"""kg and m: twice what the strongest arms carry, and farther than any reaches."""
+
+
 @dataclass(frozen=True)
 class ControllerLoad:
     """One body and what must be said beside its numbers.
@@ -31,6 +38,7 @@ class ControllerLoad:
         point_mass: whether the inertia at the centre of mass is not to be used: only mass and centre of mass are
             written.
         in_tool_frame: whether ``frame`` is a tool's, not the flange's.
+        rated: what the arm carries by its data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
 
@@ -41,6 +49,7 @@ class ControllerLoad:
     reasons: tuple[str, ...] = ()
     point_mass: bool = False
     in_tool_frame: bool = False
+    rated: float = math.inf
     meters_per_unit: float = 1.0
 
     def __post_init__(self) -> None:
@@ -51,6 +60,17 @@ class ControllerLoad:
         """
         if not self.body.mass > 0.0:
             raise InputError(f"{self.source}: a mass of {self.body.mass:.3g} kg: controllers refuse it")
+        mass, reach = self.body.mass, float(np.abs(self.body.com).max())
+        if not (mass <= _HEAVIEST and reach <= _FARTHEST):
+            raise InputError(
+                f"{self.source}: {mass:.3g} kg, its centre of mass {reach:.3g} m away, is nothing that an arm "
+                "carries: kg and metres are needed"
+            )
+        if not self.point_mass and not np.abs(self.body.inertia_com).max() <= mass * _FARTHEST**2:
+            raise InputError(
+                f"{self.source}: moments of inertia up to {np.abs(self.body.inertia_com).max():.3g} kg m^2 are "
+                f"nothing that {mass:.3g} kg have: kg and metres are needed"
+            )
         if not self.meters_per_unit > 0.0:
             raise InputError(f"metres per unit must be positive, not {self.meters_per_unit:g}")
         pseudo = self.body.pseudo_inertia
@@ -64,6 +84,13 @@ class ControllerLoad:
     def mass(self) -> float:
         """Mass [kg]."""
         return self.body.mass
+
+    @property
+    def beyond_rating(self) -> str:
+        """What is told of a mass that the arm does not carry; empty for others."""
+        if not self.mass > _ALLOWED * self.rated:
+            return ""
+        return f"a mass of {self.mass:.4g} kg, the arm carries {self.rated:g} kg"
 
     @property
     def com(self) -> Array:

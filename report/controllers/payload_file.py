@@ -1,11 +1,13 @@
 """Picks the estimate of a payload's document that is to be exported."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ...common.errors import InputError
+from ...common.schema import present
 from ...estimation.files import StoredPayload, read_stored_payload
 from ...estimation.files.stored_payload import FreeEstimate, PossibleEstimate
 from ...model import INERTIAL, InertialParameters
@@ -44,7 +46,7 @@ def load_of_document(
     Raises:
         InputError: if the estimate is not of a body that can exist.
     """
-    verdict = document.verdict
+    verdict, rated = document.verdict, present(document.rated_payload_kg) or math.inf
     recommended = document.recommended.method if document.recommended else None
     estimate = _chosen(document.estimates, method or recommended, name)
     source = f"{name}, method {estimate.method} ({_estimator(estimate)})"
@@ -53,10 +55,10 @@ def load_of_document(
         label = f"inertia ASSUMED, not measured: {assumed.inertia}"
         body = _body(assumed.parameters, name, False)
         reasons = (*verdict.reasons, label)
-        return ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons)
+        return ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     body = _body(estimate.parameters, name, point_mass)
-    return ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass)
+    return ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
 
 
 def is_flange(frame: str) -> bool:

@@ -50,6 +50,7 @@ def payload_document(
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
+        rated_payload_kg=problem.robot.rated_payload,
         processing=processing_document(problem.robot, processing, drive_gains),
         relative_residual=_residual(answer),
         data=_data(problem, processing),

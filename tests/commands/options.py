@@ -117,6 +117,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--robot-parameters": "--robot-parameters tx_robot.json",
         "--method": "--method 4",
         "--free-friction": "--method 1 | --free-friction",
+        "--scale-sigma": "--method 4 | --scale-sigma 2%",
         "--friction-change": "--method 4 | --friction-change 30%",
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",

@@ -28,6 +28,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dynident.common.paged.ROWS", 501)
     monkeypatch.setattr("dynident.estimation.signals.filtering.ROWS", 501)
     monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 64)
+    monkeypatch.setattr("dynident.estimation.equations.reduction._ROWS", 64)
 
 
 @pytest.fixture(scope="module")

@@ -71,19 +71,15 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
     return PayloadProblem(robot, base, **equations._asdict())
 
 
-def opener(recording: Observation) -> Callable[[], list[Observation]]:
-    return lambda: [recording]
-
-
 def block_length(groups: list[list[Observation]]) -> float:
     """Of recordings of one load each."""
     return length_by_residuals(
-        [left_over(list(map(opener, group)), merged(map(reduced, group))) for group in groups]
+        [left_over([[one] for one in group], merged(map(reduced, group))) for group in groups]
     )
 
 
 def cut(recording: Observation, edges: Array) -> Equations:
-    return in_blocks(reduced(recording), [opener(recording)], [edges], 1.0)
+    return in_blocks(reduced(recording), [[recording]], [edges], 1.0)
 
 
 def remembering(size: int, memory: float, seed: int) -> Array:

@@ -11,7 +11,6 @@ from dynident.common.errors import InputError
 from dynident.estimation import Identification, identify, read_recording
 from dynident.estimation.answers import impossible_robot
 from dynident.estimation.equations import Observation, Observer, merged, reduced
-from dynident.estimation.equations.observation import Pieces
 from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
@@ -65,10 +64,6 @@ def observed(result: Identification, recordings: list[Recording]) -> list[Observ
     return [observer.observe(measurement(one, processing), processing) for one in recordings]
 
 
-def opener(parts: list[Observation]) -> Pieces:
-    return lambda: parts
-
-
 def test_intervals_hold_under_noise_that_remembers(results: list[Identification]) -> None:
     """Mean over the 54 parameters and four runs; a correlation of 20 samples makes the formula's too short."""
     robot = load_robot("rx90")
@@ -89,7 +84,7 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     result = results[0]
     whole = observed(result, noisy(exact, 0))
     equations = merged(reduced(one) for one in whole)
-    opened = [opener([one]) for one in whole]
+    opened = [[one] for one in whole]
     length = length_by_residuals([left_over(opened, equations)])
     blocks = in_blocks(equations, opened, [block_edges(one, length) for one in whole], length).without_blocks()
     estimate = result.elimination.estimate
@@ -123,7 +118,7 @@ def test_pieces_of_a_recording_are_the_recording(
     exact: list[Recording], results: list[Identification], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Blocks that lie in several pieces too."""
-    monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 1)
+    monkeypatch.setattr("dynident.estimation.equations.reduction._ROWS", 7)
     again = identified(exact, 0).estimate
     assert again.robust is not None
     assert results[0].estimate.robust is not None
@@ -135,7 +130,7 @@ def test_a_pause_between_two_pieces(exact: list[Recording], results: list[Identi
     """Blocks in it are empty, and leave nothing out."""
     (whole,) = observed(results[0], noisy(exact, 0)[:1])
     parts = [whole.between(-np.inf, 9.0), whole.between(14.0, np.inf)]
-    opened, equations = [opener(parts)], merged(map(reduced, parts))
+    opened, equations = [parts], merged(map(reduced, parts))
     (left,) = left_over(opened, equations)
     length = length_by_residuals([[left]])
     blocks = in_blocks(equations, opened, [block_edges(left, length)], length)

@@ -200,7 +200,7 @@ def test_folder_is_no_robot(tmp_path: Path) -> None:
 def test_file_that_is_not_text(tmp_path: Path) -> None:
     path = tmp_path / "latin.toml"
     path.write_bytes('name = "Stäubli"'.encode("latin-1"))
-    with pytest.raises(InputError, match=r"latin\.toml: cannot be read as text"):
+    with pytest.raises(InputError, match=r"latin\.toml: not UTF-8 text: save it as UTF-8"):
         load_robot(path)
 
 

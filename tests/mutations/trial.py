@@ -24,14 +24,16 @@ from dynident.tests.mutations.mutants import MASSES, Mutant, mutant
 from dynident.trajectories import plan_point_to_point
 from dynident.trajectories.motions import random_points
 
-LONGEST = 60.0
-"""s: a command on a recording of 5 s that has not answered then hangs."""
+LONGEST = 30.0
+"""s of the processor: a command on a recording of 5 s that has not answered then hangs."""
+_SLEEPS = 10.0
+"""So many times as long by the clock: it waits for something."""
 SLOW = {"--bound", "--help", "-h", "--report", "--plots"}
 """Options that start a search, print the help, or draw figures."""
 
 
 class Trial(NamedTuple):
-    """What a command did: the mistake, its exit status, what is wrong with that (empty if nothing), seconds."""
+    """What a command did: the mistake, exit status, what is wrong with that (empty if nothing), processor time."""
 
     mutant: Mutant
     status: int
@@ -79,9 +81,14 @@ def tried(mistake: Mutant, inputs: Path) -> Trial:
         for file, content in mistake.files.items():
             Path(file).write_bytes(content)
         before = {path.name: path.read_bytes() for path in Path().iterdir()}
-        begun = time.monotonic()
-        old = signal.signal(signal.SIGALRM, _time_up)
-        signal.setitimer(signal.ITIMER_REAL, LONGEST)
+        begun = time.process_time()
+        timers = (
+            (signal.ITIMER_PROF, signal.SIGPROF, LONGEST),
+            (signal.ITIMER_REAL, signal.SIGALRM, _SLEEPS * LONGEST),
+        )
+        for timer, event, most in timers:
+            signal.signal(event, _time_up)
+            signal.setitimer(timer, most)
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors), warnings.catch_warnings():
             try:
                 status = main(mistake.words)
@@ -94,9 +101,10 @@ def tried(mistake: Mutant, inputs: Path) -> Trial:
                     f"traceback: {' | '.join(line.strip() for line in traceback.format_exc().splitlines()[-3:])}"
                 )
             finally:
-                signal.setitimer(signal.ITIMER_REAL, 0.0)
-                signal.signal(signal.SIGALRM, old)
-        seconds = time.monotonic() - begun
+                for timer, event, _ in timers:
+                    signal.setitimer(timer, 0.0)
+                    signal.signal(event, signal.SIG_DFL)
+        seconds = time.process_time() - begun
         laws: tuple[Callable[[], str], ...] = (
             lambda: _told(status, errors.getvalue()),
             lambda: _files(status, before),

@@ -21,9 +21,11 @@ DRIVES = SimpleNamespace(offsets=True)
 ROBOT = SimpleNamespace(
     name="arm",
     fingerprint="f00",
+    mass=None,
     payload_frame="flange: plain",
     drives=DRIVES,
     coupling=SimpleNamespace(coulomb="paper"),
+    rated_payload=12.25,
     assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
 )
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}

@@ -265,6 +265,7 @@ def test_payload() -> None:
         {
             "robot": "arm",
             "frame": "flange: plain",
+            "rated_payload_kg": 12.25,
             "processing": PROCESSING,
             "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
             "data": {
@@ -303,6 +304,7 @@ def test_weigh(possible: bool) -> None:
         {
             "robot": "arm",
             "frame": "flange: plain",
+            "rated_payload_kg": 12.25,
             "joints": [1, 2],
             "processing": PROCESSING,
             "relative_residual": {

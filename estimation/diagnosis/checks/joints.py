@@ -43,14 +43,18 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
     Args:
         by_joints: the payload as single joints see it.
-        gains: standard deviations of the gains' relative errors that were told, shape (n,).
+        gains: covariance of the gains' relative errors that were told, n x n; only what joints do not share counts.
         few: whether the standard deviations come from few blocks of time.
     """
     shares = (_allowing(by_joints) if few else by_joints).shares
-    z = [(one.share - 1.0) / np.hypot(one.sigma, gains[one.joint - 1]) for one in shares if one.share is not None]
-    if len(z) < 2:
+    seen = [(one.joint - 1, one.share, one.sigma) for one in shares if one.share is not None]
+    if len(seen) < 2:
         return 1.0
-    return float(np.sqrt(max(1.0, np.square(z).sum() / (len(z) - 1))))
+    joints = [joint for joint, *_ in seen]
+    apart = np.eye(len(seen)) * len(seen) / (len(seen) - 1) - 1.0 / (len(seen) - 1)  # each less the others' mean
+    variance = np.diag(apart @ gains[np.ix_(joints, joints)] @ apart.T)
+    squares = [(share - 1.0) ** 2 / (sigma**2 + own) for (_, share, sigma), own in zip(seen, variance, strict=True)]
+    return float(np.sqrt(max(1.0, sum(squares) / (len(seen) - 1))))
 
 
 def shares_together(evidence: Evidence) -> list[Finding]:
@@ -128,7 +132,7 @@ def _masses(alone: Sequence[tuple[float, JointsMass]], evidence: Evidence) -> li
     half = 1.96 * evidence.spread.mass if evidence.spread is not None else 0.0
     if any(abs(own - mass) > half + SIGMAS * one.sigma for own, one in alone if one in pair):
         return [error(_told(pair), "mass")]
-    return [warning(f"{_told(pair)}; the interval of the mass allows for it")]
+    return [warning(f"{_told(pair)}; each alone differs from the mass by no more than chance")]
 
 
 def _told(joints: Sequence[JointsMass]) -> str:

@@ -18,6 +18,8 @@ APART = 0.02
 """Relative difference of two methods' masses that matters, if it also exceeds their intervals."""
 SIGMAS = 4.0
 """Standard deviations beyond which a difference is none by chance."""
+TOLD = 1.96
+"""Standard deviations to either end of a 95 % interval."""
 OTHER_WAY = 0.05
 """Relative difference of a weighing's mass by another way that speaks against all numbers."""
 
@@ -187,6 +189,18 @@ def condition(evidence: Evidence) -> list[Finding]:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share < 10.0 else "more than its size tenfold"
+
+
+def rating(evidence: Evidence) -> list[Finding]:
+    """A mass that lies beyond what the arm carries, with all of its interval."""
+    rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
+    if not evidence.mass - TOLD * sigma > rated:
+        return []
+    text = (
+        f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries by its data sheet: "
+        "are the torques, the drive gains and the robot's description right?"
+    )
+    return [error(text, "mass")]
 
 
 def conflicts(evidence: Evidence) -> list[Finding]:

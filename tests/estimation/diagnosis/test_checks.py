@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation.diagnosis import loaded_rows
 from dynident.estimation.diagnosis.checks import joints, loaded, payload, recordings
-from dynident.estimation.diagnosis.checks import rivals as rival_checks
+from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
 from dynident.estimation.diagnosis.loaded_rows import Bursts, Scale
@@ -25,6 +25,8 @@ from dynident.estimation.diagnosis.quantities import (
 from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
+from dynident.estimation.fit.estimate import Estimate
+from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
 from dynident.model import Robot
@@ -58,6 +60,8 @@ from dynident.tests.estimation.diagnosis.made import (
     weighed_as,
     with_mass,
 )
+from hypothesis import given
+from hypothesis import strategies as st
 
 ONE_PERCENT = 2.5758
 """Standard deviations that a difference exceeds with a probability of 1 %."""
@@ -88,6 +92,15 @@ def scaled(joint: int, off: float, sigma: float) -> Evidence:
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
 
 
+def weighing_arm(share: float) -> Evidence:
+    """An RX90 whose torques show this share of its weight."""
+    moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
+    names, values = ("MX2", "MY2", "MX3", "MY3"), np.array([0.6 * moment, 0.0, 0.0, 0.4 * moment])
+    parameters = Estimate(names, values, np.eye(4), 500.0, robot_of().fit, np.ones(6))
+    return of_payload(estimate_of(), parameters=parameters)
+
+
+ROBOT_MASS = 111.0
 DRIFT = drift_of(9.0)
 
 
@@ -199,6 +212,13 @@ SIDES = (
         "methods 1 and 3 disagree",
         lambda x: two_masses(x * float(np.hypot(0.03, 0.03)), 0.03),
         payload.SIGMAS,
+    ),
+    Side(
+        "rating",
+        "error",
+        "more than the 12 kg that this arm carries",
+        lambda x: of_payload(estimate_of(ten=with_mass(12.0 + 0.01 * x))),
+        payload.TOLD,
     ),
     Side(
         "uncertain",
@@ -355,6 +375,9 @@ SIDES = (
         lambda x: rival("turned", "5", 0.1, x),
         rival_checks.TURNED_Z,
     ),
+    Side("arm_weight", "note", "the arm weighs 0.12", weighing_arm, rival_checks.LIGHT, True),
+    Side("arm_weight", "error", "the arm weighs 0.08", weighing_arm, rival_checks.WEIGHTLESS, True),
+    Side("arm_weight", "note", "the arm weighs 0.51", weighing_arm, rival_checks.HEAVY + 12.0 / 111.0),
     Side(
         "joints",
         "error",
@@ -570,3 +593,41 @@ def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
         assert getattr(wide, name) == pytest.approx(12.7062 / 1.95996 * getattr(plain, name), rel=1e-5)
     same = allowing(plain, 1e9)
     assert same.com == pytest.approx(plain.com)
+
+
+_SHARES = st.floats(0.5, 1.5)
+_MASSES = st.floats(4.0, 6.0)
+
+
+@given(
+    shares=st.lists(_SHARES, min_size=2, max_size=5),
+    masses=st.lists(_MASSES, max_size=4),
+    sigma=st.floats(1e-3, 0.3),
+    scale=st.floats(0.9, 1.1),
+    factor=st.floats(1.0, 4.0),
+    fall=st.floats(-0.1, 0.1),
+    left=st.floats(0.02, 0.3),
+)
+def test_no_reason_speaks_against_a_mass_that_may_be_used(
+    shares: list[float], masses: list[float], sigma: float, scale: float, factor: float, fall: float, left: float
+) -> None:
+    """Whatever is made up: what is said of the mass, or of everything, leaves nothing to be used."""
+    by_joints = ByJoints(
+        tuple(JointsMass((j,), mass, sigma) for j, mass in enumerate(masses, 2)),
+        tuple(JointShare(j, share, sigma) for j, share in enumerate(shares, 2)),
+    )
+    verdict = judge(
+        of_payload(
+            estimate_of(left=left),
+            by_joints=by_joints,
+            disagreement=factor,
+            scales=(Scale(0, scale, sigma / 10.0, 5.0),),
+            rivals=(Rival("robot", "ur5e", fall, 100.0 * fall), Rival("turned", "2", fall, 100.0 * fall)),
+            spread=spread_of(sigma),
+        )
+    )
+    reasons = [finding for finding in verdict.findings if finding.severity != "note"]
+    if verdict.level != "do_not_use":
+        assert all(finding.about not in ("mass", "everything") for finding in reasons)
+        assert all(abs(share - 1.0) <= max(joints.SHARE, joints.SIGMAS * sigma) for share in shares)
+        assert abs(scale - 1.0) <= max(loaded_rows.SCALE, loaded_rows.SCALE_Z * sigma / 10.0)

@@ -100,6 +100,20 @@ def test_what_matlab_wrote_is_a_log_or_one_line(arm: Robot) -> None:
                 scipy.io.matlab.loadmat(path)
 
 
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [("1e308", "too large a number"), ("-2e30", "too large"), ("inf", "not a finite"), ("nan", "nan")],
+)
+def test_a_number_that_cannot_be_is_named_by_its_place(
+    tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], cell: str, words: str
+) -> None:
+    lines = FORMATS["a.csv"](tmp_path / "a.csv", signals).read_text().splitlines()
+    lines[7] = ",".join([*lines[7].split(",")[:3], cell, *lines[7].split(",")[4:]])
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match=rf"line 8, column 'q3': .*{words}"):
+        read_recording(tmp_path / "a.csv", arm)
+
+
 def test_names_are_not_lost_on_the_way(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
     """An object beside the signals does no harm."""
     objects = {"note": np.array([{"a": 1}, "text"], dtype=object), "names": np.array(NAMES, dtype=object)}

@@ -145,6 +145,45 @@ def test_do_not_use_is_not_written(run: Run, payload: Callable[..., str], tmp_pa
     assert "Verdict: do not use" in out
 
 
+def test_what_the_arm_does_not_carry_needs_the_word(run: Run, payload: Callable[..., str], tmp_path: Path) -> None:
+    """A mass beyond the rated payload, an estimate's error allowed; on both sides of it, and for every format."""
+    target = tmp_path / "load"
+    for name in FORMATS:
+        status, out, err = run(payload(rated_payload_kg=2.8), "--to", name, "--out", str(target))
+        assert (status, out) == (1, "")
+        assert "a mass of 3 kg, the arm carries 2.8 kg; --despite-verdict writes it all the same" in err
+        assert not target.exists()
+        assert run(payload(rated_payload_kg=2.8), "--to", name, "--despite-verdict")[0] == 0
+        for rated in (2.86, 12.5, None):
+            assert run(payload(rated_payload_kg=rated), "--to", name)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "words"),
+    [
+        ("M", 1e308, "nothing that an arm carries"),
+        ("M", 1e5, "nothing that an arm carries"),
+        ("MX", 1e308, "nothing that an arm carries"),
+        ("MX", 40.0, "nothing that an arm carries"),
+        ("XX", 1e308, "are nothing that"),
+        ("XX", "0.1", "finite number"),
+        ("M", "3", "finite number"),
+        ("M", True, "finite number"),
+    ],
+)
+def test_numbers_that_no_arm_carries_are_refused(
+    run: Run, payload: Callable[..., str], kind: str, value: Any, words: str
+) -> None:
+    """Whatever is said of the verdict; text in the place of a number is told by its key."""
+    one = estimate(4, 3.0)
+    one["parameters"][kind] = value
+    for word in ((), ("--despite-verdict",)):
+        status, out, err = run(payload(one), "--to", "ur", *word)
+        assert (status, out) == (2, "")
+        assert words in err
+        assert len(err.splitlines()) == 1
+
+
 def test_a_payload_frame_that_is_not_the_flange(run: Run, payload: Callable[..., str]) -> None:
     """Frame 6 of the RX90 is at the wrist: its flange must be told, here 85 mm out and a quarter turn about z."""
     path = payload(frame="frame 6 (modified DH): origin at the wrist centre, z along axis 6; not the flange")
@@ -184,6 +223,8 @@ def test_stage_units(run: Run, payload: Callable[..., str]) -> None:
         (("--to", "usd", "--meters-per-unit", "0"), "must be positive"),
         (("--to", "usd", "--meters-per-unit", "nan"), "must be positive"),
         (("--to", "ur", "--flange-frame", "0", "0", "nan", "0", "0", "0"), "six finite numbers"),
+        (("--to", "ur", "--flange-frame", "1e300", "0", "0", "0", "0", "0"), "--flange-frame"),
+        (("--to", "abb", "--tool-frame", "0", "1e9", "0", "0", "0", "0"), "--tool-frame"),
         (("--to", "siemens"), "invalid choice"),
         (("--to", "ur", "--out", "/nowhere/at/all"), "not a file in a folder"),
     ],

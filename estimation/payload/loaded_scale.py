@@ -1,0 +1,51 @@
+"""Loaded torques on a scale that is not quite that of the unloaded ones: drives warm up, sensors drift.
+
+A scale wrong by 1 % moves the mass by several percent, for the arm weighs more than its payload. Where it is asked
+for, the scale is one more unknown near 1, as far as it is said to be sure.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model.names import parameter_kind
+from ..equations.equations import PAYLOAD, Equations
+from ..fit.linear_problem import Held, Known, LinearProblem
+
+FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
+_SCALE = "scale under load"
+
+
+class LoadedScale(NamedTuple):
+    """How the scale is held, and the torque it scales: parameters of robot and payload, without friction."""
+
+    held: Held
+    names: tuple[str, ...]
+    values: Array
+
+
+def loaded_scale(loaded: Equations, robot: Known, held: Held) -> LoadedScale:
+    """The scale of the loaded torques; the payload's own torque is scaled as well, so it is found first.
+
+    Args:
+        loaded: equations with payload, in frame n.
+        robot: its parameters.
+        held: how the scale's difference from 1 is held near zero.
+    """
+    places = [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION]
+    rigid = LoadedScale(held, tuple(robot.names[k] for k in places), robot.values[places])
+    wide, near = with_scale(loaded, {}, rigid)
+    found = LinearProblem(wide, (*PAYLOAD, _SCALE), (robot,), near).solved().values
+    payload = found[: len(PAYLOAD)] / (1.0 + found[-1])
+    return LoadedScale(held, (*rigid.names, *PAYLOAD), np.concatenate([rigid.values, payload]))
+
+
+def with_scale(
+    loaded: Equations, held: Mapping[str, Held], scale: LoadedScale | None
+) -> tuple[Equations, dict[str, Held]]:
+    """Equations with payload with one more column for the scale, and how their columns are held."""
+    if scale is None:
+        return loaded, dict(held)
+    return loaded.with_column(_SCALE, scale.names, scale.values), {**held, _SCALE: scale.held}

@@ -1,0 +1,136 @@
+"""Guards on recordings: what they are made for is found, and good recordings pass."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.benchmarks import invented
+from dynident.common.arrays import Array
+from dynident.estimation import PayloadAnswer, answer_payload, identify, payload_problem, read_recording
+from dynident.estimation.diagnosis.loaded_rows import BURST, bursts, scales
+from dynident.estimation.diagnosis.rivals import Rival, rivals
+from dynident.estimation.payload.problem import PayloadProblem, Source
+from dynident.model import InertialParameters, Recording, load_robot
+from dynident.trajectories import Simulator, random_via_points
+
+NAME = "ur10e"
+BODY = InertialParameters.from_com(5.0, [0.01, 0.03, 0.08], np.diag([0.03, 0.03, 0.02]))
+NOISE = (4.0, 5.0, 2.5, 0.8, 0.8, 0.5)
+
+
+@pytest.fixture(scope="module")
+def pair() -> tuple[Recording, Recording]:
+    """Without and with 5 kg, the same motion of some 20 s."""
+    simulator = Simulator(invented.robot(NAME))
+    motion = random_via_points(simulator.robot, 12, seed=3).motion(200.0)
+    return simulator.record(motion, None, NOISE, 1), simulator.record(motion, BODY, NOISE, 2)
+
+
+@pytest.fixture(scope="module")
+def posed(pair: tuple[Recording, Recording]) -> Callable[..., PayloadProblem]:
+    """``posed(factor)``: the problem with the loaded torques times a factor, one for each joint."""
+
+    def problem(factor: float | Array = 1.0, scale_sigma: float = 0.0) -> PayloadProblem:
+        loaded = replace(pair[1], torque=pair[1].torque * factor)
+        return payload_problem(invented.robot(NAME), [loaded], [pair[0]], robust=True, scale_sigma=scale_sigma)
+
+    return problem
+
+
+def answered(problem: PayloadProblem) -> PayloadAnswer:
+    return answer_payload(problem)
+
+
+def weights(problem: PayloadProblem) -> Array:
+    assert problem.bare is not None
+    return problem.bare.weights
+
+
+def test_good_recordings_pass(posed: Callable[..., PayloadProblem]) -> None:
+    answer = answered(posed())
+    assert answer.verdict.level != "do_not_use"
+    assert not any("scale" in text or "recording of robot" in text for text in answer.verdict.reasons)
+    assert answer.mass == pytest.approx(5.0, rel=0.05)
+
+
+@pytest.mark.parametrize("factor", [0.95, 1.05])
+def test_a_recording_on_another_scale_is_named(posed: Callable[..., PayloadProblem], factor: float) -> None:
+    """With the mass that would be, which is nearer to the truth."""
+    answer = answered(posed(factor))
+    assert answer.verdict.level == "do_not_use"
+    problem = posed(factor)
+    whole = next(scale for scale in scales(problem, weights(problem)) if scale.joint == 0)
+    assert whole.ratio == pytest.approx(factor, abs=0.015)
+    assert abs(whole.mass - 5.0) < 0.5 * abs(answer.mass - 5.0)
+
+
+def test_the_joint_on_another_scale_stands_out(posed: Callable[..., PayloadProblem]) -> None:
+    problem = posed(np.array([1.0, 1.0, 0.85, 1.0, 1.0, 1.0]))
+    worst = max(scales(problem, weights(problem)), key=lambda scale: abs(scale.z))
+    assert worst.joint == 3
+    assert 0.7 < worst.ratio < 0.9  # the payload takes a part of it
+
+
+def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., PayloadProblem]) -> None:
+    plain, free = answered(posed(1.02)), answered(posed(1.02, scale_sigma=0.02))
+    assert [estimate.method for estimate in free.estimates] == [1, 4]
+    assert free.spread.mass > 1.5 * plain.spread.mass
+    assert abs(free.mass - 5.0) < abs(plain.mass - 5.0)
+    low, high = free.mass_interval
+    assert low < 5.0 < high
+
+
+def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
+    """One second of contact: the intervals reach the mass without it."""
+    assert BURST > 1.0
+    torque = np.array(pair[1].torque)
+    hit = (pair[1].t > 8.0) & (pair[1].t < 9.0)
+    torque[hit, 1] += 60.0
+    torque[hit, 2] += 30.0
+    struck = payload_problem(invented.robot(NAME), [replace(pair[1], torque=torque)], [pair[0]], robust=True)
+    found = bursts(struck, weights(struck))
+    assert found is not None
+    whole = answered(struck)
+    low, high = whole.mass_interval
+    assert low <= whole.free.mass + found.change[9] <= high
+
+
+def named(found: tuple[Rival, ...], kind: str, name: str) -> Rival:
+    return next(rival for rival in found if (rival.kind, rival.name) == (kind, name))
+
+
+def test_the_robot_that_was_recorded_explains_most(pair: tuple[Recording, Recording]) -> None:
+    source = Source((pair[1],), (pair[0],), load_robot(NAME).processing)
+    right, wrong = rivals(load_robot(NAME), source), rivals(load_robot("ur20"), source)
+    assert all(rival.fall < 0.0 for rival in right if rival.kind == "robot")
+    assert max(wrong, key=lambda rival: rival.fall).name == NAME
+    assert named(wrong, "robot", NAME).z > 2.0
+
+
+def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording]) -> None:
+    """Its positions and torques have the other sign in both recordings: nothing else would show it."""
+    sign = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+    turned = [
+        replace(one, q=one.q * sign, qd=None if one.qd is None else one.qd * sign, torque=one.torque * sign)
+        for one in pair
+    ]
+    source = Source((turned[1],), (turned[0],), load_robot(NAME).processing)
+    best = max(rivals(load_robot(NAME), source), key=lambda rival: rival.fall)
+    assert (best.kind, best.name) == ("turned", "4")
+    assert best.z > 3.0
+
+
+def test_too_little_motion_tells_nothing_of_the_robot(pair: tuple[Recording, Recording]) -> None:
+    short = slice(200, 500)
+    bare = replace(pair[0], t=pair[0].t[short], q=pair[0].q[short], qd=None, torque=pair[0].torque[short])
+    assert rivals(load_robot(NAME), Source((), (bare,), load_robot(NAME).processing)) == ()
+
+
+def test_currents_taken_for_torques_are_too_light(recordings: Path) -> None:
+    robot = load_robot(NAME)
+    log = read_recording(recordings / "ur10e" / "unloaded.csv.gz", robot, (1.0,) * 6)
+    verdict = identify(robot, [log]).verdict
+    assert verdict.level == "do_not_use"
+    assert any("are the torques currents" in reason for reason in verdict.reasons)
