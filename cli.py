@@ -5,21 +5,15 @@ from __future__ import annotations
 import argparse
 import io
 import os
-import shlex
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from types import ModuleType
 from typing import NoReturn
 
-from . import __version__
-from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERNAL_ERROR, INTERRUPTED, moved
+from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
 from .common.errors import InputError
-
-_TOLD = 200
-"""Letters of a fault that are shown; the file has all."""
-_SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
-"""Packages whose versions decide the numbers."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -28,12 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if today := moved(words):
         print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
         return BAD_INPUT
-    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without Greek letters
-
+    _prepare()
     try:
         arguments = _parser(words).parse_args(words)
         arguments.argv = words
@@ -51,45 +40,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("dynident: interrupted", file=sys.stderr)
         return INTERRUPTED
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
-        return _report_fault(fault, words)
+        return int(_faults().told(fault, words))
+
+
+def _prepare() -> None:
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Greek letters
+
+
+def _faults() -> ModuleType:
+    return import_module(".commands.faults", __package__)
 
 
 def _refused(message: str) -> int:
     print(f"dynident: error: {' '.join(message.split())}", file=sys.stderr)
     return BAD_INPUT
-
-
-def _report_fault(fault: Exception, words: Sequence[str]) -> int:
-    """One line for the user, and a file with what those need who look for the fault."""
-    import tempfile
-    import traceback
-
-    details = [f"dynident {shlex.join(words)}", *_versions(), "", *traceback.format_exception(fault)]
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
-        ) as file:
-            file.write("\n".join(details))
-        where = f"with {file.name}"
-    except OSError as error:
-        where = f"(its details could not be written: {error.strerror})"
-    told = " ".join(f"{type(fault).__name__}: {fault}".split())
-    print(f"dynident: internal error, please report {where}: {told[:_TOLD]}", file=sys.stderr)
-    return INTERNAL_ERROR
-
-
-def _versions() -> list[str]:
-    """What a report of a fault should name."""
-    import platform
-    from importlib.metadata import PackageNotFoundError, version
-
-    lines = [f"dynident {__version__}"]
-    for package in _SOLVERS:
-        try:
-            lines.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            lines.append(f"{package} not installed")
-    return [*lines, f"python {platform.python_version()}"]
 
 
 def _note(message: Warning | str, *_: object, **__: object) -> None:
@@ -109,7 +77,7 @@ class _Version(argparse.Action):
     """Prints what a report of a fault should name."""
 
     def __call__(self, *_: object, **__: object) -> None:
-        print(*_versions(), sep="\n")
+        print(*_faults().versions(), sep="\n")
         raise SystemExit(0)
 
 

@@ -46,7 +46,8 @@ class _Export(Options):
         type=float,
         nargs=6,
         metavar=_POSE,
-        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange",
+        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange, or "
+        "the robot's file tells where it is",
     )
     tool_frame: tuple[float, ...] | None = option(
         type=float,
@@ -75,7 +76,9 @@ class _Export(Options):
             load = _seen_from(
                 "--flange-frame", load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}"
             )
-        elif not report.controllers.payload_file.is_flange(load.frame):
+        elif (at_flange := load.in_flange()) is not None:
+            load = at_flange
+        else:
             raise InputError(
                 f"{self.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
                 "flange's pose in it (0 0 0 0 0 0 if it is the same)"

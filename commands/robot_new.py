@@ -165,7 +165,11 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
-            processing=model.Processing(cutoff=10.0, decimate=5, slow_fraction=0.01),
+            processing=model.Processing(
+                cutoff=10.0,
+                decimate=5,
+                slow_speed=model.motion.usual_slow_speed([a.kind == "revolute" for a in axes]),
+            ),
             title=sheet.title or sheet.name or "",
         )
     except ValueError as error:

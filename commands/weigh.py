@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import estimation, model, report
 from ..common.errors import InputError
@@ -29,6 +29,8 @@ from .progress import status
 @dataclass(frozen=True)
 class _Weigh(FrictionOptions):
     """Recordings of the short motion, and what it is compared with."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"scale_sigma"})
 
     unloaded: tuple[str, ...] = option(
         reads="without payload",

@@ -41,7 +41,7 @@ def write_bytes(path: str | Path, content: bytes) -> None:
         InputError: if it cannot be written, or was read or written in this run already; names the file.
     """
     place, kept = Path(path).resolve(), _kept.get()
-    if kept is not None and (place.is_file() or not place.exists()):
+    if kept is not None and not is_device(place):
         if place in kept:
             raise InputError(f"{path}: this run has read or written it already: give another name or folder")
         kept.add(place)
@@ -51,6 +51,11 @@ def write_bytes(path: str | Path, content: bytes) -> None:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def is_device(path: Path) -> bool:
+    """Whether it is a pipe, a terminal or the like: what is written there overwrites nothing."""
+    return path.exists() and not path.is_file()
 
 
 def made_folder(path: str | Path) -> Path:
@@ -67,7 +72,7 @@ def made_folder(path: str | Path) -> Path:
 
 
 def _write(path: Path, content: bytes) -> None:
-    if path.exists() and not path.is_file():
+    if is_device(path):
         path.write_bytes(content)
         return
     mode = _mode(path)

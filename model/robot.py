@@ -167,6 +167,9 @@ class Robot:
             raise ValueError("mass must be positive")
         if any(len(names) != len(self.joints) for names in self.joint_names):
             raise ValueError(f"joint_names: give {len(self.joints)} names, base to tip, in each list")
+        slow = self.processing.slow_speed
+        if isinstance(slow, tuple) and len(slow) != len(self.joints):
+            raise ValueError(f"slow_speed: give one number, or {len(self.joints)}")
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))

@@ -1,6 +1,7 @@
 """Robots, bodies, motions and reference data that the tests share."""
 
 import os
+import time
 from collections.abc import Callable, Iterator
 from math import radians
 from pathlib import Path
@@ -91,15 +92,48 @@ def _values_of(item: pytest.Item) -> dict[str, object]:
     return item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
 
 
+def _of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The temporary folder of a run of the tests, whichever of its parallel workers asks."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Compiled code of the tests goes to a folder of its own, which parallel workers share."""
-    base = tmp_path_factory.getbasetemp()
-    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "kernels"
+    folder = _of_all_workers(tmp_path_factory) / "kernels"
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("DYNIDENT_CACHE", str(folder))
         yield
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], object]], Path]:
+    """``shared(name, fill)``: a folder that parallel workers share, filled by the first that asks for it.
+
+    What is in it must be read only.
+    """
+    base = _of_all_workers(tmp_path_factory)
+
+    def folder(name: str, fill: Callable[[Path], object]) -> Path:
+        place, lock, beside = base / name, base / f"{name}.lock", base / f"{name}.part"
+        while not place.exists():
+            try:
+                lock.mkdir()
+            except FileExistsError:
+                time.sleep(0.05)
+                continue
+            try:
+                if not place.exists():
+                    beside.mkdir()
+                    fill(beside)
+                    beside.rename(place)
+            finally:
+                lock.rmdir()
+        return place
+
+    return folder
 
 
 @pytest.fixture(scope="session")

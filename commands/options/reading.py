@@ -14,10 +14,11 @@ import numpy as np
 from ... import model
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.files import keeping
+from ...common.files import is_device, keeping
 from .. import COMMANDS
 
 Writes = Literal["", "file", "folder"]
+_NEEDED = {"file": "not a file in a folder that exists", "folder": "is not a folder, nor can one be made there"}
 
 
 def option(
@@ -131,18 +132,19 @@ def check_targets(parts: Sequence[Options]) -> None:
         InputError: names the option.
     """
     taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
-    for part in parts:
-        for name, kind, path in part.named("writes"):
-            place = Path(path).resolve()
-            if kind == "file" and (not path or place.is_dir() or not place.parent.is_dir()):
-                raise InputError(f"{name} {path!r}: not a file in a folder that exists")
-            if kind == "folder" and not _may_hold_files(path):
-                raise InputError(f"{name} {path!r}: is not a folder, nor can one be made there")
-            if place in taken and (
-                place.is_file() or not place.exists()
-            ):  # a pipe or a terminal may be named twice
-                raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
+    for name, kind, path in (output for part in parts for output in part.named("writes")):
+        place = Path(path).resolve()
+        if not (_may_be_file(path) if kind == "file" else _may_hold_files(path)):
+            raise InputError(f"{name} {path!r}: {_NEEDED[kind]}")
+        if place in taken and not is_device(place):  # a pipe or a terminal may be named twice
+            raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
+        if kind == "file":
             taken[place] = name
+
+
+def _may_be_file(path: str) -> bool:
+    """Whether a path is a file, or one can be made there."""
+    return bool(path) and not Path(path).is_dir() and Path(path).resolve().parent.is_dir()
 
 
 def _may_hold_files(path: str) -> bool:

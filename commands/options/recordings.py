@@ -59,7 +59,7 @@ class Setup:
             "sampling rate": rate,
             "low-pass (Butterworth, 4th order, zero phase)": cutoff,
             "decimation": str(processing.decimate) if kept is None else f"to {kept:g} Hz",
-            "slow rows left out below": f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed",
+            "slow rows left out below": _slow(processing),
             "drive gains [N·m/A]": gains,
             "offset of each joint": "identified" if robot.drives.offsets else "none",
         }
@@ -194,3 +194,10 @@ class EssentialOptions(Options):
         if self.essential_sigma is not None:
             return estimation.SigmaBound(self.essential_sigma)
         return estimation.SigmaRatio(self.essential_ratio) if self.essential_ratio is not None else None
+
+
+def _slow(processing: model.Processing) -> str:
+    """Which rows are too slow to be used."""
+    share = f"{100.0 * processing.slow_fraction:g} % of a joint's largest speed"
+    speeds = processing.slow_speed if isinstance(processing.slow_speed, tuple) else (processing.slow_speed,)
+    return f"{share}, and {', '.join(f'{speed:g}' for speed in speeds)} rad/s or m/s" if any(speeds) else share

@@ -137,9 +137,9 @@ def _described(model: Model, other: Robot, words: str) -> Suspect:
 
 
 def coupled(model: Model) -> Iterator[Suspect]:
-    """The last two drives coupled, where the description knows nothing of it."""
+    """The last two drives coupled, where the description knows nothing of it and the torques would show it."""
     robot = model.robot
-    if robot.coupling is None and robot.n > 1:
+    if robot.coupling is None and robot.n > 1 and robot.drives.rotor_inertia and robot.drives.friction:
         pair = (robot.n - 1, robot.n)
         other = replace(robot, drives=replace(robot.drives, coupling=Coupling(pair)))
         words = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"

@@ -5,7 +5,6 @@ import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, overload
 
@@ -234,19 +233,21 @@ def triangular(rows: Array) -> Array:
 
 
 class WithoutEach(Sequence[Equations]):
-    """Equations without each of the blocks of time that make them up, merged when first asked for.
+    """Equations without each of the blocks of time that make them up, merged when first asked for."""
 
-    Attributes:
-        blocks: the equations of each block.
-    """
-
-    def __init__(self, blocks: Iterable[Equations]) -> None:
-        """Of these blocks; of a single one nothing is left."""
-        self.blocks = tuple(blocks)
+    def __init__(self, blocks: Sequence[Equations], change: Callable[[Equations], Equations] | None = None) -> None:
+        """Of these blocks, each changed when first asked for; of a single one nothing is left."""
+        self._given, self._change = blocks, change
 
     def __len__(self) -> int:
         """Number of blocks."""
-        return len(self.blocks)
+        return len(self._given)
+
+    @cached_property
+    def blocks(self) -> tuple[Equations, ...]:
+        """The equations of each block."""
+        given = self._given.blocks if isinstance(self._given, WithoutEach) else self._given
+        return tuple(given) if self._change is None else tuple(map(self._change, given))
 
     @overload
     def __getitem__(self, place: int) -> Equations: ...
@@ -275,7 +276,7 @@ class WithoutEach(Sequence[Equations]):
 def each(leave_one_out: Sequence[Equations], change: Callable[[Equations], Equations]) -> Sequence[Equations]:
     """What an operation that works row by row makes of equations without each block."""
     if isinstance(leave_one_out, WithoutEach):
-        return WithoutEach(map(change, leave_one_out.blocks))
+        return WithoutEach(leave_one_out, change)
     return tuple(map(change, leave_one_out))
 
 
@@ -291,7 +292,7 @@ def merged(parts: Iterable[Equations]) -> Equations:
         return whole
     sums = [less for less in cut if isinstance(less, WithoutEach)]
     if len(sums) == len(cut):
-        return replace(whole, leave_one_out=WithoutEach(chain.from_iterable(less.blocks for less in sums)))
+        return replace(whole, leave_one_out=WithoutEach([block for less in sums for block in less.blocks]))
     less = []
     for k, part in enumerate(parts):
         others = [replace(other, leave_one_out=()) for other in (*parts[:k], *parts[k + 1 :])]

@@ -33,6 +33,7 @@ class ProcessingDocument(Document, frozen=True):
     equation_rate: Number | UnsetType = field(default=UNSET, name="equations_hz")
     still_speed: float | UnsetType = UNSET
     slow_fraction: float | UnsetType = UNSET
+    slow_speed: float | tuple[float, ...] | UnsetType = UNSET
     max_mismatch: float | UnsetType = UNSET
 
 

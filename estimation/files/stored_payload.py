@@ -190,6 +190,14 @@ class AgreementDocument(Document, frozen=True):
     com: Vector
 
 
+class FlangeDocument(Document, frozen=True):
+    """Where the maker's flange stands in the payload's frame, if that is another one, and who says so."""
+
+    xyz: Vector
+    rpy_deg: Vector
+    source: str
+
+
 class StoredPayload(Document, frozen=True, kw_only=True):
     """A payload by the methods that were used, and what only a weighing by a short motion tells.
 
@@ -198,6 +206,7 @@ class StoredPayload(Document, frozen=True, kw_only=True):
 
     robot: str | UnsetType = UNSET
     frame: str
+    flange_in_payload_frame: FlangeDocument | UnsetType = UNSET
     rated_payload_kg: Number | UnsetType = UNSET
     processing: ProcessingDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET

@@ -120,7 +120,7 @@ def cut(recording: Held, edges: Array) -> list[Equations]:
 def in_blocks(equations: Equations, recordings: Sequence[Held], edges: Sequence[Array], length: float) -> Equations:
     """Equations, and what is left of them without each block between their recordings' edges."""
     parts = (cut(recording, ends) for recording, ends in zip(recordings, edges, strict=True))
-    return replace(equations, leave_one_out=WithoutEach(chain.from_iterable(parts)), block_length=length)
+    return replace(equations, leave_one_out=WithoutEach(list(chain.from_iterable(parts))), block_length=length)
 
 
 def weighted_solution(equations: Equations) -> Array:

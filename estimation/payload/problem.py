@@ -129,12 +129,13 @@ class PayloadProblem:
         if self.unloaded is None:
             raise InputError("method 4 needs a recording without payload")
         bare = self.unloaded.renamed(loaded.columns)
-        both = merged([bare, loaded])
         less, more = bare.leave_one_out, loaded.leave_one_out
         if not (self.paired and isinstance(less, WithoutEach) and isinstance(more, WithoutEach)):
-            return both
+            return merged([bare, loaded])
         pairs = zip(less.blocks, more.blocks, strict=True)
-        return replace(both, leave_one_out=WithoutEach(stacked(pair, compress=False) for pair in pairs))
+        return replace(
+            stacked([bare, loaded]), leave_one_out=WithoutEach([stacked(pair, compress=False) for pair in pairs])
+        )
 
     @cached_property
     def robot_known(self) -> Known:

@@ -17,7 +17,7 @@ from ...model.visibility import PayloadVisibility
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.estimate import Estimate
 from ..possible.constraints import KnownMass
-from ..signals.rows import Mask, moving_parts, used_rows
+from ..signals.rows import Mask, least_speed, moving_parts, used_rows
 from .constant_torques import FREE, HeldFriction
 from .ripple import Wave
 
@@ -151,7 +151,7 @@ def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, 
     """
     speed = np.abs(motion.qd)
     whole = moving_parts(motion, processing.still_speed) if ends else used_rows(motion, processing).moving
-    least = np.maximum(processing.slow_fraction * speed[whole].max(axis=0, initial=0.0), SLOW)
+    least = np.maximum(least_speed(speed[whole].max(axis=0, initial=0.0), processing), SLOW)
     keep: Mask = (speed >= least) & whole[:, None]
     keep[:, [j for j in range(motion.n) if j + 1 not in moving]] = False
     return keep

@@ -21,18 +21,17 @@ Mask = NDArray[np.bool_]
 class UsedRows(NamedTuple):
     """Rows of one motion that are used.
 
-    ``moving`` (N,): samples at which the robot is on its way; ``fastest`` (n,): each joint's largest speed there;
-    ``slow_fraction``: of it, below which a joint's rows are left out.
+    ``moving`` (N,): samples at which the robot is on its way; ``least`` (n,): speeds below which a joint's rows are
+    left out [rad/s or m/s].
     """
 
     moving: Mask
-    fastest: Array
-    slow_fraction: float
+    least: Array
 
     def of(self, qd: Array, part: slice) -> Mask:
         """Rows of some samples that are used, N x n, by the samples' speeds."""
         speed = np.abs(qd)
-        fast: Mask = (speed >= self.slow_fraction * self.fastest) & (speed > 0.0)
+        fast: Mask = (speed >= self.least) & (speed > 0.0)
         fast[~self.moving[part]] = False
         return fast
 
@@ -53,7 +52,12 @@ def used_rows(motion: Motion, processing: Processing) -> UsedRows:
             moving[: np.searchsorted(t, t[0] + seconds)] = False
         if (np.abs(qd[-1]) > full).any():
             moving[np.searchsorted(t, t[-1] - seconds, side="right") :] = False
-    return UsedRows(moving, _fastest(qd, moving), processing.slow_fraction)
+    return UsedRows(moving, least_speed(_fastest(qd, moving), processing))
+
+
+def least_speed(fastest: Array, processing: Processing) -> Array:
+    """Speed that a row must have to be used, by each joint's largest [rad/s or m/s], shape (n,)."""
+    return np.asarray(np.maximum(processing.slow_fraction * fastest, processing.slow_speed))
 
 
 def kept_rows(motion: Motion, processing: Processing) -> Mask:

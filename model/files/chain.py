@@ -10,6 +10,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ..inertia import InertialParameters
+from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..robot import Links, Robot
 from .reframe import JointAxis, Reframed, modified_dh
@@ -53,6 +54,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         flange=frames.flange,
         base=frames.base,
         links=_names(links, frames, first, last),
+        processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
         title=f"{tree.name} ({Path(path).name}, {first} to {last})",
         snapped=tree.notes,
     )

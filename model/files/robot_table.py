@@ -1,7 +1,7 @@
 """What a robot's TOML file holds, read and written: angles in degrees, everything else in SI units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -9,7 +9,7 @@ from msgspec import Meta, field, structs
 
 from ...common.schema import Real, Table, Triple, WrongKeyError, at
 from ..drives import Coupling, Drives, Spring
-from ..motion import Processing
+from ..motion import Processing, usual_slow_speed
 from ..pose import Pose
 from ..regressors import standard_columns
 from ..robot import Joint, Limits, Robot
@@ -181,8 +181,15 @@ class ProcessingTable(Table, frozen=True):
     decimate: int = Processing.decimate
     equation_rate: Real | None = field(default=Processing.equation_rate, name="equations_hz")
     still_speed: Real = Processing.still_speed
-    slow_fraction: Real = Processing.slow_fraction
+    slow_fraction: Real | None = None
+    slow_speed: Real | tuple[Real, ...] | None = None
     max_mismatch: Real = Processing.max_mismatch
+
+    def processing(self, turning: Sequence[bool]) -> Processing:
+        """The settings; where nothing is said of slow rows, the usual speed of joints that turn or slide."""
+        slow = usual_slow_speed(turning) if self.slow_fraction is None else 0.0
+        given = {**structs.asdict(self), "slow_fraction": self.slow_fraction or 0.0}
+        return Processing(**given | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
 
 
 class SourcesTable(Table, frozen=True):
@@ -260,7 +267,7 @@ class RobotTable(Table, frozen=True, kw_only=True):
         with at("drives"):
             drives = self.drives.drives()
         with at("processing"):
-            processing = Processing(**structs.asdict(self.processing))
+            processing = self.processing.processing([joint.revolute for joint in joints])
         with at("robot"):
             robot = Robot(
                 self.name,

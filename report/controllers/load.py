@@ -8,9 +8,11 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import InertialParameters
+from ...model import InertialParameters, Pose
 from .rotation import principal_axes
 
+_FLANGES = ("tool0", "flange")
+"""First word of a payload frame that is the flange's."""
 _ROUNDING = 1e-12
 """Share of the pseudo-inertia's trace by which its smallest eigenvalue may be negative from rounding."""
 _EDGE = 1e-6
@@ -38,6 +40,8 @@ class ControllerLoad:
         point_mass: whether the inertia at the centre of mass is not to be used: only mass and centre of mass are
             written.
         in_tool_frame: whether ``frame`` is a tool's, not the flange's.
+        flange: where the robot's flange stands in ``frame``, if that is another frame and it is known.
+        flange_source: who says so.
         rated: what the arm carries by its data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
@@ -51,6 +55,8 @@ class ControllerLoad:
     in_tool_frame: bool = False
     rated: float = math.inf
     meters_per_unit: float = 1.0
+    flange: Pose | None = None
+    flange_source: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a load that no controller takes.
@@ -133,4 +139,23 @@ class ControllerLoad:
             origin: of the other frame in this one [m], shape (3,).
             frame: the other frame, in words.
         """
-        return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame)
+        return replace(self, body=self.body.moved(rotation.T, -rotation.T @ origin), frame=frame, flange=None)
+
+    def in_flange(self) -> "ControllerLoad | None":
+        """The load in the flange, where its frame is the flange or the flange's place in it is known."""
+        if is_flange(self.frame):
+            return self
+        if self.flange is None:
+            return None
+        x, y, z = self.flange.origin
+        turn = ", ".join(f"{np.degrees(angle) + 0.0:g}" for angle in self.flange.rpy)
+        place = f"({x:g}, {y:g}, {z:g}) m, ({turn}) deg"
+        told = f"flange, at {place} in {self.frame} ({self.flange_source or 'no source'})"
+        return self.seen_from(self.flange.R, self.flange.p, told)
+
+
+def is_flange(frame: str) -> bool:
+    """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
+    words = frame.lower().replace(":", " ").replace(",", " ").split()
+    first = next((word for word in words if word not in ("the", "bare")), "")
+    return first in _FLANGES

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,11 @@ from ...common.errors import InputError
 from ...common.schema import present
 from ...estimation.files import StoredPayload, read_stored_payload
 from ...estimation.files.stored_payload import FreeEstimate, PossibleEstimate
-from ...model import INERTIAL, InertialParameters
+from ...model import INERTIAL, InertialParameters, Pose
 from .load import ControllerLoad
 
 PREFERRED = (4, 3, 1, 2)
 """Which method counts where none is named: 4 uses every recording, 2 is the least accurate."""
-_FLANGES = ("tool0", "flange")
-"""First word of a payload frame that is the flange's."""
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
@@ -55,17 +54,21 @@ def load_of_document(
         label = f"inertia ASSUMED, not measured: {assumed.inertia}"
         body = _body(assumed.parameters, name, False)
         reasons = (*verdict.reasons, label)
-        return ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
+        load = ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
+        return _with_flange(load, document)
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     body = _body(estimate.parameters, name, point_mass)
-    return ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
+    load = ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
+    return _with_flange(load, document)
 
 
-def is_flange(frame: str) -> bool:
-    """Whether the frame of a payload is the flange: it begins with "tool0", "flange" or "the bare flange"."""
-    words = frame.lower().replace(":", " ").replace(",", " ").split()
-    first = next((word for word in words if word not in ("the", "bare")), "")
-    return first in _FLANGES
+def _with_flange(load: ControllerLoad, document: StoredPayload) -> ControllerLoad:
+    """The load with the flange's place in its frame, where the document tells it."""
+    flange = document.flange_in_payload_frame or None
+    if flange is None:
+        return load
+    pose = Pose.from_rpy(flange.xyz.tolist(), np.radians(flange.rpy_deg).tolist())
+    return replace(load, flange=pose, flange_source=flange.source)
 
 
 def _body(parameters: Mapping[str, float | None], name: str, point_mass: bool) -> InertialParameters:

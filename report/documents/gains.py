@@ -19,6 +19,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
             decimate=processing.decimate,
             equation_rate=equation_rate(processing),
             slow_fraction=processing.slow_fraction,
+            slow_speed=processing.slow_speed,
         ),
         load=LoadDocument(
             known=dict(zip(load.known, load.values.tolist(), strict=True)),

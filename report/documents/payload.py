@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-from msgspec import UNSET
+from msgspec import UNSET, UnsetType
 
 from ...common.arrays import Array
 from ...estimation import PAYLOAD, PayloadAnswer, PayloadProblem
@@ -14,6 +14,7 @@ from ...estimation.files.stored_payload import (
     AgreementDocument,
     Assumed,
     ConstantTorques,
+    FlangeDocument,
     FreeEstimate,
     JointsMassDocument,
     PayloadData,
@@ -28,7 +29,7 @@ from ...estimation.files.stored_payload import (
 )
 from ...estimation.fit import RobustCovariance
 from ...estimation.payload import RIPPLE_CHANCE, ByJoints, ConstrainedPayload, JointShare, PayloadEstimate
-from ...model import INERTIAL, Processing
+from ...model import INERTIAL, Processing, Robot
 from .parts import (
     elimination_document,
     gain_errors_document,
@@ -50,6 +51,7 @@ def payload_document(
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
+        flange_in_payload_frame=_flange(problem.robot),
         rated_payload_kg=problem.robot.rated_payload,
         processing=processing_document(problem.robot, processing, drive_gains),
         relative_residual=_residual(answer),
@@ -92,6 +94,13 @@ def _weighing(answer: PayloadAnswer) -> dict[str, Any]:
         "repeats": _repeats(answer),
         "assumed": Assumed(stand_in.description, body.named()) if stand_in and body else None,
     }
+
+
+def _flange(robot: Robot) -> FlangeDocument | UnsetType:
+    pose = robot.flange_pose
+    if pose is None:
+        return UNSET
+    return FlangeDocument(pose.p, np.degrees(pose.rpy) + 0.0, robot.sources.get("flange", ""))
 
 
 def _residual(answer: PayloadAnswer) -> ResidualDocument:

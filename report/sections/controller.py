@@ -9,7 +9,6 @@ from ...estimation.files import StoredPayload
 from ..blocks import Block, Code, Details, Text
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
 from ..controllers.form import six
-from ..controllers.payload_file import is_flange
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""
@@ -32,10 +31,11 @@ def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Bl
         return [Text(f"No controller takes this payload: {error}.")]
     if load.verdict == "do_not_use":
         return [Text("Nothing is given here: the numbers must not be used. Read the reasons and record again.")]
-    if not is_flange(load.frame):
+    at_flange = load.in_flange()
+    if at_flange is None:
         return _elsewhere(load)
     # The reasons stand beside it.
-    load = replace(load, reasons=())
+    load = replace(at_flange, reasons=())
     maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
     only = Text("Mass and centre of mass only: the inertia was not measured well enough.", "note")
     return [

@@ -13,7 +13,7 @@ from ...estimation.fit import Excitation
 from ...estimation.payload import PayloadEstimate
 from ...model import INERTIAL
 from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns
-from ..controllers.payload_file import is_flange
+from ..controllers.load import is_flange
 from ..figures.by_joints import joints_figure
 from ..figures.flange import flange_figure
 from ..figures.methods import methods_figure

@@ -10,7 +10,7 @@ from ...estimation.files import StoredPayload
 from ...estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, ShortMotion
 from ...model import INERTIAL
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
-from ..controllers.payload_file import is_flange
+from ..controllers.load import is_flange
 from ..figures.by_joints import joints_figure
 from ..figures.flange import flange_figure
 from ..figures.repeats import repeats_figure

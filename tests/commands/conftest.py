@@ -1,5 +1,7 @@
 """Simulated logs, and the command to run on them."""
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +20,14 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 
 @pytest.fixture(scope="session")
-def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, str]:
     """Simulated RX90 logs: two trajectories without and with the paper's payload, and spoilt ones."""
-    folder = tmp_path_factory.mktemp("logs")
+    folder = shared("logs", _write_logs)
+    names = json.loads((folder / "names.json").read_text())
+    return {name: str(folder / path) for name, path in names.items()}
+
+
+def _write_logs(folder: Path) -> None:
     robot = load_robot("rx90")
     simulator = Simulator(robot)
     load: InertialParameters = paper_tables().payload
@@ -59,4 +66,5 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     paths["nan"].write_text("\n".join(lines))
     paths["broken_robot"] = folder / "broken.toml"
     paths["broken_robot"].write_text('name = "x"\n[[joints]]\nalpha = 3\n')
-    return {name: str(path) for name, path in paths.items()}
+    names = {name: path.name for name, path in paths.items()}
+    (folder / "names.json").write_text(json.dumps(names))

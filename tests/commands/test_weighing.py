@@ -1,6 +1,7 @@
 """Weighing on the command line, from the design to the exported file; one line for what cannot be."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,22 +24,27 @@ def designed(folder: Path, joints: str, *more: str) -> tuple[int, dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def logs(shared: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, str]:
     """Designed motions of arm and wrist, and of the wrist alone, run by a simulated controller."""
-    folder = tmp_path_factory.mktemp("weigh")
-    (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
-    paths = {}
-    for name, joints, known in (
-        ("arm", "2,3,5,6", ()),
-        ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
-    ):
-        (folder / name).mkdir()
-        assert designed(folder / name, joints, *known)[0] == 0
-        run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
-        assert main(["simulate", "--robot", "rx90", *run, "--seed", "1", "--out", str(folder / name / "logs")]) == 0
-        for load in ("unloaded", "loaded"):
-            paths[f"{name} {load}"] = str(folder / name / "logs" / f"motion_{load}.csv")
-    return paths
+
+    def fill(folder: Path) -> None:
+        (folder / "payload.toml").write_text(PAYLOAD, encoding="utf-8")
+        for name, joints, known in (
+            ("arm", "2,3,5,6", ()),
+            ("wrist", "4,5,6", ("--mass", "7.02", "--mass-sigma", "0.02")),
+        ):
+            (folder / name).mkdir()
+            assert designed(folder / name, joints, *known)[0] == 0
+            run = ["--trajectory", str(folder / name / "motion.csv"), "--payload", str(folder / "payload.toml")]
+            out = ["--seed", "1", "--out", str(folder / name / "logs")]
+            assert main(["simulate", "--robot", "rx90", *run, *out]) == 0
+
+    folder = shared("weighing", fill)
+    return {
+        f"{name} {load}": str(folder / name / "logs" / f"motion_{load}.csv")
+        for name in ("arm", "wrist")
+        for load in ("unloaded", "loaded")
+    }
 
 
 def weigh(logs: dict[str, str], name: str, *more: str) -> int:
@@ -55,8 +61,8 @@ def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.C
     assert document["visibility"]["rank"] == 10
     assert document["predicted_sigma"]["mass"] < 0.13
     assert max(document["predicted_sigma"]["com"]) < 8.4e-3
-    assert document["limits"] == {"max_violation": 0.0, "torque_checked": False}
-    assert "Torque limits are NOT checked" in text
+    assert document["limits"] == {"max_violation": 0.0, "torque_checked": True}
+    assert "Assumed, not published: torque limits" in text
     robot = load_robot("rx90")
     fast, slow = (read_trajectory(tmp_path / f"motion{end}.csv", robot) for end in ("", "_rehearsal"))
     assert fast.qd is not None

@@ -47,3 +47,19 @@ def test_a_jog_to_the_start_gives_no_rows() -> None:
     kept = kept_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
     assert not kept[:150].any()
     assert kept[150:, 0].all()
+
+
+def test_the_larger_bound_of_share_and_speed_counts() -> None:
+    motion = moved(1.0, 1.0)
+    fastest = np.abs(motion.qd).max(axis=0)
+    for share, speed in (
+        (0.1, 0.0),
+        (0.0, 0.05),
+        (0.1, 0.05),
+        (0.001, tuple(0.02 * (j + 1) for j in range(motion.n))),
+    ):
+        rows = kept_rows(motion, Processing(slow_fraction=share, slow_speed=speed))
+        least = np.maximum(share * fastest, speed)
+        assert (np.abs(motion.qd)[rows] >= np.broadcast_to(least, rows.shape)[rows]).all()
+        assert not rows[np.abs(motion.qd) < least].any()
+        assert rows[(np.abs(motion.qd) >= least) & kept_rows(motion, Processing())].all()

@@ -290,3 +290,23 @@ def test_robots_that_cannot_be(arguments: dict[str, object], message: str) -> No
 def test_joint_numbers_are_finite() -> None:
     with pytest.raises(ValueError, match="must be finite"):
         Joint(alpha=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("", (0.0, 0.05)),
+        ("slow_fraction = 0.01", (0.01, 0.0)),
+        ("slow_speed = 0.03", (0.0, 0.03)),
+        ("slow_fraction = 0.01\nslow_speed = [0.03]", (0.01, (0.03,))),
+    ],
+)
+def test_slow_rows_of_a_file(write: Write, lines: str, expected: tuple[float, float]) -> None:
+    """A file that says nothing of slow rows leaves out those that friction is not known of."""
+    settings = load_robot(write(f'name = "x"\n[processing]\n{lines}\n[[joints]]\n')).processing
+    assert (settings.slow_fraction, settings.slow_speed) == expected
+
+
+def test_slow_rows_of_a_joint_that_slides(write: Write) -> None:
+    robot = load_robot(write('name = "x"\n[[joints]]\n[[joints]]\nkind = "prismatic"\n'))
+    assert robot.processing.slow_speed == (0.05, 0.02)

@@ -20,8 +20,6 @@ SECONDS = 90.0
 UNKNOWABLE = {
     "^all recordings: all gains off": "torques that are all larger by one share are those of a heavier arm with "
     "a heavier payload; 8 % are within what the arm's own weight tells",
-    "^tx_arm_loaded.csv: all gains off": "four seconds are two blocks of time: the scale of one recording cannot "
-    "be told from what lasts as long (that of the others, with three blocks and more, is told)",
 }
 """Mistakes by which a mass may be wrong in silence, and why nothing in the data can tell."""
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
@@ -107,7 +107,7 @@ def tried(mistake: Mutant, inputs: Path) -> Trial:
         seconds = time.process_time() - begun
         laws: tuple[Callable[[], str], ...] = (
             lambda: _told(status, errors.getvalue()),
-            lambda: _files(status, before),
+            lambda: _files(status, before, mistake.words),
             lambda: _mass(status, mistake),
         )
         for law in laws:
@@ -125,11 +125,12 @@ def _told(status: int, errors: str) -> str:
     return ""
 
 
-def _files(status: int, before: dict[str, bytes]) -> str:
+def _files(status: int, before: dict[str, bytes], words: Sequence[str]) -> str:
     """Inputs stay as they are; what is written is whole, and nothing is where the input could not be used."""
-    changed = [
-        name for name, content in before.items() if not Path(name).exists() or Path(name).read_bytes() != content
-    ]
+    now = {name: Path(name).read_bytes() if Path(name).exists() else b"" for name in before}
+    # What is named once may be the file to be written; what is named twice is read as well.
+    named = {name: sum(word == name or word.endswith(f"={name}") for word in words) for name in before}
+    changed = [name for name, content in before.items() if now[name] != content and named[name] != 1]
     if changed:
         return f"an input was changed: {', '.join(changed)}"
     new = [path for path in Path().rglob("*") if path.is_file() and path.name not in before]
@@ -147,7 +148,7 @@ def _files(status: int, before: dict[str, bytes]) -> str:
 
 
 def _mass(status: int, mistake: Mutant) -> str:
-    """A mass that is far off, beyond its interval, and said to be of use."""
+    """A mass that is far off, beyond its interval by half (an interval of 95 % may miss), and said to be of use."""
     if status != 0 or mistake.words[0] not in ("payload", "weigh") or not Path("out.json").exists():
         return ""
     document = json.loads(Path("out.json").read_bytes())
@@ -157,7 +158,11 @@ def _mass(status: int, mistake: Mutant) -> str:
     )
     mass, (low, high) = estimate["parameters"]["M"], estimate["interval95"]["M"]
     true = next((MASSES[word] for word in mistake.words if word in MASSES), None)
-    if true is None or mass is None or abs(mass - true) <= max(0.03 * true, mass - low, high - mass):
+    if (
+        true is None
+        or mass is None
+        or abs(mass - true) <= max(0.03 * true, 1.5 * (mass - low), 1.5 * (high - mass))
+    ):
         return ""
     return f"silent: {mass:.3f} kg ({low:.3f} to {high:.3f}), in truth {true:g}"
 

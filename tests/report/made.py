@@ -11,10 +11,10 @@ from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCov
 from dynident.estimation.fit.drive_gains import Fingerprints
 from dynident.estimation.payload import PayloadEstimate
 from dynident.estimation.possible import PossibleRobot, PriorRobot
-from dynident.model import InertialParameters, Processing
+from dynident.model import InertialParameters, Pose, Processing
 
 RNG = np.random.default_rng(17)
-PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, max_mismatch=0.05)
+PROCESSING = Processing(101.0, 11.0, 7, still_speed=0.003, slow_fraction=0.04, slow_speed=0.06, max_mismatch=0.05)
 FIT = Fit(np.array([1.1, 1.2, 1.3]), np.array([21.0, 22.0, 23.0]), (31, 32, 33))
 CHECK = Fit(np.array([1.4, 1.5, 1.6]), np.array([24.0, 25.0, 26.0]), (34, 35, 36))
 DRIVES = SimpleNamespace(offsets=True)
@@ -25,6 +25,8 @@ ROBOT = SimpleNamespace(
     payload_frame="flange: plain",
     drives=DRIVES,
     coupling=SimpleNamespace(coulomb="paper"),
+    flange_pose=Pose.from_rpy((0.125, 0.25, 0.375), (0.0, 0.0, 0.5 * np.pi)),
+    sources={"flange": "told there"},
     rated_payload=12.25,
     assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
 )

@@ -50,7 +50,7 @@ def same(document: Document, expected: dict[str, Any]) -> None:
 
 PROCESSING = {
     "rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "still_speed": 0.003, "slow_fraction": 0.04,
-    "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
+    "slow_speed": 0.06, "max_mismatch": 0.05, "drive_gains": [2.5, 3.5], "offsets": True, "coulomb": "paper",
 }  # fmt: skip
 GAINS = {
     "per_joint": [0.01, 0.02, 0.03], "common": 0.004, "identified": np.diag([1e-4, 2e-4, 3e-4]),
@@ -264,7 +264,7 @@ def test_payload() -> None:
         document,
         {
             "robot": "arm",
-            "frame": "flange: plain",
+            "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "rated_payload_kg": 12.25,
             "processing": PROCESSING,
             "relative_residual": {**residual(made.FIT), "validation": residual(made.CHECK)},
@@ -303,7 +303,7 @@ def test_weigh(possible: bool) -> None:
         document,
         {
             "robot": "arm",
-            "frame": "flange: plain",
+            "frame": "flange: plain", "flange_in_payload_frame": FLANGE,
             "rated_payload_kg": 12.25,
             "joints": [1, 2],
             "processing": PROCESSING,
@@ -360,7 +360,13 @@ def test_gains(tmp_path: Path) -> None:
         document,
         {
             "robot": "arm",
-            "processing": {"rate_hz": 101.0, "cutoff_hz": 11.0, "decimate": 7, "slow_fraction": 0.04},
+            "processing": {
+                "rate_hz": 101.0,
+                "cutoff_hz": 11.0,
+                "decimate": 7,
+                "slow_fraction": 0.04,
+                "slow_speed": 0.06,
+            },
             "load": {"known": {"M_L": 6.1}, "mass_sigma": 0.015, "identified": ten(gains.payload.vector)},
             "drive_gains": {
                 "values": gains.values,
@@ -386,6 +392,7 @@ def test_gains(tmp_path: Path) -> None:
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
 
 
+FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
 LIMIT = SimpleNamespace(
     name="speed", worst="joint 2", value=1.5, limit=2.0, violation=0.25, relative=0.125, room=0.5
 )

@@ -1,7 +1,7 @@
 """Two reports, made by the commands from simulated recordings, and a reader of pages."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
@@ -69,18 +69,24 @@ class Made:
         self.text = self.path.read_text(encoding="utf-8")
 
 
+Shared = Callable[[str, Callable[[Path], object]], Path]
+
+
 @pytest.fixture(scope="session")
-def short_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def short_logs(shared: Shared) -> Path:
     """RX90 logs: two trajectories, without and with the paper's payload."""
-    folder = tmp_path_factory.mktemp("report")
-    robot = load_robot("rx90")
-    simulator, load = Simulator(robot), paper_tables().payload
-    noise = tuple(0.2 * sigma for sigma in RX90_NOISE)
-    for k in range(2):
-        motion = random_via_points(robot, 10, seed=k).motion(250.0)
-        for name, body in (("bare", None), ("loaded", load)):
-            write_csv(folder / f"{name}{k}.csv", simulator.record(motion, body, noise, [k, body is not None]))
-    return folder
+
+    def fill(folder: Path) -> None:
+        robot = load_robot("rx90")
+        simulator, load = Simulator(robot), paper_tables().payload
+        noise = tuple(0.2 * sigma for sigma in RX90_NOISE)
+        for k in range(2):
+            motion = random_via_points(robot, 10, seed=k).motion(250.0)
+            for name, body in (("bare", None), ("loaded", load)):
+                recording = simulator.record(motion, body, noise, [k, body is not None])
+                write_csv(folder / f"{name}{k}.csv", recording)
+
+    return shared("short_logs", fill)
 
 
 def write_csv(path: Path, recording: Recording) -> None:
@@ -97,18 +103,23 @@ def fixed_date() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def payload_report(short_logs: Path, fixed_date: None) -> Made:
-    made = short_logs / "payload.html", short_logs / "plots"
-    assert main(payload_command(short_logs, *made)) == 0
-    return Made(*made)
+def payload_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
+    def fill(folder: Path) -> None:
+        assert main(payload_command(short_logs, folder / "page.html", folder / "plots")) == 0
+
+    folder = shared("payload_report", fill)
+    return Made(folder / "page.html", folder / "plots")
 
 
 @pytest.fixture(scope="session")
-def robot_report(short_logs: Path, fixed_date: None) -> Made:
-    made = short_logs / "robot.html", short_logs / "robot_plots"
-    data = ["--data", str(short_logs / "bare0.csv")]
-    assert main(["identify", "--robot", "rx90", *data, "--report", str(made[0]), "--plots", str(made[1])]) == 0
-    return Made(*made)
+def robot_report(shared: Shared, short_logs: Path, fixed_date: None) -> Made:
+    identify = ["identify", "--robot", "rx90", "--data", str(short_logs / "bare0.csv")]
+
+    def fill(folder: Path) -> None:
+        assert main([*identify, "--report", str(folder / "page.html"), "--plots", str(folder / "plots")]) == 0
+
+    folder = shared("robot_report", fill)
+    return Made(folder / "page.html", folder / "plots")
 
 
 def payload_command(folder: Path, report: Path, plots: Path) -> list[str]:

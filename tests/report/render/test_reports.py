@@ -75,10 +75,10 @@ def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
     assert used <= set(page.ids)
 
 
-def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path) -> None:
+def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
     """What the page says is what the JSON of the same command says."""
-    target = short_logs / "payload.json"
-    command = payload_command(short_logs, short_logs / "again.html", short_logs / "again")
+    target = tmp_path / "payload.json"
+    command = payload_command(short_logs, tmp_path / "again.html", tmp_path / "again")
     assert main([*command[:-4], "--json", str(target)]) == 0
     document = json.loads(target.read_text())
     best = next(
