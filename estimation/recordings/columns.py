@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -83,6 +83,10 @@ class Naming:
         names, n = self.raw.joints, self.robot.n
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
+        known = (*self.robot.joint_names, *((self.robot.links.joints,) if self.robot.links else ()))
+        found = [ordered for own in known for ordered in _as_known(names, own)]
+        if len(set(found)) == 1:
+            return found[0]
         ends = {name: re.search(r"(\d+)$", name) for name in names}
         numbers = {int(match[1]): name for name, match in ends.items() if match}
         if sorted(numbers) == list(range(1, n + 1)) and len(names) == n:
@@ -102,6 +106,14 @@ class Naming:
             pattern.replace("{joint}", joints[j] if joints else "").replace("{}", str(j + 1)).replace("{0}", str(j))
             for j in range(self.robot.n)
         )
+
+
+def _as_known(names: Sequence[str], own: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """A log's joints in the order of an arm's own names, for each prefix under which it has all of them."""
+    for name in names:
+        prefix = name.removesuffix(own[0])
+        if name.endswith(own[0]) and all(f"{prefix}{other}" in names for other in own):
+            yield tuple(f"{prefix}{other}" for other in own)
 
 
 def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | None) -> Columns:
