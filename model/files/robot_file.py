@@ -1,5 +1,7 @@
 """Robots from and to files: TOML by ``robot_table``, or a URDF."""
 
+import re
+from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
 
@@ -34,17 +36,34 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
         return load_urdf(name, base, tip)
     if base is not None or tip is not None:
         raise InputError(f"--base and --tip choose links of a URDF file, {text!r} is none: leave them out")
-    if text in robot_names():
-        source = (_ROBOTS / f"{text}.toml").read_text(encoding="utf-8")
+    shipped = _shipped(text)
+    if shipped is not None:
+        source = (_ROBOTS / f"{shipped}.toml").read_text(encoding="utf-8")
     elif Path(name).is_file():
         source = read_text(name, TOML_BYTES)
     else:
-        raise InputError(
-            f"no robot {text!r}: give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
-        )
+        raise InputError(_no_robot(text))
     table = toml_table(source, RobotTable, text)
     with naming(text):
         return table.robot()
+
+
+def _shipped(text: str) -> str | None:
+    """The shipped robot of that name; capitals, blanks and hyphens do not count: "UR 10e", "Kr6-R900"."""
+    plain = re.sub(r"[\s_-]", "", text.lower())
+    return next((name for name in robot_names() if name.replace("_", "") == plain), None)
+
+
+def _no_robot(text: str) -> str:
+    """What is wrong with a name that is none: a missing file, or a robot that is not shipped."""
+    if Path(text).is_dir():
+        return f"no robot {text!r}: it is a folder; give the path of a TOML or URDF file"
+    if Path(text).suffix or "/" in text or "\\" in text:
+        return f"no such file: {text!r}; 'dynident robot list' shows the shipped robots"
+    begins = [name for name in robot_names() if name.startswith(text.lower())]
+    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6)
+    hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    return f"no robot {text!r}: {hint}give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:

@@ -188,8 +188,21 @@ def test_geometry_that_is_not_special_is_kept(write: Write) -> None:
 
 
 def test_unknown_robot_lists_the_known_ones() -> None:
-    with pytest.raises(InputError, match=r"no robot 'rx91': give one of .*rx90, .*tx40, ur10e, .*or the path"):
+    with pytest.raises(
+        InputError, match=r"no robot 'rx91': did you mean 'rx90'\? give one of .*rx90, .*tx40, ur10e, .*or the path"
+    ):
         load_robot("rx91")
+
+
+@pytest.mark.parametrize("name", ["UR10e", "UR 10e", "ur-10e", "ur10e"])
+def test_a_name_as_people_write_it(name: str) -> None:
+    assert load_robot(name).name == "ur10e"
+
+
+@pytest.mark.parametrize(("name", "meant"), [("ur10", "ur10e"), ("Pandda", "panda"), ("kr10", "kr10_r1100")])
+def test_a_name_that_is_nearly_one(name: str, meant: str) -> None:
+    with pytest.raises(InputError, match=rf"no robot '{name}': did you mean .*'{meant}'"):
+        load_robot(name)
 
 
 def test_folder_is_no_robot(tmp_path: Path) -> None:

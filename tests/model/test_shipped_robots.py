@@ -9,8 +9,21 @@ import casadi as ca
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model import Robot, forward_kinematics, load_robot, robot_names
+from dynident.common.errors import InputError
+from dynident.model import (
+    INERTIAL,
+    InertialParameters,
+    Pose,
+    Robot,
+    base_parameters,
+    forward_kinematics,
+    load_robot,
+    robot_names,
+    with_stand_in,
+    with_tool,
+)
 from dynident.model.files import robot_toml
+from dynident.model.stand_in import rehearsed
 from dynident.tests.reference.chains import CHAINS, Chain
 from scipy.spatial.transform import Rotation
 
@@ -129,3 +142,70 @@ def test_friction_on_the_link_side_is_written(tmp_path: Path) -> None:
     assert load_robot(path).drives == rubbing.drives != robot.drives
     path.write_text(robot_toml(robot, "made up"), encoding="utf-8")
     assert load_robot(path).drives == robot.drives
+
+
+LOOKED_UP = {"position", "speed"}
+"""Found for every arm; what of the rest was assumed stands in the docs."""
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_limit_is_there_with_its_source(name: str) -> None:
+    robot = load_robot(name)
+    limits = [joint.limits for joint in robot.joints]
+    numbers = [(*limit.position, limit.speed, limit.acceleration, limit.torque) for limit in limits]
+    assert np.isfinite(numbers).all()
+    assert robot.mass is not None
+    assert math.isfinite(robot.rated_payload)
+    needed = {"position", "speed", "acceleration", "torque", "mass", "rated_payload"}
+    assert needed <= set(robot.sources)
+    assert not LOOKED_UP & set(robot.assumed())
+    assert bool(robot.joint_names) == ("joint_names" in robot.sources)
+    assert (robot.flange_pose is not None) == ("flange" in robot.sources)
+    assert robot.drives.friction
+
+
+@pytest.mark.parametrize("name", [name for name in robot_names() if load_robot(name).assumed("torque")])
+def test_assumed_torque_limits_follow_the_rule(name: str) -> None:
+    """The numbers in the file are those of the rule, to three digits."""
+    robot = load_robot(name)
+    free = replace(robot, joints=tuple(replace(j, limits=replace(j.limits, torque=math.inf)) for j in robot.joints))
+    rule = [joint.limits.torque for joint in with_stand_in(free).joints]
+    assert [joint.limits.torque for joint in robot.joints] == pytest.approx(rule, rel=6e-3)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
+    """Links that can exist, rotors and friction, and first moments like those of arms that were identified."""
+    robot = with_stand_in(load_robot(name))
+    for link in range(1, robot.n + 1):
+        body = InertialParameters(np.array([robot.parameters[f"{kind}{link}"] for kind in INERTIAL]))
+        assert body.min_pseudo_inertia_eigenvalue > 0.0
+        assert robot.parameters[f"FS{link}"] > 0.0
+        assert robot.parameters[f"FV{link}"] > 0.0
+    base = base_parameters(robot)
+    values = dict(zip(base.columns, base.value(robot.parameters), strict=True))
+    moments = sum(
+        math.hypot(values.get(f"MX{j}", 0.0), values.get(f"MY{j}", 0.0))
+        for j in ((2, 4, 6) if robot.n == 7 else (2, 3))
+    )
+    assert robot.mass is not None
+    length = sum(math.hypot(joint.d, joint.r) for joint in robot.joints[1:])
+    assert 0.18 < moments / (robot.mass * length) < 0.32
+
+
+def test_no_stand_in_out_of_nothing() -> None:
+    robot = replace(load_robot("ur10e"), mass=None)
+    with pytest.raises(InputError, match="mass_kg"):
+        with_stand_in(robot)
+    assert rehearsed(robot) is robot
+
+
+def test_the_flange_of_a_wrist_frame() -> None:
+    """By a tool frame it is seen from there."""
+    robot = load_robot("tx40")
+    assert robot.flange_pose is not None
+    assert robot.flange_pose.origin == (0.0, 0.0, 0.065)
+    moved = with_tool(robot, Pose((robot.flange_pose.rotation), (0.0, 0.0, 0.05)), "tool")
+    assert moved.flange_pose is not None
+    assert moved.flange_pose.origin == (0.0, 0.0, 0.015)
+    assert moved.flange_pose.rotation == Pose().rotation

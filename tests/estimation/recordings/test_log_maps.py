@@ -7,7 +7,9 @@ import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import LogMap, read_log_map, read_recording
 from dynident.estimation.recordings import FilePart, Quantity, Time, with_flags
-from dynident.model import Robot
+from dynident.estimation.recordings.columns import Naming
+from dynident.estimation.recordings.table import RawLog
+from dynident.model import Robot, load_robot
 from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
 
 
@@ -82,3 +84,22 @@ def test_flags(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> No
             with_flags(LogMap(), units=[bad])
     with pytest.raises(InputError, match="unit 'inch' of position"):
         with_flags(LogMap(), units=["q=inch"])
+
+
+UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
+
+
+@pytest.mark.parametrize("prefix", ["", "left_"])
+def test_joints_by_the_makers_names(prefix: str) -> None:
+    """A log names them in its own order, perhaps with another arm's beside them: no --joints is needed."""
+    mine = [f"{prefix}{name}" for name in sorted(UR)]
+    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, ("gripper", *mine))
+    naming = Naming(raw, LogMap(), load_robot("ur10e"))
+    assert naming.joints == tuple(f"{prefix}{name}" for name in UR)
+
+
+def test_two_arms_in_a_log_must_be_told_apart() -> None:
+    both = tuple(f"{side}_{name}" for side in ("left", "right") for name in UR)
+    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, both)
+    with pytest.raises(InputError, match="--joints"):
+        _ = Naming(raw, LogMap(), load_robot("ur10e")).joints
