@@ -165,16 +165,17 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
-            processing=model.Processing(
-                cutoff=10.0,
-                decimate=5,
-                slow_speed=model.motion.usual_slow_speed([a.kind == "revolute" for a in axes]),
-            ),
+            processing=_processing(axes),
             title=sheet.title or sheet.name or "",
         )
     except ValueError as error:
         raise InputError(str(error)) from None
     return robot, drawn_at
+
+
+def _processing(axes: list[model.files.JointAxis]) -> model.Processing:
+    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+    return model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed)
 
 
 def _shifted(joint: Any, q: float) -> Any:
