@@ -17,7 +17,7 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED
 from .options import Options, add_command, option
-from .robot_show import draw
+from .robot_show import check_drawing, draw
 from .values import numbers
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -68,6 +68,7 @@ def add_parser(commands: Any) -> None:
 
 def run(given: _Sheet) -> int:
     """Run it."""
+    check_drawing(given.drawing)
     sheet = asked(given)
     robot, drawn_at = new_robot(sheet)
     out = Path(sheet.out or f"{robot.name}.toml")
