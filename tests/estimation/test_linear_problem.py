@@ -58,6 +58,19 @@ def test_a_held_column_counts_for_as_much_as_rows_that_remember_allow() -> None:
     assert held.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
 
 
+def test_errors_that_remember_by_hand() -> None:
+    """The sandwich: each joint's errors by their own size, as much larger in variance as their memory says."""
+    x = by_hand(STACKED[:, :4], STACKED[:, 4])
+    inverse, middle = np.linalg.inv(STACKED[:, :4].T @ STACKED[:, :4]), np.zeros((4, 4))
+    memory = (3.0, 7.0)
+    for k, weight in enumerate(WEIGHTS):
+        W, Y = rows(k)[:, :4], rows(k)[:, 4]
+        size = float(np.sum((Y - W @ x) ** 2)) / (40 * (1.0 - 4 / 80))
+        middle += memory[k] * weight**4 * size * W.T @ W
+    found = LinearProblem(EQUATIONS, NAMES).remembered(WEIGHTS, memory)
+    assert found == pytest.approx(inverse @ middle @ inverse, rel=1e-9)
+
+
 def test_known_columns_bring_their_covariance_and_their_gains() -> None:
     C = np.diag([0.04, 0.09])
     own = np.array([[0.1, 0.2], [0.3, 0.4]])

@@ -67,19 +67,6 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
             )
 
 
-def test_memory_of_white_noise_is_the_formulas() -> None:
-    """With an inflation of one the sandwich is (19), but for weights that are not those of the noise."""
-    bare, loaded = recordings(1, 0.0)
-    problem = payload_problem(ROBOT, [loaded], [bare], robust=True, friction_change=0.0)
-    estimate = identify_payload(problem, 4).estimate
-    posed = METHODS[4](problem)
-    white = np.sqrt(np.diag(posed.remembered(estimate.weights, (1.0,) * 6)))
-    bandwidth = sum(problem.both.effective_rows) / problem.both.equations
-    assert white == pytest.approx(np.sqrt(bandwidth) * estimate.sigma, rel=0.2)
-    twice = np.sqrt(np.diag(posed.remembered(estimate.weights, (4.0,) * 6)))
-    assert twice == pytest.approx(2.0 * white)
-
-
 def test_intervals_of_few_seconds_hold_and_say_so() -> None:
     for seed in range(3):
         problem = replace(problem_of(seed), few=True)
