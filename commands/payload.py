@@ -20,6 +20,7 @@ from .options import (
     option,
 )
 from .progress import status
+from .values import relative
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,13 @@ class _Payload(FrictionOptions):
     )
     method: str = option(choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
     free_friction: bool = option(action="store_true", help="method 1: estimate friction anew under load")
+
+    scale_sigma: float | None = option(
+        type=relative,
+        metavar="SHARE",
+        help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
+        "1 sigma (default: not at all)",
+    )
 
     def check(self, essential: bool) -> None:
         """Refuse options that the methods asked for cannot use."""

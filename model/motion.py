@@ -127,7 +127,8 @@ class Processing:
             speed, because the sign of the speed is not known there.
         slow_speed: and where it is below this [rad/s or m/s], one number for all joints or one for each; the larger
             of both bounds counts.
-        max_mismatch: method 3 refuses a pair whose positions differ by more than this [rad or m].
+        max_mismatch: method 3 refuses a pair whose positions differ by more than this after alignment, root mean
+            square of the worst joint [rad or m].
     """
 
     rate: float | None = None
@@ -137,7 +138,7 @@ class Processing:
     still_speed: float = 2e-3
     slow_fraction: float = 0.0
     slow_speed: float | tuple[float, ...] = 0.0
-    max_mismatch: float = 0.02
+    max_mismatch: float = 0.01
 
     def __post_init__(self) -> None:
         """Refuse settings without a meaning."""

@@ -74,20 +74,13 @@ class KnowledgeOptions(Options):
 
 @dataclass(frozen=True)
 class FrictionOptions(Options):
-    """How far friction and the scale of torques under load may differ from the robot's own."""
+    """How far friction under load may differ from the robot's own."""
 
     friction_change: float | None = option(
         type=relative,
         metavar="SHARE",
         help="method 4 and --robot-parameters: by how much friction under load may differ from the robot's own, "
         "1 sigma, 0 for not at all (default: 10%%)",
-    )
-
-    scale_sigma: float | None = option(
-        type=relative,
-        metavar="SHARE",
-        help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
-        "1 sigma (default: not at all)",
     )
 
     @property

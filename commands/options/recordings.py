@@ -167,7 +167,8 @@ class PairOptions(ProcessingOptions):
         group=_PROCESSING,
         type=float,
         metavar="RAD",
-        help="largest difference of position with and without payload (payload: method 3)",
+        help="largest difference of position with and without payload after alignment, rms of the worst joint "
+        "(payload: method 3; default: 0.01)",
     )
 
 

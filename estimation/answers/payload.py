@@ -16,7 +16,7 @@ from ..diagnosis.loaded_rows import Bursts, bursts, scales
 from ..diagnosis.quantities import Agreement, allowing
 from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import judge
-from ..equations.equations import merged
+from ..equations.equations import PAYLOAD, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
@@ -242,7 +242,7 @@ def _without_friction(problem: PayloadProblem) -> list[Agreement]:
         or short.visibility.rank < 10
     ):
         return []
-    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in short.runs)
+    frictional = merged(in_payload_frame(problem.robot, run.frictional) for run in short.runs).select(PAYLOAD)
     try:
         values = weighted(frictional).values
     except InputError:

@@ -92,7 +92,8 @@ def _others(robot: Robot, states: _States) -> Iterator[tuple[str, str, Robot, _S
     for name in robot_names():
         other = load_robot(name)
         if other.n == robot.n and _geometry(other) != _geometry(robot):
-            coupling, spring = other.drives.coupling, other.drives.spring
+            spring = other.drives.spring
+            coupling = other.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
             drives = replace(robot.drives, coupling=coupling, spring=spring)
             yield "robot", name, replace(other, gravity=robot.gravity, drives=drives), states
 

@@ -175,29 +175,37 @@ def friction_free(recording: Observation) -> Observation:
     return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
 
 
-def coulomb_friction(
+def bare_equations(
     robot: Robot, measured: Sequence[Measurement], masks: Sequence[Mask], processing: Processing
-) -> Array:
+) -> Equations:
+    """Equations of recordings without payload in all base parameters, constant torques among them.
+
+    Args:
+        robot: the robot, ``with_offsets(True)``.
+        measured: recordings without payload.
+        masks: their rows to be used, N x n.
+        processing: settings.
+    """
+    observer = Observer(robot, base_parameters(robot).columns)
+    return merged(
+        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
+        for data, keep in zip(measured, masks, strict=True)
+    )
+
+
+def coulomb_friction(problem: Equations) -> Array:
     """Of each joint [N·m or N], shape (n,); 0 where the motion, or the robot's model, does not show it.
 
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
 
     Args:
-        robot: the robot.
-        measured: recordings without payload.
-        masks: their rows to be used, N x n.
-        processing: settings.
+        problem: ``bare_equations``.
     """
-    free = robot.with_offsets(True)
-    observer = Observer(free, base_parameters(free).columns)
-    problem = merged(
-        reduced(observer.observe_rows(data, keep, processing.thinning(data.motion.rate)))
-        for data, keep in zip(measured, masks, strict=True)
-    )
-    values, hidden = _shown(problem, np.ones(robot.n))
+    n = len(problem.rows)
+    values, hidden = _shown(problem, np.ones(n))
     values, _ = _shown(problem, joint_weights(problem, values))
-    levels = np.zeros(robot.n)
-    for j in range(robot.n):
+    levels = np.zeros(n)
+    for j in range(n):
         name = f"FS{j + 1}"
         if name in problem.columns and hidden[problem.columns.index(name)] < _HIDDEN:
             levels[j] = max(values[problem.columns.index(name)], 0.0)

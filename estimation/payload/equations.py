@@ -12,10 +12,11 @@ from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observer
-from ..equations.reduction import Recorded, recorded, reduced_measurement
+from ..equations.observation import Observation, Observer
+from ..equations.reduction import Recorded, recorded, reduced, reduced_measurement
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import FEWEST, SHORTEST, block_edges, block_length, in_blocks, remembered
+from .path import less_path, path_torque, robot_of, with_path
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -128,7 +129,6 @@ def payload_equations(
     if not blocks:
         return _whole(robot, base, loaded, unloaded, pairs, processing)
     own = [(data, None) for data in loaded]
-    changes = [(torque_change(robot, pair.unloaded, pair.loaded), pair.unloaded.motion) for pair in pairs]
     observer = loaded_observer(robot, base)
     with_payload, with_pieces = recorded(observer, own, processing)
     loads = [remembered(with_pieces, with_payload.select(base.columns))]
@@ -138,9 +138,9 @@ def payload_equations(
         bare = [(data, None) for data in unloaded]
         without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
         loads.append(remembered(bare_pieces, without))
-    if changes:
+    if pairs and without is not None:
         alone = observer.only(payload_columns(robot), PAYLOAD)
-        difference, change_pieces = recorded(alone, changes, processing)
+        difference, change_pieces = _changes(alone, base, pairs, without, processing)
         loads.append(remembered(change_pieces, difference))
     length, few, spans = block_length(loads), False, loads[0].spans
     if sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST:
@@ -166,11 +166,32 @@ def _whole(
 ) -> PayloadEquations:
     """Equations that are not cut in blocks."""
     observer = Observer(robot, base.columns)
-    return PayloadEquations(
-        loaded_problem(robot, base, loaded, processing),
-        merged(reduced_measurement(observer, data, processing) for data in unloaded) if unloaded else None,
-        difference_problem(robot, [pair[:2] for pair in pairs], processing) if pairs else None,
-    )
+    with_payload = loaded_problem(robot, base, loaded, processing)
+    if not unloaded:
+        return PayloadEquations(with_payload, None, None)
+    without = merged(reduced_measurement(observer, data, processing) for data in unloaded)
+    if not pairs:
+        return PayloadEquations(with_payload, without, None)
+    difference, _ = _changes(difference_observer(robot), base, pairs, without, processing)
+    return PayloadEquations(with_payload, without, difference)
+
+
+def _changes(
+    observer: Observer,
+    base: BaseParameters,
+    pairs: Sequence[PairedMeasurement],
+    unloaded: Equations,
+    processing: Processing,
+) -> tuple[Equations, list[list[Observation]]]:
+    """Equations (29) of pairs, the torque of paths that differ taken off, and those of each."""
+    robot, chi = observer.robot, robot_of(unloaded)
+    made = []
+    for pair in pairs:
+        path = path_torque(robot, base, chi, pair.unloaded.motion, pair.loaded.motion)
+        change, taken = less_path(robot, torque_change(robot, pair.unloaded, pair.loaded), path)
+        both = (observer.observe(data, processing, pair.unloaded.motion) for data in (change, taken))
+        made.append([with_path(*both)])
+    return merged(reduced(recording) for (recording,) in made), made
 
 
 def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:

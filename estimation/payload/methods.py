@@ -20,6 +20,7 @@ from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
 from .loaded_scale import FRICTION, with_scale
+from .path import known_path
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame
 
@@ -79,7 +80,8 @@ def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None)
     """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    return _posed(problem, problem.difference, _levels(problem), names)
+    taken = known_path(problem.difference.columns, problem.robot.n)
+    return _posed(problem, problem.difference, (*_levels(problem), *taken), names)
 
 
 def _levels(problem: PayloadProblem) -> tuple[Known, ...]:

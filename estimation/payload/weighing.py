@@ -8,7 +8,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
-from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
@@ -23,10 +23,19 @@ from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate, measurement
 from ..signals.rows import Mask
-from .constant_torques import FREE, HeldFriction, coulomb_friction, held_friction, held_offsets, less_robot
+from .constant_torques import (
+    FREE,
+    HeldFriction,
+    bare_equations,
+    coulomb_friction,
+    held_friction,
+    held_offsets,
+    less_robot,
+)
 from .constant_torques import friction_free as without_friction
-from .equations import torque_change
+from .equations import difference_observer, torque_change
 from .friction import FRICTION_CHANGE, friction_sigmas
+from .path import less_path, path_torque, robot_of, with_path
 from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave, ripple_of
@@ -60,26 +69,42 @@ def difference_weighing(
     pairs = _aligned_pairs(loaded, unloaded, processing, progress)
     measured = [(measurement(p.unloaded, processing), measurement(p.loaded, processing)) for p in pairs]
     moving = _moving([both[1] for both in measured], processing, joints, robot)
-    observer = _observer(robot, None)
-    observations, masks, ripples = [], [], []
     still = [(at_rest(before, moving), at_rest(after, moving)) for before, after in measured]
-    for a, b in still:
-        # The filter's error at cut ends is alike in both, and a short motion needs its ends.
-        keep = np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in (a, b)))
-        change = torque_change(robot, a, b)
-        equations, waves = _observed(observer, change, keep, processing.thinning(change.motion.rate))
-        observations.append(equations)
-        ripples.append(waves)
-        masks.append(keep)
+    # The filter's error at cut ends is alike in both, and a short motion needs its ends.
+    masks = [
+        np.logical_and(*(telling_rows(one.motion, moving, processing, ends=True) for one in both)) for both in still
+    ]
     _check_rows([pair.loaded.source for pair in pairs], masks)
     rms = _torque_rms([both[1] for both in measured], masks)
-    progress("friction without payload")
-    coulomb = coulomb_friction(robot, [both[0] for both in still], masks, processing)
+    progress("the robot without payload")
+    free = robot.with_offsets(True)
+    bare = bare_equations(free, [both[0] for both in still], masks, processing)
+    observations, ripples = [], []
+    for (before, after), keep in zip(still, masks, strict=True):
+        after_moving = _held_as(before.motion, after.motion, moving)
+        path = path_torque(free, base_parameters(free), robot_of(bare), before.motion, after_moving)
+        change, taken = less_path(robot, torque_change(robot, before, after), path)
+        factor = processing.thinning(change.motion.rate)
+        equations, waves = _observed(_observer(robot, None), change, keep, factor)
+        taken_rows = difference_observer(robot).observe_rows(taken, keep, factor)
+        observations.append(with_path(equations, taken_rows))
+        ripples.append(waves)
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
-    held = held_offsets(observations, coulomb)
+    held = held_offsets(observations, coulomb_friction(bare))
     source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
     return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
+
+
+def _held_as(before: Motion, after: Motion, moving: Sequence[int]) -> Motion:
+    """A motion with held joints where they were before.
+
+    No motion shows how the robot's torques change with a joint that is held; a guess would do more harm than good.
+    """
+    q = np.array(after.q)
+    held = [j for j in range(after.n) if j + 1 not in moving]
+    q[:, held] = before.q[:, held]
+    return Motion(after.t, q, after.qd, after.qdd)
 
 
 def _aligned_pairs(

@@ -20,7 +20,8 @@ class AlignedPair(NamedTuple):
     """Two recordings of one trajectory on the same even time.
 
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
-    trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position.
+    trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position, the largest of
+    all, and root mean square of the joint that differs most.
     """
 
     unloaded: Recording
@@ -37,7 +38,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
         unloaded: recording without payload.
         loaded: recording with payload, on the same trajectory.
         rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
-        max_mismatch: largest difference of position that is accepted [rad or m].
+        max_mismatch: largest difference of position that is accepted, rms of the worst joint [rad or m].
 
     Raises:
         InputError: if the positions differ by more, that is if the trajectories are not the same.
@@ -64,16 +65,15 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     for part in parts(len(common)):
         difference = np.abs(a.q[part] - b.q[part])
         largest, squares = np.maximum(largest, difference.max(axis=0)), squares + np.sum(difference**2, axis=0)
-    worst = float(largest.max())
-    if worst > max_mismatch:
-        joint = int(np.argmax(largest)) + 1
+    each = np.sqrt(squares / len(common))
+    joint = int(np.argmax(each))
+    if each[joint] > max_mismatch:
         raise _different(
             unloaded,
             loaded,
-            f"q{joint} differs by up to {worst:.3g} (limit {max_mismatch:g}; rad or m) at the best lag",
+            f"q{joint + 1} differs by {each[joint]:.3g} (rms, limit {max_mismatch:g}; rad or m) at the best lag",
         )
-    rms = float(np.sqrt(squares.sum() / a.q.size))
-    return AlignedPair(a, b, lag, worst, rms)
+    return AlignedPair(a, b, lag, float(largest.max()), float(each[joint]))
 
 
 def _earlier(t: Array, lag: float) -> Array:

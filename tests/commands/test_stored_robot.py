@@ -54,7 +54,8 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     assert "identify the robot again" in " ".join(out.split())
     ((old,), _) = by_estimator(json.loads(target.read_text()))
     assert old["sigma_robust"] is None
-    assert old["sigma"] == pytest.approx(later["sigma"], rel=1e-9)
+    wider = old["sigma"]["M"] / later["sigma"]["M"]
+    assert old["sigma"] == pytest.approx({k: wider * sigma for k, sigma in later["sigma"].items()}, rel=1e-9)
 
 
 def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

@@ -44,11 +44,11 @@ def test_different_trajectories_are_refused_and_the_limit_can_be_moved(wander: C
     slightly = Recording(a.t, a.q * 1.01, a.torque, source="third")
     with pytest.raises(InputError, match=r"q\d differs"):
         aligned(a, slightly, 100.0, 1e-3)
-    mismatch = aligned(a, slightly, 100.0, 0.05).max_mismatch
+    mismatch = aligned(a, slightly, 100.0, 0.05).rms_mismatch
     assert mismatch > 1e-3
     with pytest.raises(InputError, match=r"q\d differs"):
         aligned(a, slightly, 100.0, 0.99 * mismatch)
-    assert aligned(a, slightly, 100.0, 1.01 * mismatch).max_mismatch == mismatch
+    assert aligned(a, slightly, 100.0, 1.01 * mismatch).rms_mismatch == mismatch
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.0002, 0.0037, 0.005, -0.0021, 0.1349, -1.2345])

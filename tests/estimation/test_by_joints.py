@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
-from dynident.estimation import PayloadProblem, answer_payload, identify_payload, payload_problem
+from dynident.estimation import PAYLOAD, PayloadProblem, answer_payload, identify_payload, payload_problem
 from dynident.estimation.equations import Equations
 from dynident.estimation.fit import weighted
 from dynident.estimation.payload import ByJoints, payload_by_joints, payload_over_time
@@ -63,7 +63,7 @@ def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, Payload
     assert problem.difference is not None
     own = identify_payload(problem, 3).estimate
     weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
-    arm = weighted(problem.difference, weights)
+    arm = weighted(problem.difference.select(PAYLOAD), weights)
     found = payload_by_joints(problem, own.weights).masses[6]
     assert found.joints == (1, 2, 3)
     assert found.mass == pytest.approx(arm["M_L"], rel=1e-9)

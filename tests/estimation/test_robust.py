@@ -346,8 +346,10 @@ def test_too_short_for_blocks_says_so_and_still_answers(
     )
     single = replace(problem, loaded=loaded, unloaded=unloaded, difference=difference)
     result = identify_payload(single, 3)
-    assert result.estimate.robust is None
-    assert "two blocks" in result.without_robust
+    assert result.estimate.robust is not None
+    assert result.estimate.robust.by_memory
+    assert "blocks are too few for a jackknife" in result.estimate.robust.warning
+    assert "two blocks" in identify_payload(replace(single, inflation=()), 3).without_robust
     assert result.mass == pytest.approx(payload.mass, abs=0.5)
     with pytest.raises(InputError, match="two blocks"):
         list(single.loaded.without_blocks())

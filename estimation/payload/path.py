@@ -1,0 +1,112 @@
+"""A path that differs: an arm that sags under the load does not run the motion it ran without.
+
+The difference of the torques then holds Phi(q_L) chi - Phi(q_U) chi of the robot itself, about 100 N·m/rad at the
+second joint, and repeats with the motion: no block of time shows it. It is taken off by parameters fitted to the
+recording without payload, and a quarter of what it changes is part of the uncertainty: alignment takes part of a
+sag for a delay.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.paged import empty, parts
+from ...model import BaseParameters, Motion, Robot
+from ...model.motion import Measurement
+from ...model.names import parameter_kind
+from ..equations.equations import Equations
+from ..equations.observation import Observation, Observer
+from ..equations.shared_torque import known_spring
+from ..fit.linear_problem import Known
+
+PATH = "path"
+"""The column of the torque that was taken off because the paths differ."""
+_UNSURE = 0.25
+"""Share of the correction that may be wrong (1 sigma)."""
+_SMALL = 1e-3
+"""Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
+_FRICTION = ("FS", "FV", "OFF", "FSM", "FVM")
+
+
+def robot_of(unloaded: Equations) -> Array:
+    """The robot's parameters by a recording without payload, as far as it shows them, friction zero; shape (c,).
+
+    Joints weigh by their torques: weights by residuals would fall for a joint that is explained by chance.
+    """
+    rms = unloaded.torque_norms / np.sqrt(np.maximum(unloaded.rows, 1))
+    weights = np.divide(1.0, rms, out=np.zeros_like(rms), where=rms > 0.0)
+    factor = unloaded.stacked(weights)
+    W, Y = factor[:, :-1], factor[:, -1]
+    scale = np.linalg.norm(W, axis=0)
+    scale[scale == 0.0] = 1.0
+    U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
+    seen = singular > _SMALL * singular.max(initial=0.0)
+    values = (V[seen].T @ ((U[:, seen].T @ Y) / singular[seen])) / scale
+    return np.array(
+        [
+            0.0 if parameter_kind(name) in _FRICTION else value
+            for name, value in zip(unloaded.columns, values, strict=True)
+        ]
+    )
+
+
+def path_torque(robot: Robot, base: BaseParameters, chi: Array, unloaded: Motion, loaded: Motion) -> Array:
+    """What the robot itself needs more on the loaded than on the unloaded path [N·m or N], N x n.
+
+    Args:
+        robot: the robot.
+        base: its base parameters.
+        chi: their values, friction zero.
+        unloaded: motion on the same time.
+        loaded: motion.
+    """
+    observer = Observer(robot, base.columns)
+    return _torque(observer, chi, loaded) - _torque(observer, chi, unloaded)
+
+
+def _torque(observer: Observer, chi: Array, motion: Motion) -> Array:
+    torque, n = empty(motion.q.shape), motion.n
+    for part in parts(len(motion.t)):
+        short = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
+        data = Measurement(short, np.zeros(short.q.shape))
+        W = observer.observe_rows(data, np.ones(short.q.shape, dtype=bool), 1).W
+        torque[part] = np.column_stack([W[j] @ chi for j in range(n)])
+        coupling = observer.robot.coupling
+        if coupling is not None and coupling.rows == "motor":
+            j, k = (joint - 1 for joint in coupling.joints)
+            torque[part, j] += torque[part, k]
+    return torque
+
+
+def less_path(robot: Robot, change: Measurement, path: Array) -> tuple[Measurement, Measurement]:
+    """A difference of torques less what the path explains, and that as a measurement of its own."""
+    torque = empty(path.shape)
+    for part in parts(len(path)):
+        torque[part] = change.torque[part] - path[part]
+    torque.setflags(write=False)
+    spring = known_spring(robot)
+    before = None if spring is None else spring.torque(change.motion.q[:, spring.joint - 1])
+    return replace(change, torque=torque), Measurement(change.motion, path, before)
+
+
+def with_path(change: Observation, path: Observation) -> Observation:
+    """Equations with one more column: the torque that was taken off."""
+    W = tuple(np.column_stack([own, taken]) for own, taken in zip(change.W, path.Y, strict=True))
+    return replace(change, columns=(*change.columns, PATH), W=W)
+
+
+def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:
+    """What is known of it: nothing of it is left, but for a quarter."""
+    if PATH not in columns:
+        return ()
+    return (
+        Known(
+            (PATH,),
+            np.zeros(1),
+            np.zeros((1, 1)),
+            np.full((1, 1), _UNSURE**2),
+            gain_sensitivity=lambda: np.zeros((1, joints)),
+        ),
+    )
