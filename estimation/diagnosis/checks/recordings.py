@@ -15,7 +15,7 @@ RESIDUAL = 0.25
 JOINT_RESIDUAL = 0.5
 """Relative residual of one joint: on real and on noisy simulated robots good joints stay under 0.36."""
 NOISE = 0.01
-"""Of the largest joint torque's rms: what a torque's noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
+"""Of the largest joint torque's rms: what noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
 VALIDATION_RATIO = 2.0
