@@ -17,7 +17,7 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED
 from .options import Options, add_command, option
-from .robot_show import draw
+from .robot_show import check_drawing, draw
 from .values import numbers
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -68,6 +68,7 @@ def add_parser(commands: Any) -> None:
 
 def run(given: _Sheet) -> int:
     """Run it."""
+    check_drawing(given.drawing)
     sheet = asked(given)
     robot, drawn_at = new_robot(sheet)
     out = Path(sheet.out or f"{robot.name}.toml")
@@ -165,16 +166,17 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
-            processing=model.Processing(
-                cutoff=10.0,
-                decimate=5,
-                slow_speed=model.motion.usual_slow_speed([a.kind == "revolute" for a in axes]),
-            ),
+            processing=_processing(axes),
             title=sheet.title or sheet.name or "",
         )
     except ValueError as error:
         raise InputError(str(error)) from None
     return robot, drawn_at
+
+
+def _processing(axes: list[model.files.JointAxis]) -> model.Processing:
+    slow_speed = model.motion.usual_slow_speed([axis.kind == "revolute" for axis in axes])
+    return model.Processing(cutoff=10.0, decimate=5, slow_speed=slow_speed)
 
 
 def _shifted(joint: Any, q: float) -> Any:

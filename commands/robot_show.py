@@ -38,6 +38,7 @@ def add_parser(commands: Any) -> None:
 
 def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
     """Run it."""
+    check_drawing(drawing.drawing)
     robot = arm.load()
     at = drawing.at or (0.0,) * robot.n
     if len(at) != robot.n:
@@ -48,14 +49,18 @@ def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
     return ANSWERED
 
 
-def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
-    """Write the drawing of a robot at positions in degrees and metres, and say so.
+def check_drawing(path: str | None) -> None:
+    """Refuse a drawing in a format that is not known.
 
     Raises:
-        InputError: for a format that is not known.
+        InputError: names the formats.
     """
-    if Path(path).suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise InputError(f"{path}: a drawing ends in .png, .svg or .pdf")
+    if path and Path(path).suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"--drawing {path!r}: a drawing ends in .png, .svg or .pdf")
+
+
+def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
+    """Write the drawing of a robot at positions in degrees and metres, and say so."""
     q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
     shown = ", ".join(f"{x:g}" for x in at)
     report.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")

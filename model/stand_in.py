@@ -73,6 +73,17 @@ def can_stand_in(robot: Robot) -> bool:
     return not missing or (robot.mass is not None and len(missing) == 10 * robot.n)
 
 
+def _check_can_stand_in(robot: Robot) -> None:
+    if can_stand_in(robot):
+        return
+    missing = _missing(robot)
+    more = " and more" if len(missing) > 6 else ""
+    raise InputError(
+        f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; add a [parameters] table, or "
+        "mass_kg in place of all of them for a stand-in"
+    )
+
+
 def with_stand_in(robot: Robot) -> Robot:
     """The robot with parameters and torque limits, as far as its description lacks them and they can be assumed.
 
@@ -83,32 +94,32 @@ def with_stand_in(robot: Robot) -> Robot:
     Raises:
         InputError: if the description holds neither inertial parameters nor the arm's mass, or only some of them.
     """
-    missing = _missing(robot)
-    if not can_stand_in(robot):
-        raise InputError(
-            f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}"
-            f"{' and more' if len(missing) > 6 else ''}; add a [parameters] table, or mass_kg in place of all of "
-            "them for a stand-in"
-        )
-    values, told = dict.fromkeys(standard_columns(robot), 0.0), []
-    if missing and robot.mass is not None:
-        for link, body in enumerate(cylinders(robot, MOVING * robot.mass), start=1):
-            values |= body.named(str(link))
+    _check_can_stand_in(robot)
+    values, assumptions = dict.fromkeys(standard_columns(robot), 0.0), []
+    if _missing(robot) and robot.mass is not None:
+        values |= _links(robot, robot.mass)
         doubt = " (itself assumed)" if robot.assumed("mass") else ""
-        told.append(f"links are cylinders of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}")
+        assumptions.append(f"links are cylinders of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}")
     values |= robot.parameters
-    unknown = [name for name in values if name not in robot.parameters and parameter_kind(name) not in INERTIAL]
-    if any(parameter_kind(name) == "IA" for name in unknown):
-        for number, inertia in enumerate(rotor_inertias(robot, values), start=1):
-            values[f"IA{number}"] = robot.parameters.get(f"IA{number}", float(inertia))
-        told.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
+    unknown = {name for name in values.keys() - robot.parameters.keys() if parameter_kind(name) not in INERTIAL}
+    rotors = unknown & {f"IA{number}" for number in range(1, robot.n + 1)}
+    if rotors:
+        inertias = rotor_inertias(robot, values)
+        values |= {name: float(inertias[int(name.removeprefix("IA")) - 1]) for name in rotors}
+        assumptions.append(f"rotors add {100 * ROTOR:g} % of the inertia that they turn")
     limited = _limited(robot, values)
     friction = _friction(limited)
-    values |= {name: friction[name] for name in unknown if name in friction}
-    if any(name in friction for name in unknown):
-        told.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
-    assumed = {"parameters": f"{ASSUMED}: {', '.join(told)}"} if told else {}
-    return replace(limited, parameters=values, sources={**limited.sources, **assumed})
+    if unknown & friction.keys():
+        values |= {name: friction[name] for name in unknown & friction.keys()}
+        assumptions.append(f"friction is {100 * FRICTION:g} % of the torque limits at full speed")
+    sources = {"parameters": f"{ASSUMED}: {', '.join(assumptions)}"} if assumptions else {}
+    return replace(limited, parameters=values, sources={**limited.sources, **sources})
+
+
+def _links(robot: Robot, mass: float) -> dict[str, float]:
+    """Inertial parameters of ``cylinders``, by parameter."""
+    bodies = enumerate(cylinders(robot, MOVING * mass), start=1)
+    return {name: value for link, body in bodies for name, value in body.named(str(link)).items()}
 
 
 def rehearsed(robot: Robot) -> Robot:

@@ -1,6 +1,5 @@
 """Thin samples of recordings, ways to read their joints, and how badly a robot's model fits them."""
 
-import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from math import pi
@@ -11,6 +10,7 @@ from ...common.arrays import Array
 from ...common.linear import least_squares
 from ...model import Processing, Recording, Robot, regressor, standard_columns
 from ...model.kernel import Kernel
+from ...model.many_states import own_columns, regressor_at
 from ...model.motion import Measurement
 from ..signals.filtering import lowpass, measurement
 from ..signals.rows import Mask, kept_rows
@@ -218,7 +218,7 @@ class Model:
             k = robot.spring.joint - 1
             known[:, k] = robot.spring.torque(sample.q[:, k])
         scale = _norms(sample.torque, sample)
-        W = (evaluate or _interpreted(robot, len(sample.t)))(sample)
+        W = evaluate(sample) if evaluate else _tried_once(robot, sample)
         rows = (W / scale[:, None])[sample.keep]
         norms = np.linalg.norm(rows, axis=0)
         there = norms > _NOTHING * norms.max(initial=0.0)
@@ -290,27 +290,13 @@ def compiled(robot: Robot) -> Regressor:
 
     def on(sample: Sample) -> Array:
         motion = (np.ascontiguousarray(x) for x in (sample.q, sample.qd, sample.qdd))
-        return _spread(kernel(*motion).T, kernel.rows, kernel.columns, function.size_out(0))
+        W = np.zeros((len(sample.t), *function.size_out(0)))
+        W[:, kernel.rows, kernel.columns] = kernel(*motion).T
+        return W
 
     return on
 
 
-@functools.lru_cache(maxsize=128)
-def _interpreted(robot: Robot, samples: int) -> Regressor:
-    """The standard regressor on all samples at once, for a robot that is tried once or twice."""
-    function = regressor(robot, standard_columns(robot))
-    mapped = function.map(samples)
-    rows, columns = (np.array(places, dtype=int) for places in function.sparsity_out(0).get_triplet())
-
-    def on(sample: Sample) -> Array:
-        values = np.array(mapped(sample.q.T, sample.qd.T, sample.qdd.T).nonzeros())
-        return _spread(values.reshape(samples, len(rows)), rows, columns, function.size_out(0))
-
-    return on
-
-
-def _spread(entries: Array, rows: Array, columns: Array, shape: tuple[int, int]) -> Array:
-    """Phi_s at every instant, N x n x columns, from its entries that are not zero, N x entries."""
-    W = np.zeros((len(entries), *shape))
-    W[:, rows, columns] = entries
-    return W
+def _tried_once(robot: Robot, sample: Sample) -> Array:
+    """Columns that span the standard regressor, for a robot for which code does not pay, N x n x columns."""
+    return regressor_at(robot, own_columns(robot), sample.q, sample.qd, sample.qdd).transpose(2, 0, 1)

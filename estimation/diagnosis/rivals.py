@@ -20,6 +20,7 @@ from .misfit import Sample
 
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
+_LONGEST = 180.0  # s: of a longer recording the middle is looked at
 _FEWEST = 60  # states altogether
 _BLOCKS = 20
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
@@ -116,13 +117,25 @@ def _states(source: Source) -> _States | None:
     loaded: list[Array] = []
     for recordings, with_payload in ((source.unloaded, 0.0), (source.loaded, 1.0)):
         for recording in recordings:
-            samples.append(Sample.of(recording, source.processing, count=_count(recording)))
+            part = _stretch(recording)
+            samples.append(Sample.of(part, source.processing, count=_count(part)))
             loaded.append(np.full(len(samples[-1].t), with_payload))
     total = sum(len(sample.t) for sample in samples)
     if total < _FEWEST:
         return None
     block = np.arange(total) * _BLOCKS // total
     return _States(Sample.joined(samples), np.concatenate(loaded), block)
+
+
+def _stretch(recording: Recording) -> Recording:
+    """The middle of a recording that has far more than the states that are looked at."""
+    t = recording.t
+    first, last = np.searchsorted(t, 0.5 * (t[0] + t[-1]) + 0.5 * _LONGEST * np.array([-1.0, 1.0]))
+    if last - first >= len(t) - 1:
+        return recording
+    part = slice(int(first), int(last))
+    qd = recording.qd[part] if recording.qd is not None else None
+    return replace(recording, t=t[part], q=recording.q[part], torque=recording.torque[part], qd=qd)
 
 
 def _count(recording: Recording) -> int:

@@ -80,20 +80,17 @@ class Naming:
         Raises:
             InputError: if the log names joints whose order cannot be told.
         """
-        names, n = self.raw.joints, self.robot.n
+        names = self.raw.joints
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
         known = (*self.robot.joint_names, *((self.robot.links.joints,) if self.robot.links else ()))
-        found = [ordered for own in known for ordered in _as_known(names, own)]
-        if len(set(found)) == 1:
-            return found[0]
-        ends = {name: re.search(r"(\d+)$", name) for name in names}
-        numbers = {int(match[1]): name for name, match in ends.items() if match}
-        if sorted(numbers) == list(range(1, n + 1)) and len(names) == n:
-            return tuple(numbers[k] for k in sorted(numbers))
+        orders = {ordered for own in known for ordered in _as_known(names, own)}
+        ordered = orders.pop() if len(orders) == 1 else _by_number(names, self.robot.n)
+        if ordered:
+            return ordered
         raise InputError(
-            f"{self.raw.path}: names joints {', '.join(names)}: give the {n} of the robot from base to tip by "
-            "--joints"
+            f"{self.raw.path}: names joints {', '.join(names)}: give the {self.robot.n} of the robot from base to "
+            "tip by --joints"
         )
 
     def _expanded(self, pattern: str) -> tuple[str, ...]:
@@ -106,6 +103,15 @@ class Naming:
             pattern.replace("{joint}", joints[j] if joints else "").replace("{}", str(j + 1)).replace("{0}", str(j))
             for j in range(self.robot.n)
         )
+
+
+def _by_number(names: Sequence[str], n: int) -> tuple[str, ...]:
+    """The names in the order of the numbers that they end in, where those are 1 to n; else none."""
+    ends = {name: re.search(r"(\d+)$", name) for name in names}
+    numbers = {int(match[1]): name for name, match in ends.items() if match}
+    if sorted(numbers) != list(range(1, n + 1)) or len(names) != n:
+        return ()
+    return tuple(numbers[k] for k in sorted(numbers))
 
 
 def _as_known(names: Sequence[str], own: Sequence[str]) -> Iterator[tuple[str, ...]]:

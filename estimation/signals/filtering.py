@@ -18,6 +18,8 @@ from ...model.motion import Measurement
 _ORDER = 4  # of the Butterworth filter on positions and speeds
 _MOST_OVERSAMPLING = 1.25  # of the mean recorded rate: interpolated samples are not measurements
 _FEWEST = 30  # samples
+_BRIEF = 1.0
+"""s: in a shorter recording the filter errs at both ends, and a higher cut-off helps little."""
 _SHORTEST = 0.1
 """s: a recording that is shorter shows no motion, whatever the cut-off."""
 _MOVES = 1e-3  # rad or m: rms of a joint that moves
@@ -38,7 +40,7 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     even = resampled(recording, grid_rate(recording, processing))
     step = float(even.t[1] - even.t[0])
     q = lowpass(even.q, step, processing.cutoff, recording.source)
-    _check_cutoff(even.q, q, processing.cutoff, recording.source)
+    _check_cutoff(even.q, q, processing.cutoff, recording.source, step * len(q))
     qd = slopes(q, step) if even.qd is None else lowpass(even.qd, step, processing.cutoff, recording.source)
     return Measurement(Motion(even.t, _locked(q), _locked(qd), _locked(slopes(qd, step))), even.torque)
 
@@ -126,7 +128,7 @@ def between(t: Array, values: Array) -> Callable[[Array], Array]:
     return interpolated
 
 
-def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str) -> None:
+def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str, duration: float) -> None:
     """A filter that changes the positions themselves is too low for the motion."""
     mean, spread, lost = (np.zeros(raw.shape[1]) for _ in range(3))
     for part in parts(len(raw)):
@@ -138,9 +140,12 @@ def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str
     share = np.where(spread > _MOVES * np.sqrt(len(raw)), lost / np.where(spread > 0.0, spread, 1.0), 0.0)
     j = int(np.argmax(share))
     if cutoff is not None and share[j] > _MOST_LOST:
+        reason = "the cut-off lies below the motion; raise --cutoff"
+        if duration < _BRIEF:
+            reason = f"{duration:.2g} s are too short for it; record longer"
         raise InputError(
             f"{source}: a cut-off of {cutoff:g} Hz takes {100 * share[j]:.1f} % off the motion of joint {j + 1}: "
-            "the cut-off lies below the motion; raise --cutoff"
+            f"{reason}"
         )
 
 

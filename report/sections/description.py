@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 
 from ...model import SOURCED, Limits, Robot
+from ...model.drives import Drives
 from ...model.frames import frames_at
 from ..blocks import Block, Notes, Table, columns
 
@@ -35,7 +36,20 @@ def _limits(limits: Limits, revolute: bool) -> tuple[str, ...]:
 
 def _lines(robot: Robot) -> list[str]:
     flange = frames_at(robot, [0.0] * robot.n)[-1]
-    drives = robot.drives
+    return [
+        f"Payloads are given in: {robot.payload_frame}",
+        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
+        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
+        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
+        _drives(robot.drives),
+        *_known_of(robot),
+        *(f"Joints are also called {', '.join(names)}." for names in robot.joint_names),
+        *_sources(robot),
+        *(f"Note: {note}" for note in robot.snapped),
+    ]
+
+
+def _drives(drives: Drives) -> str:
     known = [
         word
         for word, there in (
@@ -48,13 +62,12 @@ def _lines(robot: Robot) -> list[str]:
         if there
     ]
     on_link_side = "; torque sensors on the link side" if drives.side == "link" else ""
-    lines = [
-        f"Payloads are given in: {robot.payload_frame}",
-        f"At the zero pose that frame stands at {_vector(flange.p.tolist())} m in the base, "
-        f"z along {_vector(flange.R[:, 2].tolist())}, x along {_vector(flange.R[:, 0].tolist())}.",
-        f"Gravity in frame 0: {_vector(list(robot.gravity))} m/s^2.",
-        f"Drives: {', '.join(known) or 'none of their parameters'}{on_link_side}.",
-    ]
+    return f"Drives: {', '.join(known) or 'none of their parameters'}{on_link_side}."
+
+
+def _known_of(robot: Robot) -> list[str]:
+    """What only some descriptions tell."""
+    lines = []
     if math.isfinite(robot.rated_payload):
         lines.append(f"Rated payload: {robot.rated_payload:g} kg.")
     if robot.links is not None:
@@ -67,8 +80,7 @@ def _lines(robot: Robot) -> list[str]:
         lines.append(
             f"The maker's flange stands at ({x:g}, {y:g}, {z:g}) mm, rpy ({turn}) deg in the payload's frame."
         )
-    lines += [f"Joints are also called {', '.join(names)}." for names in robot.joint_names]
-    return [*lines, *_sources(robot), *(f"Note: {note}" for note in robot.snapped)]
+    return lines
 
 
 def _sources(robot: Robot) -> Iterable[str]:

@@ -42,6 +42,8 @@ def _write_logs(folder: Path) -> None:
     paths["currents"] = write_csv(folder / "currents.csv", bare, "i")
     short = Recording(bare.t[:60], bare.q[:60], bare.torque[:60])
     paths["short"] = write_csv(folder / "short.csv", short)
+    paths["latin"] = folder / "latin.csv"
+    paths["latin"].write_bytes("t,q1,Drehmoment_Größe\n0,0,0\n".encode("latin-1"))
     part = slice(500, 925)
     paths["brief"] = write_csv(folder / "brief.csv", Recording(loaded.t[part], loaded.q[part], loaded.torque[part]))
     q = np.array(bare.q)

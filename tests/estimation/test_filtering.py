@@ -87,3 +87,11 @@ def test_noise_bandwidth_is_what_noise_shows(factor: int) -> None:
 
 def test_no_decimation_keeps_noise_white() -> None:
     assert noise_bandwidth(1) == 1.0
+
+
+@pytest.mark.parametrize(("duration", "words"), [(0.4, "too short for it; record longer"), (4.0, "raise --cutoff")])
+def test_a_cutoff_is_not_blamed_for_a_short_log(duration: float, words: str) -> None:
+    t = np.arange(0.0, duration, 0.004)
+    q = np.sin(2.0 * np.pi * 9.0 * t)[:, None]
+    with pytest.raises(InputError, match=words):
+        measurement(Recording(t, q, q, source="log"), Processing(cutoff=10.0))

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import PayloadAnswer, answer_payload, identify, payload_problem, read_recording
+from dynident.estimation import (
+    PayloadAnswer,
+    answer_payload,
+    identify,
+    identify_payload,
+    payload_problem,
+    read_recording,
+)
 from dynident.estimation.diagnosis.loaded_rows import BURST, bursts, scales
 from dynident.estimation.diagnosis.rivals import Rival, rivals
 from dynident.estimation.payload.problem import PayloadProblem, Source
@@ -83,18 +90,19 @@ def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[...,
 
 
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
-    """One second of contact: the intervals reach the mass without it."""
+    """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
     torque = np.array(pair[1].torque)
     hit = (pair[1].t > 8.0) & (pair[1].t < 9.0)
     torque[hit, 1] += 60.0
     torque[hit, 2] += 30.0
     struck = payload_problem(invented.robot(NAME), [replace(pair[1], torque=torque)], [pair[0]], robust=True)
-    found = bursts(struck, weights(struck))
+    free = identify_payload(struck, 4).estimate
+    found = bursts(struck, free.weights)
     assert found is not None
     whole = answered(struck)
-    low, high = whole.mass_interval
-    assert low <= whole.free.mass + found.change[9] <= high
+    assert 1.96 * whole.free.estimate.sigma[9] >= 0.999 * abs(found.change[9])
+    assert whole.free.estimate.sigma[9] > free.sigma[9]
 
 
 def named(found: tuple[Rival, ...], kind: str, name: str) -> Rival:
