@@ -20,9 +20,9 @@ from .fit.drive_gains import Gains as Gains
 from .fit.essential import SigmaBound as SigmaBound
 from .fit.essential import SigmaRatio as SigmaRatio
 from .fit.estimate import Estimate as Estimate
+from .payload.long_motion import payload_problem as payload_problem
 from .payload.methods import identify_payload as identify_payload
 from .payload.problem import PayloadProblem as PayloadProblem
-from .payload.problem import payload_problem as payload_problem
 from .payload.stand_in import StandIn as StandIn
 from .possible.cone import SolverError as SolverError
 from .possible.constraints import CentreOfMassInBox as CentreOfMassInBox

@@ -14,7 +14,8 @@ from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.drive_gains import Fingerprints, fingerprints
-from ..payload.problem import PayloadProblem, payload_problem
+from ..payload.long_motion import payload_problem
+from ..payload.problem import PayloadProblem
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass
 

@@ -15,7 +15,7 @@ from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observation, Observer
 from ..equations.reduction import Recorded, recorded, reduced, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import FEWEST, SHORTEST, block_edges, block_length, in_blocks, remembered
+from ..fit.blocks import FEWEST, SHORTEST, Remembered, block_edges, block_length, in_blocks, remembered
 from .path import less_path, path_torque, robot_of, with_path
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -142,9 +142,8 @@ def payload_equations(
         alone = observer.only(payload_columns(robot), PAYLOAD)
         difference, change_pieces = _changes(alone, base, pairs, without, processing)
         loads.append(remembered(change_pieces, difference))
-    length, few, spans = block_length(loads), False, loads[0].spans
-    if sum(len(block_edges(ends, length)) - 1 for ends in spans) < FEWEST:
-        length, few = SHORTEST, True
+    length, few = _block_length(loads)
+    spans = loads[0].spans
     edges = [block_edges(ends, length) for ends in spans]
     if without is not None:
         ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in loads[1].spans]
@@ -154,6 +153,13 @@ def payload_equations(
     stretches = _cut(with_pieces, _long_edges(loads[0].spans))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
     return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation, few)
+
+
+def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:
+    """Length of a block [s], and whether those that memory asks for were too few under load."""
+    length = block_length(loads)
+    few = sum(len(block_edges(ends, length)) - 1 for ends in loads[0].spans) < FEWEST
+    return (SHORTEST, True) if few else (length, False)
 
 
 def _whole(

@@ -8,23 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.errors import InputError
-from ...common.linear import decomposed
-from ...common.progress import Progress, silent
-from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, base_parameters
-from ...model.motion import Measurement
-from ...model.regressors import payload_columns
+from ...model import BaseParameters, Processing, Recording, Robot
 from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.left_out import left_out
 from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
-from ..recordings.plausibility import check_apart, check_recordings
-from ..robot.equations import check_lengths, check_moving, filtered
-from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import grid_rate, measurement
-from .equations import PairedMeasurement, payload_equations
-from .friction import FRICTION_CHANGE, friction_changes
-from .loaded_scale import LoadedScale, loaded_scale
+from ..signals.alignment import AlignedPair
+from .loaded_scale import LoadedScale
 from .short_motion import ShortMotion
 
 FORMULA_ONLY = (
@@ -254,147 +245,3 @@ def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
             f"{', '.join(other[:8])}: identify the robot again with the same options"
         )
-
-
-def payload_problem(
-    robot: Robot,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording] = (),
-    known: Estimate | None = None,
-    processing: Processing | None = None,
-    progress: Progress = silent,
-    robust: bool = False,
-    friction_change: float = FRICTION_CHANGE,
-    scale_sigma: float = 0.0,
-) -> PayloadProblem:
-    """Process recordings with and without payload and reduce them.
-
-    Args:
-        robot: the robot.
-        loaded: recordings with the payload.
-        unloaded: recordings without; for method 3 the k-th is the same trajectory as the k-th of ``loaded``.
-        known: the robot's identified parameters, instead of or beside ``unloaded``.
-        processing: settings; the robot's own by default.
-        progress: told what is being worked on.
-        robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
-            not with a ``known`` robot that has none itself.
-        friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the
-            robot's own (1 sigma); 0 takes it as the same.
-        scale_sigma: by which share the scale of the loaded torques may differ from that without payload (1 sigma);
-            methods 1 and 4 alone know of it.
-
-    Raises:
-        InputError: if a recording cannot be used.
-    """
-    processing = processing or robot.processing
-    progress("base parameters")
-    base = base_parameters(robot)
-    check_visible(robot, base)
-    for recordings in filter(None, (loaded, unloaded)):
-        check_recordings(robot, recordings)
-        check_lengths(recordings, processing)
-        check_moving(robot, base, recordings)
-    check_apart(loaded, unloaded)
-    alone = filtered(unloaded, processing, progress)
-    measured = filtered(loaded, processing, progress)
-    pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)
-    no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
-    progress("cutting into blocks" if robust else "reducing")
-    equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
-    if equations.unloaded and equations.unloaded.equations == 0:
-        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    problem = PayloadProblem(
-        robot,
-        base,
-        equations.loaded,
-        equations.unloaded,
-        known,
-        equations.difference,
-        pairs,
-        reason,
-        measured[0].motion.rate,
-        equations.stretches,
-        no_blocks,
-        Source(tuple(loaded), tuple(unloaded), processing),
-        inflation=equations.inflation,
-        few=equations.few,
-    )
-    return _with_scale(_with_friction(problem, friction_change), scale_sigma)
-
-
-def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
-    """With what friction may change by, where the robot's own is known."""
-    try:
-        robot = problem.alone
-    except InputError:  # by method 3 it is not needed
-        robot = None
-    if robot is None or not problem.inflation:
-        return problem
-    return replace(problem, friction=friction_changes(robot, problem.inflation, share))
-
-
-def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
-    """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
-    if not sigma > 0.0:
-        return problem
-    held = Held(sigma, max(problem.inflation, default=1.0))
-    reason = (
-        "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
-    )
-    scale = loaded_scale(problem.loaded, problem.robot_known, held)
-    return replace(problem, scale=scale, without_difference=reason)
-
-
-def _together(
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
-    measured: Sequence[Measurement],
-    processing: Processing,
-    progress: Progress,
-) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Pairs of one trajectory for method 3, filtered; none, and why, where there are none."""
-    if not unloaded:
-        return (), [], "no recordings without payload"
-    progress("aligning recordings with and without payload")
-    try:
-        pairs = _paired(loaded, unloaded, processing)
-        return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
-    except InputError as error:
-        return (), [], str(error)
-
-
-def check_visible(robot: Robot, base: BaseParameters) -> None:
-    """Refuse an arm on which no motion shows all ten parameters of a payload.
-
-    Raises:
-        InputError: names the parameters that stay hidden, alone or in combination.
-    """
-    effect = base.effect_of(payload_columns(robot))
-    hidden = decomposed(effect).null
-    if hidden.size:
-        named = [kind for kind, size in zip(INERTIAL, np.abs(hidden).max(axis=1), strict=True) if size > 1e-6]
-        raise InputError(
-            f"no motion of {robot.name} shows {hidden.shape[1]} of a payload's ten directions "
-            f"({', '.join(named)}): its joints do not turn the payload in enough ways"
-        )
-
-
-def _paired(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
-) -> tuple[AlignedPair, ...]:
-    if len(loaded) != len(unloaded):
-        raise InputError(
-            f"{len(unloaded)} recordings without and {len(loaded)} with payload do not form pairs: method 3 "
-            "needs each trajectory once without and once with it, in the same order"
-        )
-    return tuple(
-        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
-        for a, b in zip(unloaded, loaded, strict=True)
-    )
-
-
-def _measured(pair: AlignedPair, loaded: Measurement, processing: Processing) -> PairedMeasurement:
-    """A pair filtered; the loaded recording was filtered already unless it was cut to what both have in common."""
-    whole = len(pair.loaded.t) == len(loaded.motion.t)
-    heavy = loaded if whole else measurement(pair.loaded, processing)
-    return PairedMeasurement(measurement(pair.unloaded, processing), heavy, pair.lag)
