@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,6 +81,9 @@ class _Identify(Options):
             prior = estimation.possible.robot_prior(robot, self.prior_mass)
             return estimation.possible.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
+            if self.constrained == "base" and mass is None:
+                print(f"dynident: note: no robot that can exist is given: {error}", file=sys.stderr)
+                return None
             raise InputError(f"{error}; --constrained none leaves it out") from error
 
 

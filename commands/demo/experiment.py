@@ -55,6 +55,16 @@ def demonstrate(
     report.save_figure(page.drawings()[0].figure, folder / "torques.png")
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
     report.print_blocks([report.Notes([f"Written: {', '.join(map(str, written))}"])])
+    _print_for_controller(document)
+
+
+def _print_for_controller(document: estimation.files.StoredPayload) -> None:
+    """What to type into the controller, at the flange; and the command that writes it for any other."""
+    load = report.controllers.load_of_document(document, "payload.json").in_flange()
+    if load is None or load.verdict == "do_not_use":
+        return
+    print(f"\nFor the controller, at the flange:\n{report.controllers.FORMATS['staubli'].text(load).rstrip()}")
+    print("\nFor another one: dynident export payload.json --to abb (kuka, ur, franka, fanuc, yaskawa, ..)")
 
 
 def _page(

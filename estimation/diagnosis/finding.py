@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import filterfalse
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
@@ -70,14 +71,18 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True) -> Verdict:
         brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
             comes last.
     """
-    told = list(dict.fromkeys(findings))
-    notes = [finding for finding in told if finding.severity == "note"]
-    distinct = [finding for finding in told if finding.severity != "note"]
+    told = dict.fromkeys(findings)
+    notes = list(filter(_is_note, told))
+    distinct = list(filterfalse(_is_note, told))
     if not any(map(_against_all, distinct)):
         return Verdict("mass_and_com_only" if distinct else "use", (*distinct, *notes))
     weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]
     rest = [] if brief else [finding for finding in distinct if finding not in weighty]
     return Verdict("do_not_use", (*weighty, *rest, *notes))
+
+
+def _is_note(finding: Finding) -> bool:
+    return finding.severity == "note"
 
 
 def _against_all(finding: Finding) -> bool:

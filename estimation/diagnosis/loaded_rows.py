@@ -82,17 +82,24 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     ]
     if not told:
         return ()
+    robust = _robust(problem, question, gram, values[0])
+    if robust is None:
+        return ()
+    return tuple(
+        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), float(values[1, k]))
+        for k in told
+    )
+
+
+def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values: Array) -> Array | None:
+    """Standard deviations of the scales by leaving out blocks of time; None with fewer than two."""
     left = [
         np.array([question.answers(gram - question.gram(bare, heavy), 1.0)[0][0] for bare, heavy in group])
         for group in _blocks(problem)
     ]
     if min(map(len, left), default=0) < 2:
-        return ()
-    robust = jackknifed(left, values[0], problem.loaded.block_length).sigma
-    return tuple(
-        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), float(values[1, k]))
-        for k in told
-    )
+        return None
+    return jackknifed(left, values, problem.loaded.block_length).sigma
 
 
 def bursts(problem: PayloadProblem, weights: Array) -> Bursts | None:

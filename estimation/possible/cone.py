@@ -88,12 +88,13 @@ class SolverError(RuntimeError):
         return SolverError(self.status, self.problem, demands)
 
 
-def solve_cone(program: ConeProgram, largest: float | None = None) -> ConeSolution:
+def solve_cone(program: ConeProgram, largest: float | None = None, ball: float | None = None) -> ConeSolution:
     """Solve a cone program.
 
     Args:
         program: what to solve.
         largest: R with larger entries is scaled down to this.
+        ball: radius that z may not leave, which closes a program whose least value no finite z attains.
 
     Raises:
         SolverError: for anything but a clean solve.
@@ -103,12 +104,16 @@ def solve_cone(program: ConeProgram, largest: float | None = None) -> ConeSoluti
     matrix, right = _stacked(program, scale)
     bodies: list[Cone] = [("PSDTriangle", 4)] * p
     cones: list[Cone] = [("Nonnegative", r), ("SecondOrder", k + 1), *bodies]
+    if ball is not None:
+        cones.append(("SecondOrder", n + 1))
+        matrix = np.vstack([matrix, np.zeros((1, n + 1)), np.hstack([-np.eye(n), np.zeros((n, 1))])])
+        right = np.concatenate([right, [ball], np.zeros(n)])
     solution = cone_solver(np.append(np.zeros(n), 1.0), matrix, right, cones).solve()
     if str(solution.status) != "Solved":
         raise SolverError(str(solution.status), program)
     z = np.asarray(solution.x)[:n]
     dual = np.asarray(solution.z) * scale
-    traces = dual[r + k + 1 :].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
+    traces = dual[r + k + 1 : r + k + 1 + 10 * p].reshape(p, 10)[:, _DIAGONAL].sum(axis=1)
     norm = float(np.linalg.norm(program.R @ z - program.d))
     return ConeSolution(z, norm, dual[:r], traces, "Solved", int(solution.iterations))
 

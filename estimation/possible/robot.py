@@ -26,6 +26,8 @@ _NEXT_TO_NOTHING = 1e-3
 """Smaller multipliers, as a fraction of the largest, belong to directions that the data do not see."""
 _LARGEST = 1e3
 """R with larger entries is scaled down: the norm of exact data is zero, at the tip of its cone."""
+_BALL = 1e3
+"""Radius of z where the program must be closed: a thousand times the size of each parameter."""
 _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
 
@@ -139,7 +141,10 @@ def solve_constrained_base(
 
 def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> PossibleRobot:
     """The nearest base parameters by a problem that is scaled already."""
-    solution = solve_cone(problem.program, _LARGEST)
+    try:
+        solution = solve_cone(problem.program, _LARGEST)
+    except SolverError:  # no torque shows some direction, and no finite robot attains the least value
+        solution = solve_cone(problem.program, _LARGEST, _BALL)
     z = problem.repaired(solution.z)
     return problem.answer(base, estimate, z, _active(solution, problem.program, z, problem.rules.texts), "Solved")
 

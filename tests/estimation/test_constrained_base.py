@@ -12,8 +12,9 @@ from dynident.common.errors import InputError
 from dynident.estimation import Estimate, PossibleBody, identify, read_recording
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import solve_constrained_base
+from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
-from dynident.model import INERTIAL, BaseParameters, Robot, base_parameters, load_robot
+from dynident.model import INERTIAL, BaseParameters, InertialParameters, Robot, base_parameters, load_robot
 
 NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 Parameters = Callable[[Robot, int], dict[str, float]]
@@ -112,3 +113,20 @@ def test_real_robots(recordings: Path, name: str, file: str) -> None:
     assert result.min_pseudo_inertia_eigenvalue >= 0.0
     assert 0.1 < result.chi2_rise < 20.0
     assert result.p_value > 0.5
+
+
+def test_a_program_without_an_attained_least_value_is_closed() -> None:
+    """A body with a first moment of at least 1 has as little mass as its extent is large: none is the least."""
+    only = np.eye(10)
+    program = ConeProgram(only[9:], np.zeros(1), only[6:7], -np.ones(1), only[None])
+    closed = solve_cone(program, ball=100.0)
+    assert np.linalg.norm(closed.z) <= 100.0 * (1.0 + 1e-6)
+    assert 0.0 < closed.z[9] < 0.05
+    assert InertialParameters(closed.z).min_pseudo_inertia_eigenvalue > -1e-6
+
+
+def test_a_ball_that_is_far_away_changes_nothing() -> None:
+    only = np.eye(10)
+    wanted = InertialParameters.from_com(2.0, [0.1, 0.2, -0.1], 0.3 * np.eye(3)).vector
+    program = ConeProgram(only, wanted, only[9:], np.zeros(1), only[None])
+    np.testing.assert_allclose(solve_cone(program, ball=1e3).z, wanted, atol=1e-5)

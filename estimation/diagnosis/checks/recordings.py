@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....common.arrays import Array
 from ...fit.estimate import Estimate, Fit
 from ..evidence import Evidence, by
 from ..finding import Finding, error, warning
@@ -13,12 +14,25 @@ RESIDUAL = 0.25
 """Relative residual of all joints above which the model does not describe the robot."""
 JOINT_RESIDUAL = 0.5
 """Relative residual of one joint: on real and on noisy simulated robots good joints stay under 0.36."""
+NOISE = 0.01
+"""Of the largest joint torque's rms: what noise may be in any joint (real ones: 0.5 to 0.9 % of limits)."""
 LOADED_RATIO = 3.0
 """Relative residual with payload over that without, above which the two recordings do not belong together."""
 VALIDATION_RATIO = 2.0
 """Relative residual on held-out recordings over that of the fit above which the model does not carry over."""
 VALIDATION_FLOOR = 0.06
 """Held-out residuals below this are good whatever the ratio."""
+
+
+def told_per_joint(fit: Fit) -> Array:
+    """Relative residual of each joint, shape (n,); 0 where what is left is no more than a torque's noise.
+
+    A joint that carries next to no torque, such as the last one of an arm with sensors on the link side, leaves
+    nearly all of it unexplained by noise alone: its own norm cannot judge it.
+    """
+    rows = np.maximum(np.array(fit.rows), 1)
+    noise = NOISE * np.max(fit.torque_norms / np.sqrt(rows))
+    return np.asarray(np.where(fit.error_norms / np.sqrt(rows) <= noise, 0.0, fit.relative_per_joint))
 
 
 def fit_findings(fit: Fit, subject: str) -> list[Finding]:
@@ -30,10 +44,11 @@ def fit_findings(fit: Fit, subject: str) -> list[Finding]:
                 "of joints and drive gains"
             )
         ]
-    joints = [str(j) for j, share in enumerate(fit.relative_per_joint, 1) if not share <= JOINT_RESIDUAL]
+    shares = told_per_joint(fit)
+    joints = [str(j) for j, share in enumerate(shares, 1) if not share <= JOINT_RESIDUAL]
     if not joints:
         return []
-    worst = np.max(fit.relative_per_joint)
+    worst = np.max(shares)
     return [
         error(
             f"{subject} leaves up to {100 * worst:.0f} % of the torque of joint {', '.join(joints)} unexplained: "
@@ -184,6 +199,6 @@ def causes(evidence: Evidence, findings: Sequence[Finding]) -> list[Finding]:
     contradicted = any(finding.severity == "error" for finding in findings)
     fits = [estimate.estimate.fit for estimate in evidence.modelled]
     fits += [evidence.robot_fit] if evidence.robot_fit is not None else []
-    if not contradicted and not any(np.nanmax(fit.relative_per_joint) > SUSPICIOUS for fit in fits):
+    if not contradicted and not any(np.nanmax(told_per_joint(fit)) > SUSPICIOUS for fit in fits):
         return []
     return [cause.finding(cause.source) for cause in likely_causes(evidence.robot, evidence.source, contradicted)]

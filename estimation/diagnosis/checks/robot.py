@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ....model import Robot
 from ..evidence import Evidence
 from ..finding import Finding, error, note
 from ..rivals import Rival
@@ -75,16 +76,18 @@ def arm_weight(evidence: Evidence) -> list[Finding]:
 def arm_weight_share(evidence: Evidence) -> float | None:
     """kappa; None of other arms, or where their parameters are not known."""
     robot, parameters = evidence.robot, evidence.parameters
-    if parameters is None or not robot.mass or robot.spring is not None or robot.n not in (6, 7):
+    if parameters is None or not robot.mass or robot.spring is not None or not _carries_itself(robot):
         return None
-    joints = (2, 3) if robot.n == 6 else (2, 4, 6)
-    names = [(f"MX{j}", f"MY{j}") for j in joints]
+    names = [(f"MX{j}", f"MY{j}") for j in ((2, 3) if robot.n == 6 else (2, 4, 6))]
     if not {name for pair in names for name in pair} <= set(parameters.names):
-        return None
-    if not all(joint.revolute for joint in robot.joints) or not any(robot.gravity):
         return None
     weight = sum(float(np.hypot(parameters[pair[0]], parameters[pair[1]])) for pair in names)
     return weight / (robot.mass * sum(float(np.hypot(joint.d, joint.r)) for joint in robot.joints[1:]))
+
+
+def _carries_itself(robot: Robot) -> bool:
+    """Whether it is an arm of six or seven axes that turn, under gravity."""
+    return robot.n in (6, 7) and any(robot.gravity) and all(joint.revolute for joint in robot.joints)
 
 
 OF_ROBOT = (other_robots, turned_joints, arm_weight)

@@ -25,7 +25,7 @@ from dynident.estimation.diagnosis.quantities import (
 from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge, robot_verdict
-from dynident.estimation.fit.estimate import Estimate
+from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
@@ -631,3 +631,13 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
         assert all(finding.about not in ("mass", "everything") for finding in reasons)
         assert all(abs(share - 1.0) <= max(joints.SHARE, joints.SIGMAS * sigma) for share in shares)
         assert abs(scale - 1.0) <= max(loaded_rows.SCALE, loaded_rows.SCALE_Z * sigma / 10.0)
+
+
+def test_a_joint_without_torque_is_judged_by_noise() -> None:
+    """Its own norm says nothing: what it leaves is as little as any torque's noise."""
+    rows = (100, 100, 100)
+    little = Fit(np.array([10.0, 8.0, 1.9]), np.array([200.0, 150.0, 2.0]), rows)
+    much = Fit(np.array([10.0, 8.0, 2.1]), np.array([200.0, 150.0, 2.0]), rows)
+    assert not recordings.fit_findings(little, "it")
+    assert [finding.severity for finding in recordings.fit_findings(much, "it")] == ["error"]
+    assert "joint 3" in recordings.fit_findings(much, "it")[0].text
