@@ -108,10 +108,12 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
     ratios = [f"method {e.method} {r.sigma[-1] / e.estimate.sigma[-1]:.2f}" for e, r in both if r is not None]
     robust = [r for _, r in both if r is not None]
     if robust:
+        by_blocks, by_memory = "the block jackknife's standard deviation", "that by the memory of the errors"
         blocks = f"{robust[0].blocks} blocks of {robust[0].block_length:.2g} s or more"
+        how = "memory" if robust[0].by_memory else f"jackknife over {blocks}"
         lines = [
-            "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation.",
-            f"Mass, sigma_robust/sigma (jackknife over {blocks} to formula): {', '.join(ratios)}.",
+            f"± the larger of the formula's (17)-(19) and {by_memory if robust[0].by_memory else by_blocks}.",
+            f"Mass, sigma_robust/sigma ({how} to formula): {', '.join(ratios)}.",
         ]
     else:
         lines = [f"± one standard deviation {_FORMULA}"]

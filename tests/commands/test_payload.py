@@ -96,21 +96,20 @@ def test_a_bound_that_excludes_the_payload_is_named(run: Run, logs: dict[str, st
 
 
 def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
-    """One block of motion under load: the answer comes, by the formula, and a note says why."""
+    """One block of motion under load: intervals go by the memory of the errors, and a note says so."""
     target = tmp_path / "payload.json"
     arguments = ("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--unloaded", logs["bare1"])
     status, out, _ = run(*arguments, "--loaded", logs["brief"], "--json", str(target))
     assert status in (0, 1)
     told = " ".join(out.split())
-    assert "by (17)-(19)" in told
-    assert "± of method 1, 4 by the formula alone: robust standard deviations need two blocks" in told
+    assert "the larger of the formula's (17)-(19) and that by the memory of the errors" in told
+    assert "blocks are too few for a jackknife: intervals go by the memory of the errors" in told
+    assert "jackknife over" not in told
     estimates, constrained = by_estimator(json.loads(target.read_text()))
     assert [estimate["method"] for estimate in estimates] == [1, 4]
-    assert {estimate["interval95_by"] for estimate in constrained} == {"formula"}
-    assert "95 % intervals by the formula (17)-(19) alone" in told
+    assert {estimate["interval95_by"] for estimate in constrained} == {"memory"}
     for estimate in estimates:
-        assert estimate["sigma_robust"] is None
-        assert "two blocks" in estimate["robust"]["unavailable"]
+        assert estimate["sigma_robust"]["M"] > 0.0
         assert estimate["parameters"]["M"] == pytest.approx(7.025, abs=5.0 * estimate["sigma"]["M"])
 
 

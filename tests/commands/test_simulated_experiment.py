@@ -14,6 +14,9 @@ from dynident.tests.commands.runs import Run
 from dynident.trajectories import plan_point_to_point
 from dynident.trajectories.motions import random_points
 
+BARE = Path(__file__).parents[1] / "reference/robots/puma560.toml"
+"""An arm whose file tells neither its links nor its mass."""
+
 
 @pytest.mark.long
 def test_demo(run: Run, tmp_path: Path) -> None:
@@ -122,7 +125,7 @@ def test_simulate_says_what_it_cannot_do(simulated: Path, run: Run, tmp_path: Pa
     out = ("--out", str(tmp_path / "x"))
     move = str(simulated / "move.csv")
     for arguments, words in (
-        (("--robot", "ur10e"), "lacks XX1"),
+        (("--robot", str(BARE)), "lacks XX1"),
         (("--robot", "rx90", "--noise", "loud"), "--noise 'loud'"),
         (("--robot", "rx90", "--noise", "-1"), "--noise '-1'"),
         (("--robot", "rx90", "--rate", "1"), "not a rate"),

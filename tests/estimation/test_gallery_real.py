@@ -53,7 +53,10 @@ def test_the_pair_gives_mass_and_centre_of_mass_without_a_conflict(answer: Paylo
 
 
 def test_the_pairs_joints_do_not_weigh_the_same(answer: PayloadAnswer) -> None:
-    """Drive gains or friction: joint 4 sees some 7 % more than joints 2 and 3; joints 5 and 6 see no mass."""
+    """Drive gains or friction: joint 4 sees some 7 % more than joints 2 and 3; joints 5 and 6 see no mass.
+
+    The intervals, wider by the joints' shares, allow for it.
+    """
     mass = {one.joints: one.mass for one in answer.by_joints.masses}
     arm, wrist = mass[1, 2, 3], mass[4, 5, 6]
     assert arm is not None
@@ -61,9 +64,9 @@ def test_the_pairs_joints_do_not_weigh_the_same(answer: PayloadAnswer) -> None:
     assert 0.04 < (wrist - arm) / MASS < 0.08
     assert mass[5,] is None
     assert mass[6,] is None
-    assert "joints do not weigh the same (joint 2" in answer.verdict.reasons[0]
-    assert "joint 4" in answer.verdict.reasons[0]
-    assert "drive gains and friction" in answer.verdict.reasons[0]
+    low, high = answer.mass_interval
+    assert low < MASS < high
+    assert not any("weigh the same" in reason for reason in answer.verdict.reasons)
 
 
 def scaled(joint: int, factor: float) -> Callable[[Recording], Recording]:
@@ -95,7 +98,7 @@ def only_speeds_in_degrees(r: Recording) -> Recording:
 WRONG = {
     "gain 3 twice too large": (scaled(3, 2.0), "joint 3 shows 1.9"),
     "gain 4 halved": (scaled(4, 0.5), "joint 4 shows 0.5"),
-    "sign of torque 2": (scaled(2, -1.0), "joint 2 comes out negative"),
+    "sign of torque 2": (scaled(2, -1.0), "the sign of the torque of joint 2 is wrong"),
     "torque 0.2 s late": (late, "torque lags position by about 0.2"),
     "joints 2 and 3 exchanged": (exchanged, "joints 2 and 3 are exchanged"),
     "degrees": (degrees, "degrees"),

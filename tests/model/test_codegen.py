@@ -186,7 +186,7 @@ def test_command_makes_the_folder_and_prints_the_files(tmp_path: Path, capsys: p
     ("function", "out", "said"),
     [
         ("mass", "new", "give one of inverse_dynamics, "),
-        ("gravity", "file", "File exists"),
+        ("gravity", "file", "is not a folder, nor can one be made there"),
         ("gravity", "file/x", ""),
     ],
 )

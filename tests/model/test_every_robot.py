@@ -156,7 +156,7 @@ def test_welded_payload_only_changes_the_last_link(
     """A payload given in a tool frame, and the same body as one more link behind a joint that is held."""
     tool = Joint("revolute", radians(33), 0.12, radians(-71), 0.08)
     values, payload = random_parameters(robot, 7), random_bodies(1, 8)[0]
-    longer = replace(robot, joints=(*robot.joints, tool))
+    longer = replace(robot, joints=(*robot.joints, tool), joint_names=())
     states = random_states(robot, STATES, seed=7)
     n = robot.n
     held = [np.column_stack([x, np.zeros(STATES)]) for x in states]

@@ -36,7 +36,7 @@ def test_a_file_in_use_stays_as_it_is(tmp_path: Path, monkeypatch: pytest.Monkey
         raise PermissionError(13, "The process cannot access the file", str(target))
 
     monkeypatch.setattr(Path, "replace", refuse)
-    with pytest.raises(PermissionError):
+    with pytest.raises(InputError, match=r"result\.json: cannot be written: The process cannot access"):
         write_bytes(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

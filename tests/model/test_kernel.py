@@ -219,7 +219,7 @@ def test_broken_compiler_is_told(monkeypatch: pytest.MonkeyPatch, mixed: ca.Func
     from dynident.model.kernel import c_path
     from dynident.model.kernel.cache import CompilerUnavailable
 
-    def fail(source: str) -> None:
+    def fail(source: str, *_: object) -> None:
         raise CompilerUnavailable("the C compiler failed: no space")
 
     monkeypatch.setattr(c_path, "compiled_library", fail)

@@ -65,7 +65,9 @@ def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> N
 
 
 def test_torques_without_limits_are_those_of_the_description(plan: ViaPoints, rx90: Robot) -> None:
-    free = build_design(rx90, FourierShape(3), Goal(payload_only=True))
+    free = build_design(
+        rx90, FourierShape(3), Goal(payload_only=True), bounds=JointBounds.of(rx90, torque=[np.inf] * 6)
+    )
     figure = motion_figure(free, plan.motion(20.0), "title").figure
     assert len(figure.axes[2].get_lines()) == 1, "no limit, no line"
     unknown = build_design(load_robot("ur10e"), FourierShape(3), Goal(payload_only=True),

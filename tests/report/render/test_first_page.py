@@ -17,7 +17,7 @@ from dynident.report.controllers import FORMATS, load_of_document
 from dynident.report.documents import payload_document
 from dynident.report.render.html import blocks_html, page_html
 from dynident.report.sections.controller import controller_blocks
-from msgspec import structs
+from msgspec import UNSET, structs
 
 from .conftest import read
 
@@ -80,7 +80,7 @@ def test_controllers_get_what_export_writes(document: StoredPayload) -> None:
 
 
 def test_another_frame_than_the_flange_is_told(document: StoredPayload) -> None:
-    text = shown(structs.replace(document, frame="frame 6"))
+    text = shown(structs.replace(document, frame="frame 6", flange_in_payload_frame=UNSET))
     assert "not in the flange" in text
     assert "--flange-frame" in text
     assert "controller-plain" in text
