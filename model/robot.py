@@ -165,11 +165,7 @@ class Robot:
             raise ValueError("rated payload must be positive")
         if self.mass is not None and not 0.0 < self.mass < math.inf:
             raise ValueError("mass must be positive")
-        if any(len(names) != len(self.joints) for names in self.joint_names):
-            raise ValueError(f"joint_names: give {len(self.joints)} names, base to tip, in each list")
-        slow = self.processing.slow_speed
-        if isinstance(slow, tuple) and len(slow) != len(self.joints):
-            raise ValueError(f"slow_speed: give one number, or {len(self.joints)}")
+        self._check_lists()
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
@@ -178,6 +174,15 @@ class Robot:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         self.drives.check(len(joints))
+
+    def _check_lists(self) -> None:
+        """Refuse lists that do not hold one item for each joint."""
+        n = len(self.joints)
+        if any(len(names) != n for names in self.joint_names):
+            raise ValueError(f"joint_names: give {n} names, base to tip, in each list")
+        slow = self.processing.slow_speed
+        if isinstance(slow, tuple) and len(slow) != n:
+            raise ValueError(f"slow_speed: give one number, or {n}")
 
     @property
     def n(self) -> int:

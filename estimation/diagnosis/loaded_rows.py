@@ -4,6 +4,7 @@ Both ask method 4 one more question. All of it is in the joints' triangular fact
 """
 
 from collections.abc import Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -113,15 +114,16 @@ def bursts(problem: PayloadProblem, weights: Array) -> Bursts | None:
     columns = len(loaded.columns)
     whole = _gram(problem.unloaded, loaded, weights, columns)
     values = _inverse(whole[:-1, :-1]) @ whole[:-1, -1]
+    error = np.append(-values, 1.0)
     blocks, high = 0, list[Array]()
     for group in _blocks(problem):
         grams = [
             _gram(bare, heavy and in_payload_frame(problem.robot, heavy), weights, columns) for bare, heavy in group
         ]
-        rows = [sum(part.equations for part in parts if part is not None) for parts in group]
-        error = np.append(-values, 1.0)
-        means = np.array([error @ gram @ error / max(count, 1) for gram, count in zip(grams, rows, strict=True)])
-        high += [gram for gram, mean in zip(grams, means, strict=True) if mean > BURST * np.median(means)]
+        means = np.array(
+            [error @ gram @ error / max(_rows(block), 1) for gram, block in zip(grams, group, strict=True)]
+        )
+        high += list(compress(grams, means > BURST * np.median(means)))
         blocks += len(grams)
     if not high or 2 * len(high) > blocks:
         return None
@@ -139,6 +141,10 @@ def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
         return [list(zip(bare, heavy, strict=True))]
     groups: list[list[_Block]] = [[(None, part) for part in heavy], [(part, None) for part in bare]]
     return [group for group in groups if group]
+
+
+def _rows(block: _Block) -> int:
+    return sum(part.equations for part in block if part is not None)
 
 
 def _parts(equations: Equations) -> Sequence[Equations]:

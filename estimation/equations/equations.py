@@ -293,11 +293,16 @@ def merged(parts: Iterable[Equations]) -> Equations:
     sums = [less for less in cut if isinstance(less, WithoutEach)]
     if len(sums) == len(cut):
         return replace(whole, leave_one_out=WithoutEach([block for less in sums for block in less.blocks]))
-    less = []
+    return replace(whole, leave_one_out=_left_out_in_turn(parts))
+
+
+def _left_out_in_turn(parts: Sequence[Equations]) -> tuple[Equations, ...]:
+    """Each part without each of its blocks, beside all other parts."""
+    less: list[Equations] = []
     for k, part in enumerate(parts):
         others = [replace(other, leave_one_out=()) for other in (*parts[:k], *parts[k + 1 :])]
         less += [stacked([*others, left]) for left in part.leave_one_out]
-    return replace(whole, leave_one_out=tuple(less))
+    return tuple(less)
 
 
 def stacked(parts: Sequence[Equations], compress: bool = True) -> Equations:

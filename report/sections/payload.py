@@ -117,14 +117,16 @@ def sigma_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
         ]
     else:
         lines = [f"± one standard deviation {_FORMULA}"]
-    lines += sorted({r.warning for r in robust if r.warning})
+    return [*lines, *sorted({r.warning for r in robust if r.warning}), *_formula_notes(estimates)]
+
+
+def _formula_notes(estimates: Sequence[PayloadEstimate]) -> list[str]:
+    """Why standard deviations of some methods are the formula's alone."""
     by_formula: dict[str, list[str]] = {}
     for e in estimates:
         if e.without_robust:
             by_formula.setdefault(e.without_robust, []).append(str(e.method))
-    return lines + [
-        f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()
-    ]
+    return [f"± of method {', '.join(methods)} by the formula alone: {why}" for why, methods in by_formula.items()]
 
 
 def payload_page(
