@@ -47,11 +47,8 @@ from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor
 from .regressors import standard_columns as standard_columns
 from .regressors import standard_regressor as standard_regressor
-from .robot import ASSUMED as ASSUMED
 from .robot import INERTIAL as INERTIAL
-from .robot import SOURCED as SOURCED
 from .robot import Joint as Joint
 from .robot import Limits as Limits
-from .robot import Links as Links
 from .robot import Robot as Robot
 from .stand_in import with_stand_in as with_stand_in

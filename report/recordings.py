@@ -13,7 +13,7 @@ from ..model import Recording
 from ..trajectories import Controller, Experiment
 
 SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
-"""Of ``model.SOURCED``, what a simulation rests on."""
+"""Names of ``model.robot.SOURCED`` that a simulation rests on."""
 
 
 def write_recording(path: str | Path, recording: Recording) -> None:

@@ -11,15 +11,15 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from dynident import model, report
+from dynident import report
 from dynident.commands.demo.paper import paper_tables
-from dynident.commands.demo.setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from dynident.commands.demo.setup import TRAJECTORIES
 from dynident.commands.progress import bar
 from dynident.commands.values import positive, share, whole
 from dynident.common.files import write_text
 
 from .figure import save_repetitions
-from .repetition import Outcome, outcome_of
+from .repetition import Outcome, one_experiment
 from .text import Scenario, repeated_document, repeated_numbers
 
 WORKERS = 2
@@ -74,20 +74,6 @@ def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_er
     )
     report.documents.write_json(folder / "simulated_experiment.json", repeated_numbers(scenarios))
     print(document)
-
-
-def one_experiment(
-    payload: model.InertialParameters, seed: int, trajectories: int = TRAJECTORIES, gain_error: float = 0.02
-) -> dict[str, Outcome]:
-    """One experiment in every scenario: the same runs, recorded with other errors of measurement."""
-    robot = paper_robot()
-    experiment = simulate_paper(robot, payload, levels("paper"), seed, trajectories)
-    recorded = {
-        "paper": experiment,
-        "slow": experiment.again(levels("slow")),
-        "gains": experiment.again(levels("paper", gain_error)),
-    }
-    return {name: outcome_of(one, robot=name == "paper") for name, one in recorded.items()}
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ import numpy as np
 from ... import __version__
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model import SOURCED, Motion, Robot
+from ...model import Motion, Robot
+from ...model.robot import SOURCED
 from ...trajectories import BlendedPoints, Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
 from ...trajectories.motions import Plan
 
@@ -90,7 +91,7 @@ def assumed_line(problem: DesignProblem) -> list[str]:
 
 
 def rests_on(problem: DesignProblem) -> tuple[str, ...]:
-    """Of ``model.SOURCED``, what a motion rests on."""
+    """Names of ``model.robot.SOURCED`` that a motion rests on."""
     return ("position", "speed", "acceleration", *(("torque", "parameters") if problem.torque_limited else ()))
 
 

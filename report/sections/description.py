@@ -3,9 +3,10 @@
 import math
 from collections.abc import Iterable
 
-from ...model import SOURCED, Limits, Robot
+from ...model import Limits, Robot
 from ...model.drives import Drives
 from ...model.frames import frames_at
+from ...model.robot import SOURCED
 from ..blocks import Block, Notes, Table, columns
 
 _NUMBERS = ("alpha", "d", "theta", "r", "from", "to", "speed", "accel.", "torque")
@@ -93,7 +94,7 @@ def _sources(robot: Robot) -> Iterable[str]:
 
 
 def assumed_notes(robot: Robot, *what: str) -> list[str]:
-    """What was assumed of a robot, and how; ``what``: of ``model.SOURCED``, all without."""
+    """What was assumed of a robot, and how; ``what``: of ``model.robot.SOURCED``, all without."""
     told: dict[str, list[str]] = {}
     for name, how in robot.assumed(*what).items():
         told.setdefault(how, []).append(SOURCED[name])

@@ -94,7 +94,7 @@ def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     texts = {name: path.read_text(encoding="utf-8") for name, path in files.items()}
     assert "servoj" in texts["script"]
     assert "positions" in texts["yaml"]
-    for words in ("10 of 10", "Predicted for 3 kg", "Torque limits are NOT checked", "REHEARSAL"):
+    for words in ("10 of 10", "Predicted for 3 kg", "Assumed, not published: torque limits", "REHEARSAL"):
         assert (words in texts["html"]) == (words != "REHEARSAL")
     assert texts["html"].count("<svg") == 3  # motion, poses, the moving arm
     robot = load_robot("rx90")

@@ -207,7 +207,7 @@ def _of_description() -> Iterator[Wrong]:
     yield of_another("ur10e", "rx90")
     yield both("rx90", "coupling left out", "drives of joints 5 and 6 are coupled", same, robot=uncoupled(rx90))
     longer = lengthened(rx90, 3, "d", 1.1)
-    yield both("rx90", "a length 10 % too long", "joints do not weigh the same|length d3", same, robot=longer)
+    yield both("rx90", "a length 10 % too long", "a recording of robot 'rx90'|length d3", same, robot=longer)
     quarter = np.array([0.0, 0.0, np.pi / 2, 0.0, 0.0, 0.0])
     yield both("ur10e", "zero of q3 off by 90 degrees", "zero of q3 is off", on_position(lambda q: q + quarter))
 
