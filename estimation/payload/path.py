@@ -27,6 +27,8 @@ _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""
 _SMALL = 1e-3
 """Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
+_PIECE = 5_000
+"""Samples whose columns are held at once: those of a long recording would fill the memory."""
 _FRICTION = ("FS", "FV", "OFF", "FSM", "FVM")
 
 
@@ -68,7 +70,7 @@ def path_torque(robot: Robot, base: BaseParameters, chi: Array, unloaded: Motion
 
 def _torque(observer: Observer, chi: Array, motion: Motion) -> Array:
     torque, n = empty(motion.q.shape), motion.n
-    for part in parts(len(motion.t)):
+    for part in parts(len(motion.t), _PIECE):
         short = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
         data = Measurement(short, np.zeros(short.q.shape))
         W = observer.observe_rows(data, np.ones(short.q.shape, dtype=bool), 1).W
