@@ -1,7 +1,7 @@
 """The equations of recordings with payload, [W W_L] of (22) and W_L of (29), whole and in blocks of time."""
 
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, starmap
 from typing import NamedTuple
 
 import numpy as np
@@ -191,13 +191,17 @@ def _changes(
 ) -> tuple[Equations, list[list[Observation]]]:
     """Equations (29) of pairs, the torque of paths that differ taken off, and those of each."""
     robot, chi = observer.robot, robot_of(unloaded)
-    made = []
+    made: list[list[Observation]] = []
+    torque_alone = observer.only(payload_columns(robot)[-1:])  # columns do not count: one is the fewest
     for pair in pairs:
         path = path_torque(robot, base, chi, pair.unloaded.motion, pair.loaded.motion)
         change, taken = less_path(robot, torque_change(robot, pair.unloaded, pair.loaded), path)
-        both = (observer.observe(data, processing, pair.unloaded.motion) for data in (change, taken))
-        made.append([with_path(*both)])
-    return merged(reduced(recording) for (recording,) in made), made
+        both = (
+            own.pieces(data, processing, pair.unloaded.motion)
+            for own, data in ((observer, change), (torque_alone, taken))
+        )
+        made.append(list(starmap(with_path, zip(*both, strict=True))))
+    return merged(map(reduced, chain.from_iterable(made))), made
 
 
 def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:
