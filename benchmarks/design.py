@@ -83,7 +83,7 @@ def replays() -> None:
 
 
 def obstacles() -> None:
-    """The same with torque limits and obstacles."""
+    """Designs with torque limits and obstacles."""
     table = titled(
         "Torque limits, accelerations 3 x speed: cond",
         "asked",

@@ -35,7 +35,7 @@ SHAPES: dict[str, ViaPointShape | FourierShape] = {
 
 
 class _Best(NamedTuple):
-    """Of random motions of one class: the best in the median, and in the worst sigma, of each draw.
+    """Best random motions of one class, by the median and by the worst sigma, of each draw.
 
     ``figures`` (draws, 2); ``motion`` and its score are the best of all draws by the median.
     """

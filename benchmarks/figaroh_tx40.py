@@ -67,7 +67,7 @@ class Tx40(BaseIdentification):  # type: ignore[misc]
 
 
 class Bare(Tx40):
-    """The same without validation on the same data, provenance and report."""
+    """The estimation alone: no validation on the same data, no provenance, no report."""
 
     def _store_results(self, identif_results: dict[str, Any]) -> None:
         self.result = identif_results

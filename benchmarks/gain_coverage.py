@@ -58,7 +58,7 @@ def arm(name: str) -> Robot:
 
 
 def simulator(name: str = "ur10e") -> Simulator:
-    """Of an arm with the RX90's parameters."""
+    """A simulator of an arm with the RX90's parameters."""
     known = {**load_robot("rx90").parameters, **{f"OFF{joint}": 0.3 * joint for joint in range(1, 7)}}
     return Simulator(replace(arm(name), parameters=known))
 

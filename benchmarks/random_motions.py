@@ -102,7 +102,7 @@ CLASSES: dict[str, Callable[[DesignProblem, np.random.Generator], Rival | None]]
 
 
 def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> list[Rival]:
-    """As many random motions of a class, all within a problem's limits on the solver's fine grid."""
+    """Random motions of a class, all within a problem's limits on the solver's fine grid."""
     draw = np.random.default_rng(seed)
     found: list[Rival] = []
     while len(found) < count:

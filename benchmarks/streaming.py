@@ -111,7 +111,7 @@ def main() -> None:
 
 
 def compare(observer: Observer, simulator: Simulator, samples: int) -> None:
-    """The same stretch from an iterator and as one measurement."""
+    """Compare a stretch read from an iterator with one measurement of it."""
     streamed = weighted(solved(observer, Source(simulator, samples))[0])
     data = Source(simulator, samples).whole()
     fast = SLOW / np.abs(data.motion.qd).max(axis=0)

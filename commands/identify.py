@@ -110,11 +110,11 @@ def run(
         result = estimation.identify(
             setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
         )
-        possible, warnings = asked.possible(result), result.warnings
-    screen = report.robot_screen(result, possible, warnings)
+        possible = asked.possible(result)
+        screen = report.robot_screen(result, possible)
     report.print_blocks(screen)
     files.write_json(
-        lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, warnings)
+        lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible)
     )
     files.write_page(
         lambda: report.robot_page(
@@ -123,7 +123,6 @@ def run(
             result.predictions,
             result.excitation,
             files.provenance(setup.in_words(), asked, arm, processing),
-            warnings,
             others=len(held_out or recordings) - len(result.predictions),
         )
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import estimation, report
 from ..common.errors import InputError
@@ -15,12 +15,19 @@ from .options import (
     GainOptions,
     KnowledgeOptions,
     PairOptions,
+    Setup,
     TableOptions,
     add_command,
     option,
 )
 from .progress import status
 from .values import relative
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..common.progress import Progress
+    from ..model import Recording
 
 
 @dataclass(frozen=True)
@@ -108,19 +115,8 @@ def run(
     setup = processing.setup(arm.load(), stored)
     unloaded, loaded, held_out = (setup.read(paths) for paths in (asked.unloaded, asked.loaded, asked.validate))
     gain_errors = drives.errors(setup, loaded, unloaded, stored)
-    known = stored.estimate if stored else None
     with status("reading") as progress:
-        problem = estimation.payload_problem(
-            setup.robot,
-            loaded,
-            unloaded,
-            known,
-            setup.processing,
-            progress,
-            robust=True,
-            friction_change=asked.change,
-            scale_sigma=asked.scale_sigma or 0.0,
-        )
+        problem = _problem(asked, setup, loaded, unloaded, stored, progress)
         progress("estimating")
         methods = None if asked.method == "all" else (int(asked.method),)
         try:
@@ -136,10 +132,9 @@ def run(
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
-        warnings = answer.warnings
-    screen = report.payload_screen(answer, warnings)
+    screen = report.payload_screen(answer)
     report.print_blocks(screen)
-    document = report.documents.payload_document(answer, setup.processing, setup.gains, warnings)
+    document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
     files.write_page(
         lambda: report.payload_page(
@@ -148,7 +143,6 @@ def run(
             answer.predictions,
             answer.excitation,
             files.provenance(setup.in_words(), asked, arm, processing),
-            warnings,
             others=len(loaded) + len(held_out) - len(answer.predictions),
         )
     )
@@ -156,3 +150,25 @@ def run(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _problem(
+    asked: _Payload,
+    setup: Setup,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    stored: estimation.files.StoredRobot | None,
+    progress: Progress,
+) -> estimation.PayloadProblem:
+    """Equations of the recordings, with the robot of an earlier run where one is given."""
+    return estimation.payload_problem(
+        setup.robot,
+        loaded,
+        unloaded,
+        stored.estimate if stored else None,
+        setup.processing,
+        progress,
+        robust=True,
+        friction_change=asked.change,
+        scale_sigma=asked.scale_sigma or 0.0,
+    )

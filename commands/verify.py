@@ -12,7 +12,7 @@ from .options import ArmOptions, LogOptions, Options, ResultOptions, add_command
 
 @dataclass(frozen=True)
 class _Pair(Options):
-    """The same motion before and after the payload was entered."""
+    """One motion before and after the payload was entered."""
 
     before: str = option(
         reads="before",

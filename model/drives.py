@@ -104,7 +104,7 @@ class Spring:
         return np.asarray(self._law(q, np))
 
     def torque_symbol(self, q: ca.SX) -> ca.SX:
-        """The same as an expression; a table goes on linearly beyond its ends."""
+        """Torque of the spring as an expression; a table goes on linearly beyond its ends."""
         if self.table:
             angles, torques = zip(*self.table, strict=True)
             return ca.pw_lin(q, list(angles), list(torques))

@@ -95,7 +95,7 @@ class InertialParameters:
         return self.mass > 0.0 and self.min_pseudo_inertia_eigenvalue >= 0.0
 
     def moved(self, rotation: ArrayLike, origin: ArrayLike) -> "InertialParameters":
-        """The same body seen from another frame.
+        """Describe the body in another frame.
 
         Args:
             rotation: 3 x 3; its columns are this frame's axes in the other frame.
@@ -149,7 +149,7 @@ class PayloadSpread:
 
     @property
     def moments(self) -> Array:
-        """Of the three moments of inertia [kg m^2], shape (3,)."""
+        """The three moments of inertia [kg m^2], shape (3,)."""
         return np.diag(self.inertia_com).copy()
 
 

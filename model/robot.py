@@ -219,11 +219,11 @@ class Robot:
         }
 
     def with_offsets(self, offsets: bool) -> "Robot":
-        """The same robot with or without a constant friction offset per joint."""
+        """Copy of the robot with or without a constant friction offset per joint."""
         return replace(self, drives=replace(self.drives, offsets=offsets))
 
     def for_currents(self) -> "Robot":
-        """The same robot with equations that each hold one motor's torque, a spring's torque as a column."""
+        """Copy of the robot whose equations each hold one motor's torque, a spring's torque as a column."""
         drives = self.drives
         if drives.coupling is not None:
             drives = replace(drives, coupling=replace(drives.coupling, rows="motor"))
@@ -232,7 +232,7 @@ class Robot:
         return replace(self, drives=drives)
 
     def with_coulomb(self, form: Literal["sum", "paper"]) -> "Robot":
-        """The same robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
+        """Copy of the robot with the coupled Coulomb friction as the sum (dual) or as the paper prints it."""
         if self.coupling is None:
             raise ValueError(f"robot {self.name!r} has no coupled drives")
         return replace(self, drives=replace(self.drives, coupling=replace(self.coupling, coulomb=form)))

@@ -44,8 +44,8 @@ def demonstrate(
     ]
     notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
     report.print_blocks([*tables, report.Notes([*notes, *report.payload_notes(answer)])])
-    warnings, processing = answer.warnings, robot.processing
-    document = report.documents.payload_document(answer, processing, None, warnings)
+    processing = robot.processing
+    document = report.documents.payload_document(answer, processing, None)
     report.documents.write_json(folder / "payload.json", document)
     identified = report.documents.identification_document(analysis.robot, processing, None)
     report.documents.write_json(folder / "robot.json", identified)
@@ -90,7 +90,6 @@ def _page(
         [answer.prediction(experiment.runs[-1].recording, True), *analysis.robot.predictions],
         answer.excitation,
         pages.provenance(setup.in_words() | simulated),
-        answer.warnings,
         others=len(experiment.runs) - 2,
         extra=(
             report.Section("paper", "Beside the truth and the paper", screen),

@@ -127,7 +127,7 @@ def now() -> datetime:
 
 
 def versions() -> dict[str, str]:
-    """Of dynident, Python, and the packages that decide numbers and figures."""
+    """Versions of dynident, Python, and the packages that decide numbers and figures."""
     found = {"dynident": __version__, "Python": platform.python_version()}
     for package in _PACKAGES:
         try:

@@ -144,7 +144,7 @@ def _prediction(
     loaded: bool,
     held_out: bool,
 ) -> TorquePrediction:
-    """Of equations in consecutive pieces: their torques are kept, W is not."""
+    """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
     kept = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
     t, measured, *made = (
         tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*kept, strict=True)

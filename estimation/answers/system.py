@@ -111,7 +111,7 @@ def _observed(observer: Observer, recordings: Sequence[Recording], processing: P
 
 
 def _widened(observation: Observation, columns: tuple[str, ...]) -> Observation:
-    """The same equations with columns of zeros after their own."""
+    """Equations with columns of zeros after their own."""
     more = len(columns) - len(observation.columns)
     W = tuple(np.pad(part, ((0, 0), (0, more))) for part in observation.W)
     return Observation(columns, W, observation.Y, observation.t, observation.bandwidth)

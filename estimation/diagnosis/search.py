@@ -254,7 +254,7 @@ def _alike(candidates: Iterable[Ranked]) -> float:
 
 
 def _best_first(candidates: Iterable[Ranked]) -> list[Ranked]:
-    """Those that do as well as the best by the number of their changes, then the others by their residual."""
+    """Sort causes: those as good as the best by the number of their changes, then the others by their residual."""
     candidates = list(candidates)
     limit = _alike(candidates)
 

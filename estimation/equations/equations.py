@@ -61,14 +61,14 @@ class Equations:
     block_length: float = 0.0
 
     def select(self, columns: Sequence[str]) -> "Equations":
-        """These equations with only some of the parameters, in the order given."""
+        """Keep only some of the parameters, in the order given."""
         places = [self.columns.index(name) for name in columns]
         factors = tuple(factor[:, [*places, -1]] for factor in self.factors)
         parts = each(self.leave_one_out, lambda part: part.select(columns))
         return replace(self, columns=tuple(columns), factors=factors, leave_one_out=parts)
 
     def renamed(self, columns: Sequence[str]) -> "Equations":
-        """These equations in other parameters' place among ``columns``; absent ones get columns of zeros."""
+        """Put the equations in other parameters' place among ``columns``; absent ones get columns of zeros."""
         factors = []
         places = [columns.index(name) for name in self.columns]
         for factor in self.factors:
@@ -79,12 +79,12 @@ class Equations:
         return replace(self, columns=tuple(columns), factors=tuple(factors), leave_one_out=parts)
 
     def called(self, columns: Sequence[str]) -> "Equations":
-        """These equations with other names for the same parameters."""
+        """Give the same parameters other names."""
         parts = each(self.leave_one_out, lambda part: part.called(columns))
         return replace(self, columns=tuple(columns), leave_one_out=parts)
 
     def with_column(self, name: str, columns: Sequence[str], values: Array) -> "Equations":
-        """These equations with one more parameter, whose column is the torque of some others of these values."""
+        """Add a parameter whose column is the torque of some others of these values."""
         places = [self.columns.index(column) for column in columns]
         factors = tuple(
             np.insert(factor, len(self.columns), factor[:, places] @ values, axis=1) for factor in self.factors
@@ -107,7 +107,7 @@ class Equations:
         return replace(self, columns=columns, factors=factors, shared=(), leave_one_out=parts)
 
     def eliminate(self, columns: Sequence[str], anchors: Sequence[Anchor] = ()) -> "Equations":
-        """These equations less all that some columns can explain, joint by joint.
+        """Take away all that some columns can explain, joint by joint.
 
         Each joint must have parameters of its own there, such as friction: this is then exact, what is left are the
         equations of the least-squares problem after those unknowns were solved for.
@@ -236,7 +236,7 @@ class WithoutEach(Sequence[Equations]):
     """Equations without each of the blocks of time that make them up, merged when first asked for."""
 
     def __init__(self, blocks: Sequence[Equations], change: Callable[[Equations], Equations] | None = None) -> None:
-        """Of these blocks, each changed when first asked for; of a single one nothing is left."""
+        """Equations without each block, made when first asked for; a single block leaves none."""
         self._given, self._change = blocks, change
 
     def __len__(self) -> int:
@@ -261,7 +261,7 @@ class WithoutEach(Sequence[Equations]):
 
     @cached_property
     def _merged(self) -> tuple[Equations, ...]:
-        """Those before a block and those after it are merged once for all: 3 B merges instead of B^2."""
+        """Merge what lies before and after each block once for all: 3 B merges instead of B^2."""
         after: list[list[Equations]] = [[]]
         for block in reversed(self.blocks[1:]):
             after.append([merged([block, *after[-1]])])

@@ -180,7 +180,7 @@ class Observer:
         return self._held(list(self.blocks(data, processing, partner)), processing.thinning(data.motion.rate))
 
     def observe_rows(self, data: Measurement, keep: Mask, decimate: int) -> Observation:
-        """The same with the rows to use, N x n, given."""
+        """Observe a measurement with the rows to use, N x n, given."""
         return self._held(list(self.stream([(data, keep)], decimate)), decimate)
 
     def pieces(

@@ -69,6 +69,6 @@ def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
 
 
 def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
-    """The same joint's torques with other rows, as ``beside`` orders them."""
+    """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
     own = [one for one in shared if one.joint == joint]
     return [one._replace(torque=columns[:, k]) for k, one in enumerate(own)]

@@ -49,7 +49,7 @@ def remembered(recordings: Sequence[Held], equations: Equations) -> Remembered:
 
 
 def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:
-    """As ``block_length``, from what the weighted fit to the recordings of one load leaves of each."""
+    """Length of blocks [s] by what the weighted fit to the recordings of one load leaves of each."""
     return block_length([Remembered(_memory(group), tuple(map(span, group)), ()) for group in groups])
 
 

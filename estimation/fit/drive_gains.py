@@ -63,7 +63,7 @@ class Gains:
             raise InputError("the identified gains' matrix is no covariance: identify them again")
 
     def covariance(self, n: int) -> Array:
-        """Of e_1 .. e_n, n x n.
+        """Covariance of e_1 .. e_n, n x n.
 
         Raises:
             InputError: if there are neither one nor n numbers.

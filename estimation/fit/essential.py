@@ -141,7 +141,7 @@ class Elimination:
 
     @property
     def largest_relative_sigma(self) -> float:
-        """Of the essential parameters, a fraction."""
+        """Largest relative sigma of the essential parameters, a fraction."""
         return float(self.path.largest_relative_sigma[len(self.eliminated)])
 
 
@@ -220,14 +220,14 @@ class _Factor:
         return self.squares / self.degrees_of_freedom
 
     def relative_sigma(self) -> Array:
-        """As fractions; of eliminated parameters -1."""
+        """Relative sigmas as fractions; -1 for eliminated parameters."""
         sigma = np.sqrt(self.variance) * np.sqrt(np.einsum("kl,kl->k", self.T, self.T))
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = np.where(self.x == 0.0, np.inf, sigma / np.abs(self.x))
         return np.where(self.kept, relative, -1.0)
 
     def without(self, k: int) -> "_Factor":
-        """The same with parameter k held at zero as well.
+        """Hold parameter k at zero as well.
 
         Least squares under x_k = 0: with t the k-th row of T, x loses T t' x_k / (t t'), the sum of squares grows
         by x_k^2 / (t t'), and T loses its part along t.

@@ -136,7 +136,7 @@ class Estimate:
 
     @property
     def covariance_by_gains(self) -> Array | None:
-        """Of the parameters, by errors of the drive gains alone, c x c; None where gains are taken as exact."""
+        """Covariance by errors of the drive gains alone, c x c; None where gains are taken as exact."""
         S, C = self.gain_sensitivity, self.gain_covariance
         return S @ C @ S.T if S is not None and C is not None else None
 

@@ -52,7 +52,7 @@ class Held(NamedTuple):
 
     @property
     def weight(self) -> float:
-        """Of the equation, in units of weighted rows."""
+        """Weight of the equation, in units of weighted rows."""
         return float(np.sqrt(self.inflation)) / self.sigma
 
 

@@ -102,7 +102,7 @@ def jackknife(
 
 
 def jackknifed(groups: Sequence[Array], values: Array, block_length: float) -> RobustCovariance:
-    """As ``jackknife``, from the solutions without block 1, 2, ... B of each group, B x c."""
+    """Jackknife from the solutions without block 1, 2, ... B of each group, B x c."""
     covariance = np.zeros((len(values), len(values)))
     for group in groups:
         changes = group - values

@@ -130,7 +130,7 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
 
 
 def _errors(plain: Sequence[Observation]) -> tuple[Array, Array]:
-    """Of each joint's rows less all that is free in them: size [N·m or N] and inflation by memory, shapes (n,)."""
+    """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,)."""
     problem = merged(map(reduced, plain)).select(PAYLOAD)
     weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
@@ -194,7 +194,7 @@ def bare_equations(
 
 
 def coulomb_friction(problem: Equations) -> Array:
-    """Of each joint [N·m or N], shape (n,); 0 where the motion, or the robot's model, does not show it.
+    """Coulomb friction of each joint [N·m or N], shape (n,); 0 where the motion, or the model, does not show it.
 
     A short motion leaves much of the robot undetermined; what it leaves has no part in friction.
 

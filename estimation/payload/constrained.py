@@ -73,7 +73,7 @@ class ConstrainedPayload:
 
     @property
     def p_value(self) -> float:
-        """Of all constraints together; a small one says that they, or the model, contradict the data."""
+        """Probability of all constraints together; if small, they, or the model, contradict the data."""
         return self.result.p_value
 
     @property

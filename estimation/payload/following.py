@@ -49,7 +49,7 @@ class Following:
 
 
 class Change(NamedTuple):
-    """Of one joint, or of all: root mean square before and after, and by what share it fell, with 95 % interval."""
+    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval."""
 
     name: str
     before: float

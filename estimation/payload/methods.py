@@ -32,10 +32,10 @@ class Posed(Protocol):
         """The parameters asked for; weights are estimated unless they are given."""
 
     def values(self, weights: Array) -> Array:
-        """Their values alone."""
+        """Values of the parameters alone."""
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Their values without blocks of time with and without payload, one row for each of ``left_out``."""
+        """Values without blocks of time with and without payload, one row for each of ``left_out``."""
 
     def lasting(self, weights: Array) -> Array:
         """Covariance that no block of time shows."""

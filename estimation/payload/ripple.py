@@ -81,7 +81,7 @@ def ripple_of(
 
 
 class _Rows(NamedTuple):
-    """Of one joint: positions about their middle, rows to use, decimation, largest step from sample to sample."""
+    """A joint's positions about their middle, rows to use, decimation, largest step from sample to sample."""
 
     position: Array
     keep: Mask
@@ -138,7 +138,7 @@ def _gains_of(waves: Array, rows: _Rows, Q: Array, left: Array) -> Array:
 
 
 def _found(wave: float, gain: float, rows: _Rows) -> _Found:
-    """Its sine and cosine, and their slopes by the wavelength, which is not known exactly."""
+    """Sine and cosine of a wave, and their slopes by the wavelength, which is not known exactly."""
     turns = wave * rows.position
     shapes = [np.sin(turns), np.cos(turns)]
     return _Found(wave, gain, rows.of(np.array([*shapes, *(turns * shape for shape in shapes)])))

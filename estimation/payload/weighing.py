@@ -78,22 +78,29 @@ def difference_weighing(
     rms = _torque_rms([both[1] for both in measured], masks)
     progress("the robot without payload")
     free = robot.with_offsets(True)
-    bare = bare_equations(free, [both[0] for both in still], masks, processing)
+    base, without_payload = (
+        base_parameters(free),
+        bare_equations(free, [pair[0] for pair in still], masks, processing),
+    )
+    own_parameters = robot_of(without_payload)
+    payload_observer, path_observer = _observer(robot, None), difference_observer(robot)
     observations, ripples = [], []
     for (before, after), keep in zip(still, masks, strict=True):
         after_moving = _held_as(before.motion, after.motion, moving)
-        path = path_torque(free, base_parameters(free), robot_of(bare), before.motion, after_moving)
+        path = path_torque(free, base, own_parameters, before.motion, after_moving)
         change, taken = less_path(robot, torque_change(robot, before, after), path)
         factor = processing.thinning(change.motion.rate)
-        equations, waves = _observed(_observer(robot, None), change, keep, factor)
-        taken_rows = difference_observer(robot).observe_rows(taken, keep, factor)
+        equations, waves = _observed(payload_observer, change, keep, factor)
+        taken_rows = path_observer.observe_rows(taken, keep, factor)
         observations.append(with_path(equations, taken_rows))
         ripples.append(waves)
     runs = _runs([pair.loaded.source for pair in pairs], observations, ripples)
     rate = measured[0][1].motion.rate
-    held = held_offsets(observations, coulomb_friction(bare))
-    source, base = Source(tuple(loaded), tuple(unloaded), processing), base_parameters(robot)
-    return weighing_problem(robot, base, runs, moving, held, rms, rate, pairs=tuple(pairs), source=source)
+    held = held_offsets(observations, coulomb_friction(without_payload))
+    source = Source(tuple(loaded), tuple(unloaded), processing)
+    return weighing_problem(
+        robot, base_parameters(robot), runs, moving, held, rms, rate, pairs=tuple(pairs), source=source
+    )
 
 
 def _held_as(before: Motion, after: Motion, moving: Sequence[int]) -> Motion:
@@ -261,7 +268,7 @@ def _check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
 
 
 def _torque_rms(measured: Sequence[Measurement], masks: Sequence[Mask]) -> Array:
-    """Of each joint over the rows that are used; 0 where there are none."""
+    """Root mean square torque of each joint over the rows that are used; 0 where there are none."""
     squares = sum(
         np.where(keep, data.torque**2, 0.0).sum(axis=0) for data, keep in zip(measured, masks, strict=True)
     )

@@ -84,7 +84,7 @@ class SolverError(RuntimeError):
         return _WORDS.get(self.status, self.status)
 
     def naming(self, *demands: str) -> "SolverError":
-        """The same error, the constraints named."""
+        """Name the constraints in an error of the solver."""
         return SolverError(self.status, self.problem, demands)
 
 

@@ -239,7 +239,7 @@ def tested(result: Possible) -> tuple[Tested, ...]:
 
 
 class CvxpyProblem(NamedTuple):
-    """The same problem in CVXPY, to which other constraints and terms can be added.
+    """The problem in CVXPY, to which other constraints and terms can be added.
 
     ``problem``: a ``cvxpy.Problem``, its value the distance, square root of the chi2 rise
     less what soft terms alone cost; ``values``: the parameters ``estimate.names``, ``pseudo_inertia``: 4 x 4, both

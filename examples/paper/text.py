@@ -107,7 +107,7 @@ def repeated_document(
 
 
 def repeated_numbers(scenarios: Mapping[str, Scenario]) -> dict[str, Any]:
-    """The same as a document: per scenario, estimator and parameter."""
+    """Repeated numbers as a document: per scenario, estimator and parameter."""
     return {
         name: {
             who: {

@@ -142,7 +142,7 @@ def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[A
 
 
 def _turned(normal: Array, x: Array, direction: Array, apart: float) -> Array:
-    """Of both directions of a normal the one near x; if neither is, the one that leads to the next axis.
+    """Turn a normal towards x; if neither direction is near it, towards the next axis.
 
     Args:
         normal: along the common normal.

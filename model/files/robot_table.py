@@ -302,7 +302,7 @@ def _length_names(joint: Joint, number: int) -> tuple[str, str]:
 
 
 def _degrees(angle: float) -> float:
-    """As few digits as give the angle back to 1e-14 rad."""
+    """Write an angle in as few digits as give it back to 1e-14 rad."""
     degrees = math.degrees(angle)
     short = (round(degrees, digits) + 0.0 for digits in range(14))
     return next(

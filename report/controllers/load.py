@@ -132,7 +132,7 @@ class ControllerLoad:
         return largest / float(np.diag(self.inertia).min()) if largest > 0.0 else 0.0
 
     def seen_from(self, rotation: Array, origin: Array, frame: str) -> "ControllerLoad":
-        """The same load in another frame, which is given in this one.
+        """Move the load to another frame, which is given in this one.
 
         Args:
             rotation: 3 x 3; columns are the other frame's axes in this one.

@@ -43,11 +43,10 @@ def payload_document(
     answer: PayloadAnswer,
     processing: Processing,
     drive_gains: Sequence[float] | None = None,
-    warnings: Sequence[str] = (),
 ) -> StoredPayload:
-    """What ``--json`` of ``payload`` and ``weigh`` writes; ``warnings``: against the essential parameters."""
+    """What ``--json`` of ``payload`` and ``weigh`` writes."""
     problem = answer.problem
-    more = _essential(answer, warnings) if problem.short is None else _weighing(answer)
+    more = _essential(answer) if problem.short is None else _weighing(answer)
     return StoredPayload(
         robot=problem.robot.name,
         frame=problem.robot.payload_frame,
@@ -64,12 +63,12 @@ def payload_document(
     )
 
 
-def _essential(answer: PayloadAnswer, warnings: Sequence[str]) -> dict[str, Any]:
+def _essential(answer: PayloadAnswer) -> dict[str, Any]:
     """Essential parameters of robot and payload together, as in Table 2, where method 4 was used."""
     base, essential = answer.problem.base, None
     if answer.elimination is not None:
         names = dict(zip(base.columns, base.names, strict=True))
-        essential = elimination_document(answer.elimination, warnings, names)
+        essential = elimination_document(answer.elimination, answer.warnings, names)
     return {
         "essential": essential,
         "left_out": {str(method): reason for method, reason in answer.left_out.items()},
@@ -104,7 +103,7 @@ def _flange(robot: Robot) -> FlangeDocument | UnsetType:
 
 
 def _residual(answer: PayloadAnswer) -> ResidualDocument:
-    """Of the robot's own parameters; of a short motion, of the payload."""
+    """Residual of the robot's own parameters; of a short motion, the payload's."""
     check, fit = answer.validation, answer.robot_fit
     if answer.problem.short is not None:
         own = answer.free.estimate.fit

@@ -29,7 +29,6 @@ def identification_document(
     processing: Processing,
     drive_gains: Sequence[float] | None,
     constrained: PossibleRobot | None = None,
-    warnings: Sequence[str] = (),
 ) -> StoredRobot:
     """What ``dynident identify --json`` writes.
 
@@ -38,7 +37,6 @@ def identification_document(
         processing: settings.
         drive_gains: torque per current [N·m/A], if currents were read.
         constrained: the robot that can exist, if it was asked for.
-        warnings: what speaks against the essential parameters.
     """
     estimate, problem, base = result.estimate, result.problem, result.base
     raw, scaled = problem.condition_numbers()
@@ -60,7 +58,7 @@ def identification_document(
         covariance_robust=estimate.robust.covariance if estimate.robust else None,
         robust=robust_document(estimate.robust, result.without_robust),
         base_parameters=_base_parameters(result),
-        elimination=elimination_document(result.elimination, warnings, labels),
+        elimination=elimination_document(result.elimination, result.warnings, labels),
         constrained=constrained_document(constrained, base) if constrained is not None else None,
         chi2_by="formula" if estimate.robust is None else "jackknife",
         condition_number=raw,

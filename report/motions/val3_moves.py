@@ -67,7 +67,7 @@ def _nominal(written: WrittenMotion) -> _Nominal:
 
 
 def _through(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
-    """Of trapezoidal segments the ramp gives the acceleration, of quintic ones it is as large as the limits allow.
+    """Acceleration of a move: of trapezoidal segments by the ramp, of quintic ones as large as the limits allow.
 
     Speeds so that a trapezoidal profile takes the segment's time. Whole percentages, those of trapezoidal segments
     rounded within the limits, the others rounded down.

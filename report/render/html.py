@@ -100,7 +100,7 @@ def _(block: Notes) -> Html:
 
 @block_html.register
 def _(block: Banner) -> Html:
-    """Its border differs in line as well as in colour."""
+    """Render a banner, whose border differs in line as well as in colour."""
     return tag("div", tag("p", block.words), class_=f"verdict {block.level}", role="status")
 
 

@@ -40,9 +40,9 @@ from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner, verd
 _FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."
 
 
-def payload_screen(answer: PayloadAnswer, warnings: Sequence[str]) -> list[Block]:
-    """The recommended payload, the joints, the free estimates; ``warnings``: against the essential parameters."""
-    lines = [*elimination_notes(answer.elimination, warnings, "Method 4: "), *payload_notes(answer)]
+def payload_screen(answer: PayloadAnswer) -> list[Block]:
+    """The recommended payload, the joints, the free estimates."""
+    lines = [*elimination_notes(answer.elimination, answer.warnings, "Method 4: "), *payload_notes(answer)]
     return [
         recommended_table(answer),
         Notes([*recommended_notes(answer), ""]),
@@ -135,7 +135,6 @@ def payload_page(
     predictions: Sequence[TorquePrediction],
     excitation: Excitation | None,
     provenance: Provenance,
-    warnings: Sequence[str] = (),
     others: int = 0,
     extra: Sequence[Section] = (),
     origin: str = "Identified from recordings of joint positions and torques",
@@ -148,7 +147,6 @@ def payload_page(
         predictions: recordings to draw, held out or not.
         excitation: of robot and payload together.
         provenance: command, files, date.
-        warnings: what speaks against the essential parameters.
         others: number of recordings that are not drawn.
         extra: sections to stand behind the payload's.
         origin: what kind of data it is, below the title.
@@ -166,7 +164,7 @@ def payload_page(
         *extra,
         torques_section(predictions, others),
         excitation_section(excitation, labels),
-        essential_section(answer.elimination, warnings, title, labels),
+        essential_section(answer.elimination, answer.warnings, title, labels),
     )
     lead = _lead(answer, predictions, controller_blocks(document, "this report", title))
     subtitle = f"{origin}, {provenance.day}"

@@ -28,9 +28,9 @@ _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
 
 
-def robot_screen(result: Identification, constrained: Constrained, warnings: Sequence[str]) -> list[Block]:
+def robot_screen(result: Identification, constrained: Constrained) -> list[Block]:
     """Base parameters, with a prior the standard ones, and the lines below."""
-    lines = [*robot_notes(result), *elimination_notes(result.elimination, warnings)]
+    lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
     return [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
 
 
@@ -146,7 +146,6 @@ def robot_page(
     predictions: Sequence[TorquePrediction],
     excitation: Excitation,
     provenance: Provenance,
-    warnings: Sequence[str] = (),
     others: int = 0,
 ) -> Page:
     """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
@@ -159,7 +158,7 @@ def robot_page(
         robot_section(result, constrained),
         torques_section(predictions, others),
         excitation_section(excitation, labels),
-        essential_section(result.elimination, warnings, title, labels),
+        essential_section(result.elimination, result.warnings, title, labels),
     )
     subtitle = f"Identified from recordings without payload, {provenance.day}"
     head = f"Dynamic parameters of the {title}"

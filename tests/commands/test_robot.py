@@ -48,7 +48,7 @@ def test_list(run: Run) -> None:
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_show_and_draw(run: Run, tmp_path: Path, ending: str) -> None:
-    """The same arm gives the same bytes."""
+    """An arm gives the same bytes each time."""
     paths = [tmp_path / f"{k}.{ending}" for k in (1, 2)]
     for path in paths:
         status, text, _ = run(

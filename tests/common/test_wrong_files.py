@@ -99,13 +99,11 @@ def stored() -> Iterator[File]:
     """Documents that later runs read."""
     robot = made.identification()
     for name, possible in (("base", made.possible_base), ("prior", made.possible_robot)):
-        document = documents.identification_document(
-            robot, made.PROCESSING, (2.5, 3.5), possible(robot.estimate), ["warned"]
-        )
+        document = documents.identification_document(robot, made.PROCESSING, (2.5, 3.5), possible(robot.estimate))
         yield File(f"robot_{name}.json", written(document), StoredRobot, read_stored_robot)
     gains = written(documents.gains_document(made.drive_gains(), made.PROCESSING))
     yield File("gains.json", gains, StoredGains, read_stored_gains)
-    payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5), ["warned"]))
+    payload = written(documents.payload_document(made.payload(), made.PROCESSING, (2.5, 3.5)))
     yield File("payload.json", payload, StoredPayload, read_stored_payload)
     for name, all_ten in (("weigh", True), ("weigh_part", False)):
         weighing = written(documents.payload_document(made.weighing(all_ten), made.PROCESSING, None))

@@ -161,7 +161,7 @@ def first_missing(expected: str, printed: str) -> str | None:
 
 
 def alike(wanted: str, line: str) -> bool:
-    """The same words; numbers to 1 %, or to one of the last digit that the page shows."""
+    """Compare texts: words exactly, numbers to 1 %, or to one of the last digit that the page shows."""
     return _words(wanted) == _words(line) and all(
         math.isclose(float(a), float(b), rel_tol=_RELATIVE, abs_tol=1.01 * _last_digit(a))
         for a, b in zip(_NUMBER.findall(_plain(wanted)), _NUMBER.findall(_plain(line)), strict=True)

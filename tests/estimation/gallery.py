@@ -80,7 +80,7 @@ def ending(case: Wrong) -> Ending:
 
 
 def both(name: str, label: str, words: str, change: Change, **more: Any) -> Wrong:
-    """The same mistake in both recordings."""
+    """One mistake made in both recordings."""
     _, bare, loaded, body = good(name)
     robot = more.pop("robot", invented.robot(name))
     return Wrong(f"{name}: {label}", words, robot, (change(loaded),), (change(bare),), body.mass, **more)

@@ -48,7 +48,7 @@ def test_causes_that_cannot_be_told_apart_are_all_told() -> None:
 
 
 def test_a_known_spring_is_no_misfit() -> None:
-    """Its torque is taken off before anything is tried."""
+    """The spring's torque is taken off before anything is tried."""
     from dataclasses import replace
 
     robot = invented.robot("rx90")

@@ -189,7 +189,7 @@ def test_cvxpy_agrees_on_random_problems(seed: int) -> None:
 
 
 def correlated(estimate: Estimate) -> Estimate:
-    """The same sigma with correlations up to 0.9."""
+    """A covariance of these sigmas with correlations up to 0.9."""
     draw = np.random.default_rng(4).standard_normal((10, 12))
     C = draw @ draw.T
     scale = estimate.sigma / np.sqrt(np.diag(C))

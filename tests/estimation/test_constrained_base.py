@@ -58,7 +58,7 @@ def test_some_robot_exists(
 
 
 def test_cvxpy_agrees(rx90: Robot, rx90_base: BaseParameters, random_parameters: Parameters) -> None:
-    """The same problem written plainly, link by link."""
+    """The problem written plainly, link by link, gives the same."""
     estimate = noisy_estimate(rx90_base, rx90_base.value(random_parameters(rx90, 7)), 7)
     result = solve_constrained_base(rx90, rx90_base, estimate)
     x = cvxpy.Variable(len(rx90_base.standard))

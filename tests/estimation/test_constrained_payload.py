@@ -72,7 +72,7 @@ def test_the_error_model_keeps_the_correlations(problem: PayloadProblem) -> None
 
 
 def test_a_weighed_mass_enters_every_method(problem: PayloadProblem) -> None:
-    """As two measurements of one mass; their difference in standard deviations."""
+    """Two measurements of one mass; their difference in standard deviations."""
     plain, weighed = answer_payload(problem), answer_payload(problem, constraints=[KnownMass(7.03, 0.005)])
     for before, after in zip(plain.constrained, weighed.constrained, strict=True):
         (scale,) = after.weighings

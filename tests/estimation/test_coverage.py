@@ -24,7 +24,7 @@ def test_intervals_of_every_method_hold_the_truth_in_93_to_97_percent() -> None:
 
 
 def test_the_monte_carlo_benchmark_does_what_the_library_does() -> None:
-    """Its Gram matrices give the library's values and jackknife; under slow noise the formula is far too short."""
+    """Gram matrices give the library's values and jackknife; under slow noise the formula is far too short."""
     experiment = Experiment(2)
     values, sigma = difference(experiment, 20.0)
     assert values < 1e-8

@@ -40,7 +40,7 @@ def rescaled_torque(robot: Robot, torque: Array, factors: ArrayLike) -> Array:
 
 
 def sprung(simulator: Simulator, joint: int) -> Simulator:
-    """The same robot with a gravity spring on a joint."""
+    """A copy of the robot with a gravity spring on a joint."""
     robot = simulator.robot
     spring = Spring(joint, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
     return Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))

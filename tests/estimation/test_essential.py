@@ -209,7 +209,7 @@ def both() -> PayloadAnswer:
 
 
 def test_robot_and_payload_together(both: PayloadAnswer) -> None:
-    """As in the paper, XX, YY, MZ and M of the payload are among the essential parameters."""
+    """XX, YY, MZ and M of the payload are among the essential parameters, as in the paper."""
     found = both.elimination
     assert found is not None
     assert {"XX_L", "YY_L", "MZ_L", "M_L"} <= set(found.essential)

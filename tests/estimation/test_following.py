@@ -94,7 +94,7 @@ def test_different_references_are_not_compared(tmp_path: Path, rx90: Robot) -> N
 def test_references_that_a_log_map_names(
     tmp_path: Path, rx90: Robot, table: str, reference: str, kind: str, size: float
 ) -> None:
-    """The same log with other names and units says the same."""
+    """A log with other names and units says the same."""
     standard = write(tmp_path / "a.csv", 1.0, reference)
     rows = np.loadtxt(standard, delimiter=",", skiprows=1)
     rows[:, 13:] *= size
@@ -151,7 +151,7 @@ def test_too_short(tmp_path: Path, rx90: Robot) -> None:
 
 
 def test_the_interval_is_as_wide_as_chance() -> None:
-    """Of white noise in both: the logarithm of the ratio of two root mean squares scatters by 1/sqrt(samples)."""
+    """With white noise in both, the logarithm of the ratio of two root mean squares scatters by 1/sqrt(samples)."""
     t, q, _ = signals(0)
     widths = []
     for seed in range(20):

@@ -49,7 +49,7 @@ def test_noise_is_one_over_the_weights(problem: Equations, npz: Path) -> None:
 
 
 def write_json(path: Path, problem: Equations) -> Path:
-    """As ``identify --json`` has it, as far as it is read."""
+    """Write what ``identify --json`` has, as far as it is read."""
     estimate = weighted(problem)
     quality = {
         "degrees_of_freedom": 1.0, "error_norms": [1.0, 1.0], "torque_norms": [1.0, 1.0],

@@ -106,7 +106,7 @@ def test_payload(
 
 
 def test_the_lag_of_long_recordings(pair: list[Recording], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of long ones some samples are compared."""
+    """Only some samples of long recordings are compared."""
     whole = aligned(pair[0], pair[1], 100.0, 0.02)
     monkeypatch.setattr("dynident.estimation.signals.alignment._MOST", 500)
     thin = aligned(pair[0], pair[1], 100.0, 0.02)
@@ -168,7 +168,7 @@ def test_memory_does_not_hold_the_arrays() -> None:
 
 
 def test_a_log_cut_in_the_middle_of_the_motion(simulated: Callable[[str], Simulator]) -> None:
-    """Its parts are several recordings of one identification; where they are cut the filter knows no neighbours."""
+    """A cut log's parts are recordings of one identification; where they are cut the filter knows no neighbours."""
     simulator = simulated("ur10e")
     draw, t = np.random.default_rng(5), 0.01 * np.arange(6000)
     w, phase = 2 * np.pi * draw.uniform(0.05, 0.5, (5, 6)), draw.uniform(0.0, 6.0, (5, 6))

@@ -72,7 +72,7 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
 
 
 def block_length(groups: list[list[Observation]]) -> float:
-    """Of recordings of one load each."""
+    """Block length [s] of recordings of one load each."""
     return length_by_residuals(
         [left_over([[one] for one in group], merged(map(reduced, group))) for group in groups]
     )

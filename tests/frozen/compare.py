@@ -96,7 +96,7 @@ def _searched_words(name: str, old: Text, new: Text) -> list[Row]:
 
 
 def _searched(name: str, old: Leaves, new: Leaves) -> list[Row]:
-    """Of a design: the same keys, settings that hold, and a score that is hardly worse."""
+    """Compare a design: the same keys, settings that hold, and a score that is hardly worse."""
     rows = [Row(name, path, "(there)", "(gone)", "exact") for path in old if path not in new]
     rows += [Row(name, path, "(not there)", new[path], "exact") for path in new if path not in old]
     for path in _SEARCH_SETTINGS:

@@ -167,7 +167,7 @@ def _size(parts: list[str], frozen: Leaves) -> float:
 
 
 def _largest_parameter(estimate: str, frozen: Leaves) -> float:
-    """Of an estimate, or 1 where there is none."""
+    """Largest parameter of an estimate, or 1 where there is none."""
     start = f"{estimate}/parameters/"
     numbers = [abs(_number(frozen, path) or 0.0) for path in frozen if estimate and path.startswith(start)]
     return max(numbers, default=1.0)

@@ -83,7 +83,7 @@ def dynident(line: str, *more: str) -> None:
 
 
 def round_recording(path: Path) -> None:
-    """As a controller writes it: positions to a microradian, torques to a tenth of a millinewton metre."""
+    """Round as a controller writes: positions to a microradian, torques to a tenth of a millinewton metre."""
     rows = [row for row in csv.reader(path.read_text(encoding="utf-8").splitlines()) if not row[0].startswith("#")]
     digits = [4 if name.startswith("tau") else 6 for name in rows[0]]
     lines = [rows[0], *([f"{float(x):.{d}f}" for x, d in zip(row, digits, strict=True)] for row in rows[1:])]
@@ -91,7 +91,7 @@ def round_recording(path: Path) -> None:
 
 
 def as_currents(path: Path, target: Path) -> None:
-    """The same recording with motor currents [A] for torques."""
+    """Copy of a recording with motor currents [A] for torques."""
     rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
     gain = {f"tau{j}": gain for j, gain in enumerate(GAINS, 1)}
     names = [name.replace("tau", "i") for name in rows[0]]

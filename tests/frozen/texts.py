@@ -56,7 +56,7 @@ def _rounded(number: str) -> bool:
 
 
 def _unit(number: str) -> float:
-    """Of the last printed digit."""
+    """Unit of the last printed digit."""
     digits, _, exponent = number.lower().partition("e")
     return float(10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])))
 

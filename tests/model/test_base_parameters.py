@@ -82,7 +82,7 @@ def test_groupings_as_text(rx90: Robot) -> None:
 
 
 def test_unidentifiable_on_the_rx90(rx90: Robot, groupings: Groupings) -> None:
-    """Those that are neither base parameters nor in any relation of (12)."""
+    """Unidentifiable parameters are neither base parameters nor in any relation of (12)."""
     grouped = {name for factors in groupings.values() for name in factors}
     base = base_parameters(rx90)
     effective = grouped | set(base.columns)

@@ -142,7 +142,7 @@ def test_axes_that_coincide_at_zero_only() -> None:
 
 
 def test_offset_of_a_vertical_slide() -> None:
-    """Its weight is as constant as an offset: OFF1 cannot be told from M1 less IA1."""
+    """A vertical slide's weight is as constant as an offset: OFF1 cannot be told from M1 less IA1."""
     robot = Robot("lift", (Joint("prismatic"),), drives=Drives(friction=False, offsets=True))
     base = closed_form_base_parameters(robot)
     assert base.names == ("M1R", "IA1R")

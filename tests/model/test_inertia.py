@@ -163,7 +163,7 @@ def test_values_are_checked_and_locked() -> None:
 
 
 def test_gradients_are_those_of_differences(random_bodies: Callable[[int, int], list[InertialParameters]]) -> None:
-    """Of the centre of mass and of the inertia about it, by each of the ten."""
+    """Gradients of the centre of mass and of the inertia about it, by each of the ten, are those of differences."""
 
     def values(x: Array) -> Array:
         body = InertialParameters(x)

@@ -241,7 +241,7 @@ def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeyp
 
 @pytest.mark.parametrize("content", ["no library at all", "another library"])
 def test_entry_that_cannot_be_used_heals(folder: Path, content: str) -> None:
-    """Its name tells its checksum rightly, but it is no library, or one without the function."""
+    """An entry's name tells its checksum rightly, but it is no library, or one without the function."""
     cache.compiled_library(SOURCE, "kernel")
     (entry,) = _entries(folder)
     key, good = entry.name.split("-")[0], entry.read_bytes()

@@ -41,7 +41,7 @@ def flange(robot: Robot, q: Array) -> tuple[Array, Array]:
 
 
 def published(chain: Chain, q: Array) -> tuple[Array, Array]:
-    """The same from the published chain, by another library's rotations."""
+    """Frames of the published chain, by another library's rotations."""
     R, p = Rotation.identity(), np.zeros(3)
     angles = chain.angles or ((0.0, 0.0, 0.0),) * len(q)
     for place, turn, axis, value in zip(chain.places, angles, chain.axes, q, strict=True):

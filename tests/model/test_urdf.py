@@ -101,7 +101,7 @@ def test_enough_arms() -> None:
 
 @pytest.mark.parametrize("path", REFERENCE, ids=[path.stem for path in REFERENCE])
 def test_base_parameters_survive_the_dress(path: Path, write: Write) -> None:
-    """As many base parameters as the plain table has: nothing special is lost in rounding."""
+    """The number of base parameters is the plain table's: nothing special is lost in rounding."""
     plain, dressed = load_robot(path), load_robot(write(dressed_urdf(load_robot(path), seed=7)))
     assert len(base_parameters(rigid(dressed)).columns) == len(base_parameters(rigid(plain)).columns)
     assert len(closed_form_base_parameters(rigid(dressed)).columns) == len(base_parameters(rigid(plain)).columns)

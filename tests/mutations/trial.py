@@ -50,7 +50,7 @@ def _time_up(number: int, frame: FrameType | None) -> None:
 
 
 def trials(count: int, seed: int) -> Iterator[Trial]:
-    """As many mistakes of all kinds, each drawn by its own seed."""
+    """Mistakes of all kinds, each drawn by its own seed."""
     with folder_of_inputs() as folder:
         robot = load_robot("six_axis.toml")
         motion = plan_point_to_point(robot, random_points(robot, 3, 0), 0.4).motion(50.0)

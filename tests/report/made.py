@@ -84,6 +84,7 @@ def identification() -> Any:
         without_robust="",
         gains=GAINS,
         validation=CHECK,
+        warnings=("warned",),
         verdict=robot_verdict(Evidence(ANY_ROBOT, parameters=estimate(("A", "B")))),
     )
 
@@ -193,7 +194,7 @@ def payload() -> Any:
     return SimpleNamespace(
         problem=problem, validation=CHECK, robot_fit=FIT, estimates=(free,), constrained=(possible_payload(free),),
         recommended=SimpleNamespace(method=3), free=SimpleNamespace(method=3), by_joints=by_joints(),
-        elimination=elimination(), left_out={2: "no pair"},
+        elimination=elimination(), left_out={2: "no pair"}, warnings=("warned",),
         verdict=SimpleNamespace(level="mass_and_com_only", reasons=("why",), notes=()),
     )  # fmt: skip
 

@@ -24,7 +24,7 @@ from dynident.trajectories import BlendedPoints, Fourier, Trapezoid, ViaPoints
 
 
 def plain(value: Any) -> Any:
-    """As JSON has it: lists, null for what is not finite."""
+    """A value as JSON has it: lists, null for what is not finite."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -167,7 +167,7 @@ def test_identify() -> None:
     result = made.identification()
     estimate = result.estimate
     groupings = ("AR = A + C", "BR = B - D")
-    document = documents.identification_document(result, made.PROCESSING, (2.5, 3.5), None, ["warned"])
+    document = documents.identification_document(result, made.PROCESSING, (2.5, 3.5), None)
     same(
         document,
         {
@@ -259,7 +259,7 @@ def test_a_robot_that_can_exist(prior: bool) -> None:
 
 def test_payload() -> None:
     answer = made.payload()
-    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5), ["warned"])
+    document = documents.payload_document(answer, made.PROCESSING, (2.5, 3.5))
     same(
         document,
         {

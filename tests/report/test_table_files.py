@@ -1,4 +1,4 @@
-"""The same tables as CSV, as LaTeX and on a terminal, cell by cell."""
+"""Tables as CSV, as LaTeX and on a terminal agree cell by cell."""
 
 import csv
 import io

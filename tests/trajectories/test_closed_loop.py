@@ -86,7 +86,7 @@ def test_power_balance(rx90: Robot, pair: list[tuple[Measurement, Array]]) -> No
 
 
 def stored_energy(robot: Robot, payload: InertialParameters, q: Array, qd: Array) -> Array:
-    """Of speed and height, one number a sample [J]."""
+    """Energy stored in speed and height, one number a sample [J]."""
     values = dict(robot.parameters)
     for name, value in payload.named("6").items():
         values[name] += value

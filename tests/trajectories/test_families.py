@@ -69,7 +69,7 @@ def somewhere(family: Family, seed: int = 0) -> Array:
 
 
 def test_pullback_is_the_derivative(family: Family) -> None:
-    """Of sums of states with random weights, in random directions."""
+    """The pullback is the derivative of sums of states with random weights, in random directions."""
     x, step = somewhere(family), 1e-5
     samples, draw = family.sample(x), np.random.default_rng(1)
     for field in range(1, 4):

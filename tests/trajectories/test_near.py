@@ -144,7 +144,7 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
 def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
     design: Solved, mass_sigma: float | None
 ) -> None:
-    """The same motion sampled ten times as often tells no more; a fourth of the independent samples tells half."""
+    """A motion sampled ten times as often tells no more; a fourth of the independent samples tells half."""
     robot, joints = load_robot("ur10e"), (2, 3, 5, 6)
 
     def mass(sampled: float, rate: float) -> float:

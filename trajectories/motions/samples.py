@@ -99,7 +99,7 @@ class Family(Protocol):
         """The motion."""
 
     def eased(self, x: Array, slower: float, smaller: float) -> Array:
-        """The same motion ``slower`` times slower, where the duration is free, and ``smaller`` times smaller."""
+        """Make a motion ``slower`` times slower, where the duration is free, and ``smaller`` times smaller."""
 
 
 class Shape(Protocol):

@@ -634,7 +634,7 @@ def test_no_reason_speaks_against_a_mass_that_may_be_used(
 
 
 def test_a_joint_without_torque_is_judged_by_noise() -> None:
-    """Its own norm says nothing: what it leaves is as little as any torque's noise."""
+    """A joint's own norm says nothing here: what it leaves is as little as any torque's noise."""
     rows = (100, 100, 100)
     little = Fit(np.array([10.0, 8.0, 1.9]), np.array([200.0, 150.0, 2.0]), rows)
     much = Fit(np.array([10.0, 8.0, 2.1]), np.array([200.0, 150.0, 2.0]), rows)

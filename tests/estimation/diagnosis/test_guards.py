@@ -118,7 +118,7 @@ def test_the_robot_that_was_recorded_explains_most(pair: tuple[Recording, Record
 
 
 def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording]) -> None:
-    """Its positions and torques have the other sign in both recordings: nothing else would show it."""
+    """Positions and torques of a joint have the other sign in both recordings: nothing else would show it."""
     sign = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
     turned = [
         replace(one, q=one.q * sign, qd=None if one.qd is None else one.qd * sign, torque=one.torque * sign)

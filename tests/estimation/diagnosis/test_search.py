@@ -45,7 +45,7 @@ def test_a_cause_must_help_enough(look: Look, contradicted: bool, enough: float)
 
 
 def test_a_fall_must_be_notable(look: Look) -> None:
-    """Of a small misfit a fifth is nothing."""
+    """A fifth of a small misfit is nothing."""
     assert look(0.01, [{"late": 0.01 - 0.999 * NOTABLE}]) is None
     assert look(0.01, [{"late": 0.01 - 1.001 * NOTABLE}]) is not None
 

@@ -18,7 +18,7 @@ DRAWS = 500
 
 
 def problem(seed: int, rows: int = ROWS, effective: float = 1.0) -> Equations:
-    """The same motion with other noise; ``effective``: share of the rows whose noise counts as independent."""
+    """One motion with other noise; ``effective``: share of the rows whose noise counts as independent."""
     W = np.random.default_rng(0).standard_normal((len(GAINS), rows, len(X)))
     noise = SIGMA * np.random.default_rng((1, seed)).standard_normal((len(GAINS), rows))
     factors = tuple(np.column_stack([own, k * own @ X + e]) for own, k, e in zip(W, GAINS, noise, strict=True))

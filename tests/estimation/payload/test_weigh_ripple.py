@@ -25,7 +25,7 @@ def sizes(pair: Pair) -> Array:
 
 
 def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: Simulator) -> None:
-    """Its waves; the mass, and the interval's width, as if it were not there or wide enough."""
+    """A ripple's waves are found; mass and interval's width are as if it were not there, or wide enough."""
     pair = record((2, 3, 5, 6))
     size = sizes(pair)
     plain, rippled = weighed(simulator.robot, pair), weighed(simulator.robot, shaken(pair))

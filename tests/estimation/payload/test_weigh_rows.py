@@ -47,7 +47,7 @@ def test_ends_cut_in_full_motion_cost_little(
 
 
 def test_ends_cut_in_full_motion_are_left_out_of_a_single_recording(record: Record, simulator: Simulator) -> None:
-    """As everywhere but in a pair: three periods of the cut-off, 5 % at most."""
+    """Three periods of the cut-off are left out, 5 % at most, as everywhere but in a pair."""
     processing = simulator.robot.processing
     motion = measurement(cut(record((2, 3, 5, 6)).bare, 2.3, 17.2), processing).motion
     kept = telling_rows(motion, (2, 3, 5, 6), processing)

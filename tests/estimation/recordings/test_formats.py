@@ -23,7 +23,7 @@ def test_round_trip(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], 
 def test_a_fingerprint_is_the_recordings_not_the_files(
     tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]
 ) -> None:
-    """The same in every format and whatever the gains; another with any other number."""
+    """A fingerprint stays in every format and whatever the gains; any other number changes it."""
     prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
     assert len(prints) == 1
     header = ["t"] + [f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7)]

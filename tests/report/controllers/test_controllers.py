@@ -135,7 +135,7 @@ def test_what_is_lost_without_products_is_told() -> None:
 
 
 def test_three_orders_of_six_terms() -> None:
-    """The same body, terms told apart: UR and MuJoCo moments first, URDF rows, Pinocchio's Symmetric3 columns."""
+    """One body in three orders: UR and MuJoCo moments first, URDF rows, Pinocchio's Symmetric3 columns."""
     load = load_of(SPECIAL["unlike entries"])
     assert "0.031, 0.027, 0.019, 0.002, -0.004, 0.003]" in FORMATS["ur"].text(load)
     moments = re.search(r'fullinertia="(.*?)"', FORMATS["mjcf"].text(load))

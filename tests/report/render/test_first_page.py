@@ -33,7 +33,7 @@ def answer(short_logs: Path) -> PayloadAnswer:
 
 @pytest.fixture(scope="module")
 def document(answer: PayloadAnswer) -> StoredPayload:
-    """As if the payload were known in the flange."""
+    """A document as if the payload were known in the flange."""
     return structs.replace(payload_document(answer, answer.problem.robot.processing), frame="flange: plain")
 
 
