@@ -29,9 +29,10 @@ PAYLOAD = InertialParameters.from_com(1.5, [0.01, -0.02, 0.05], np.diag([0.004, 
 
 
 def panda() -> Robot:
-    """A Panda whose links are cylinders of 17 kg in all."""
+    """A Panda whose links are cylinders of 17 kg in all, its joints rubbing a little."""
     robot = load_robot("panda").with_offsets(True)
     values = {f"OFF{j}": 0.1 * j for j in range(1, 8)}
+    values |= {f"{kind}{j}": 0.3 for j in range(1, 8) for kind in ("FS", "FV")}
     for link, body in enumerate(cylinder_prior(robot, 17.0).bodies, 1):
         values |= body.named(str(link))
     return replace(robot, parameters=values)

@@ -55,11 +55,14 @@ class Measurement:
         torque: joint torques [N·m or N], shape (N, n).
         spring_before: of a difference of two recordings, the torque of a known spring in the one that was
             subtracted [N·m], shape (N,); None for one recording, and where there is no such spring.
+        path: of a difference of two recordings, what the robot itself needs more on the second path [N·m or N],
+            shape (N, n); None where that was not worked out.
     """
 
     motion: Motion
     torque: Array
     spring_before: Array | None = None
+    path: Array | None = None
 
     def __post_init__(self) -> None:
         """Lock the torques and check their shape."""
@@ -67,6 +70,15 @@ class Measurement:
         if self.spring_before is not None:
             before = frozen_array(self.spring_before, self.motion.t.shape, "spring_before")
             object.__setattr__(self, "spring_before", before)
+        if self.path is not None:
+            object.__setattr__(self, "path", frozen_array(self.path, self.motion.q.shape, "path"))
+
+    def between(self, start: int, stop: int) -> "Measurement":
+        """The samples from ``start`` to before ``stop``."""
+        part, motion = slice(start, stop), self.motion
+        before, path = (None if beside is None else beside[part] for beside in (self.spring_before, self.path))
+        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
+        return Measurement(own, self.torque[part], before, path)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import copy
 import functools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -22,6 +23,8 @@ from .shared_torque import NO_MOTOR, SharedTorque, known_spring, sharing
 
 _PART = 1024  # samples evaluated at once
 _PIECE = 4096  # decimated samples of a piece
+PATH = "path"
+"""The column of a difference's torque that is taken off its right-hand side because the paths differ."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,13 @@ class Block:
     t: Array
 
 
+class Pieces(NamedTuple):
+    """A recording in pieces, each with its rows to use (N x n), and the factor that thins its equations."""
+
+    pieces: Iterable[tuple[Measurement, Mask]]
+    factor: int
+
+
 class Observer:
     """Turns measurements of one robot into equations in chosen columns.
 
@@ -106,12 +116,13 @@ class Observer:
 
         Args:
             robot: the robot.
-            columns: standard parameters whose columns make up W; may repeat.
+            columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
             names: what the columns are called, by default the standard names.
         """
         self.robot = robot
         self.motors = sharing(robot)
         self._standard = tuple(dict.fromkeys(columns))
+        self._with_path = PATH in self._standard
         self._kernel, touched = _generated(robot, self._standard)
         self._chosen: NDArray[np.int64] | None = None
         self._lay_out(columns, names, touched)
@@ -151,7 +162,7 @@ class Observer:
             processing: settings.
             partner: another motion on the same time whose slow rows are left out as well.
         """
-        return self.stream(_used(data, processing, partner), processing.thinning(data.motion.rate))
+        return self.stream(*used_pieces(data, processing, partner))
 
     def stream(self, pieces: Iterable[tuple[Measurement, Mask]], factor: int) -> Iterator[Block]:
         """Equations of one recording that arrives in pieces, each with its rows to use (N x n).
@@ -168,10 +179,7 @@ class Observer:
                 motion = data.motion
                 waiting.push(motion.t[part], keep[part])
                 states = (motion.q[part], motion.qd[part], motion.qdd[part], data.torque[part])
-                equations = self._kernel(*states, *self._before(data, part))
-                if self._chosen is not None:
-                    equations = equations[self._chosen]
-                yield _block(decimator.push(equations), waiting)
+                yield _block(decimator.push(self._evaluated(*states, *self._beside(data, part))), waiting)
         if factor > 1:
             yield _block(decimator.finish(), waiting)
 
@@ -210,12 +218,34 @@ class Observer:
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
         return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))
 
-    def _before(self, data: Measurement, part: slice) -> tuple[Array, ...]:
-        """Input of a spring's equations: its torque in the recording that was subtracted, if one was."""
-        if known_spring(self.robot) is None:
-            return ()
-        before = data.spring_before
-        return (before[part, None] if before is not None else np.zeros(1),)
+    def torques(self, motion: Motion, values: Array) -> Array:
+        """Torques of the joints that parameters of these values cause [N·m or N], N x n."""
+        none = Measurement(motion, np.zeros(motion.q.shape))
+        states = (motion.q, motion.qd, motion.qdd, none.torque)
+        chi, torque = np.zeros(self.distinct), np.empty(motion.q.shape)
+        np.add.at(chi, self.place, values)
+        for part in _parts(len(motion.t), 1):
+            equations = self._evaluated(*(state[part] for state in states), *self._beside(none, part))
+            for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
+                torque[part, j] = chi[touched] @ equations[own][: len(touched)]
+        if self.robot.coupling is not None and self.robot.coupling.rows == "motor":
+            j, k = (joint - 1 for joint in self.robot.coupling.joints)
+            torque[:, j] += torque[:, k]
+        return torque
+
+    def _evaluated(self, *inputs: Array) -> Array:
+        """Rows of the equations that are asked for."""
+        equations = self._kernel(*inputs)
+        return equations if self._chosen is None else equations[self._chosen]
+
+    def _beside(self, data: Measurement, part: slice) -> list[Array]:
+        """What the kernel takes beside states and torques: of differences, the spring's former torque and the path."""
+        before, path, inputs = data.spring_before, data.path, []
+        if known_spring(self.robot) is not None:
+            inputs.append(before[part, None] if before is not None else np.zeros(1))
+        if self._with_path:
+            inputs.append(path[part] if path is not None else np.zeros(self.robot.n))
+        return inputs
 
     def _check_spring(self, q: Array) -> None:
         """A spring's table does not go on beyond its ends."""
@@ -227,18 +257,26 @@ class Observer:
 def _generated(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Array, ...]]:
     """Kernel of q, qd, qdd, torque to each joint's entries and torques, and the columns of the entries.
 
-    With a known spring its torque in the recording that was subtracted is one more input.
+    With a known spring its torque in the recording that was subtracted is one more input; of the column ``PATH``,
+    which is taken off the torques, its values are.
     """
-    motors, (q, qd, qdd), phi = sharing(robot), *regressor_expression(robot, columns)
-    torque = ca.SX.sym("torque", robot.n)
+    standard = [name for name in columns if name != PATH]
+    motors, (q, qd, qdd), phi = sharing(robot), *regressor_expression(robot, standard)
+    torque, path = ca.SX.sym("torque", robot.n), ca.SX.sym("path", robot.n)
     left = ca.SX(torque)
-    inputs, apart = [q, qd, qdd, torque], {motor: torque[motor] for motor in range(robot.n)}
+    if PATH in columns:
+        left -= path
+        place = columns.index(PATH)
+        phi = ca.horzcat(phi[:, :place], path, phi[:, place:])
+    inputs, apart = [q, qd, qdd, torque], {motor: left[motor] for motor in range(robot.n)}
     spring = known_spring(robot)
     if spring is not None:
         joint, before = spring.joint - 1, ca.SX.sym("before")
         apart[NO_MOTOR] = spring.torque_symbol(q[joint]) - before
         left[joint] += apart[NO_MOTOR]
         inputs.append(before)
+    if PATH in columns:
+        inputs.append(path)
     if robot.coupling is not None and robot.coupling.rows == "motor":
         j, k = (joint - 1 for joint in robot.coupling.joints)
         phi[j, :] -= phi[k, :]
@@ -252,17 +290,20 @@ def _generated(robot: Robot, columns: tuple[str, ...]) -> tuple[Kernel, tuple[Ar
     return Kernel(ca.Function("equations", inputs, [ca.cse(ca.vertcat(*rows))])), tuple(touched)
 
 
+def used_pieces(data: Measurement, processing: Processing, partner: Motion | None = None) -> Pieces:
+    """A measurement in pieces; arguments as in ``Observer.blocks``."""
+    return Pieces(_used(data, processing, partner), processing.thinning(data.motion.rate))
+
+
 def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:
-    """A measurement in pieces, each with its rows to use."""
+    """Pieces, each with its rows to use."""
     motion, rows = data.motion, used_rows(data.motion, processing)
     other = used_rows(partner, processing) if partner is not None else None
     for part in parts(len(motion.t)):
         keep = rows.of(motion.qd[part], part)
         if partner is not None and other is not None:
             keep &= other.of(partner.qd[part], part)
-        own = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        before = data.spring_before
-        yield Measurement(own, data.torque[part], before[part] if before is not None else None), keep
+        yield data.between(part.start, part.stop), keep
 
 
 def _of_motors(robot: Robot, keep: Mask) -> Mask:

@@ -1,6 +1,6 @@
 """Compresses equations by QR, block by block and joint by joint; W is never held whole."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
-from .observation import Block, Observation, Observer
+from .observation import Block, Observation, Observer, Pieces
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -38,12 +38,10 @@ def reduced_measurement(
 class Recorded:
     """The equations of one recording, row by row: made once, many of them in a file, and cut as often as wanted."""
 
-    def __init__(
-        self, observer: Observer, data: Measurement, processing: Processing, partner: Motion | None = None
-    ) -> None:
-        """Evaluate them; arguments as in ``Observer.blocks``."""
-        self._observer, self._decimate = observer, processing.thinning(data.motion.rate)
-        columns = ((b.equations.T, b.keep.T, b.t) for b in observer.blocks(data, processing, partner))
+    def __init__(self, observer: Observer, pieces: Pieces) -> None:
+        """Evaluate those of a recording."""
+        self._observer, self._decimate = observer, pieces.factor
+        columns = ((b.equations.T, b.keep.T, b.t) for b in observer.stream(*pieces))
         self._rows, self._keep, t = collected(columns, (observer.rows[-1].stop, observer.robot.n, 1))
         self._t = t[:, 0]
 
@@ -75,17 +73,9 @@ class Recorded:
             yield Block(np.array(self._rows[rows].T, order="C"), self._keep[rows].T > 0.0, np.array(self._t[rows]))
 
 
-def recorded(
-    observer: Observer, recordings: Sequence[tuple[Measurement, Motion | None]], processing: Processing
-) -> tuple[Equations, list[Recorded]]:
-    """All recordings of one load reduced, and the equations of each.
-
-    Args:
-        observer: whose columns.
-        recordings: measurements, and partners as of ``Observer.blocks``.
-        processing: settings.
-    """
-    made = [Recorded(observer, data, processing, partner) for data, partner in recordings]
+def recorded(observer: Observer, recordings: Iterable[Pieces]) -> tuple[Equations, list[Recorded]]:
+    """All recordings of one load reduced, and the equations of each."""
+    made = [Recorded(observer, pieces) for pieces in recordings]
     return merged(one.cut(np.array([-np.inf, np.inf]))[0] for one in made), made
 
 

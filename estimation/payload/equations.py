@@ -1,7 +1,8 @@
 """The equations of recordings with payload, [W W_L] of (22) and W_L of (29), whole and in blocks of time."""
 
-from collections.abc import Sequence
-from itertools import chain, starmap
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +13,12 @@ from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import Observation, Observer
-from ..equations.reduction import Recorded, recorded, reduced, reduced_measurement
+from ..equations.observation import PATH, Observer, Pieces, used_pieces
+from ..equations.reduction import Recorded, recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import FEWEST, SHORTEST, Remembered, block_edges, block_length, in_blocks, remembered
-from .path import less_path, path_torque, robot_of, with_path
+from ..signals.rows import Mask
+from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together
 
@@ -128,19 +130,20 @@ def payload_equations(
     """
     if not blocks:
         return _whole(robot, base, loaded, unloaded, pairs, processing)
-    own = [(data, None) for data in loaded]
-    observer = loaded_observer(robot, base)
-    with_payload, with_pieces = recorded(observer, own, processing)
+    observer = _observer(robot, base)
+    with_payload, with_pieces = recorded(
+        observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD)),
+        (used_pieces(data, processing) for data in loaded),
+    )
     loads = [remembered(with_pieces, with_payload.select(base.columns))]
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
-        bare = [(data, None) for data in unloaded]
-        without, bare_pieces = recorded(observer.only(base.columns), bare, processing)
+        bare = (used_pieces(data, processing) for data in unloaded)
+        without, bare_pieces = recorded(observer.only(base.columns), bare)
         loads.append(remembered(bare_pieces, without))
     if pairs and without is not None:
-        alone = observer.only(payload_columns(robot), PAYLOAD)
-        difference, change_pieces = _changes(alone, base, pairs, without, processing)
+        difference, change_pieces = _changes(observer, base, pairs, without, processing)
         loads.append(remembered(change_pieces, difference))
     length, few = _block_length(loads)
     spans = loads[0].spans
@@ -178,8 +181,13 @@ def _whole(
     without = merged(reduced_measurement(observer, data, processing) for data in unloaded)
     if not pairs:
         return PayloadEquations(with_payload, without, None)
-    difference, _ = _changes(difference_observer(robot), base, pairs, without, processing)
+    difference, _ = _changes(_observer(robot, base), base, pairs, without, processing)
     return PayloadEquations(with_payload, without, difference)
+
+
+def _observer(robot: Robot, base: BaseParameters) -> Observer:
+    """Observer of all that is asked of a pair, by one generated code: base columns, the payload's, ``PATH``."""
+    return Observer(robot, (*base.columns, *payload_columns(robot), PATH))
 
 
 def _changes(
@@ -188,20 +196,25 @@ def _changes(
     pairs: Sequence[PairedMeasurement],
     unloaded: Equations,
     processing: Processing,
-) -> tuple[Equations, list[list[Observation]]]:
+) -> tuple[Equations, list[Recorded]]:
     """Equations (29) of pairs, the torque of paths that differ taken off, and those of each."""
-    robot, chi = observer.robot, robot_of(unloaded)
-    made: list[list[Observation]] = []
-    torque_alone = observer.only(payload_columns(robot)[-1:])  # columns do not count: one is the fewest
-    for pair in pairs:
-        path = path_torque(robot, base, chi, pair.unloaded.motion, pair.loaded.motion)
-        change, taken = less_path(robot, torque_change(robot, pair.unloaded, pair.loaded), path)
-        both = (
-            own.pieces(data, processing, pair.unloaded.motion)
-            for own, data in ((observer, change), (torque_alone, taken))
-        )
-        made.append(list(starmap(with_path, zip(*both, strict=True))))
-    return merged(map(reduced, chain.from_iterable(made))), made
+    chi, bare = robot_of(unloaded), observer.only(base.columns)
+    alone = observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH))
+    return recorded(alone, (_change(bare, chi, pair, processing) for pair in pairs))
+
+
+def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Pieces:
+    """Y_T - Y_wL of a pair in pieces, with what the robot of these parameters needs more on the loaded path."""
+    loaded = used_pieces(pair.loaded, processing, pair.unloaded.motion)
+
+    def changes() -> Iterator[tuple[Measurement, Mask]]:
+        start = 0
+        for heavy, keep in loaded.pieces:
+            bare = pair.unloaded.between(start, start := start + len(heavy.motion.t))
+            path = observer.torques(heavy.motion, chi) - observer.torques(bare.motion, chi)
+            yield replace(torque_change(observer.robot, bare, heavy), path=path), keep
+
+    return Pieces(changes(), loaded.factor)
 
 
 def _cut(recordings: Sequence[Recorded], edges: Sequence[Array]) -> tuple[Equations, ...]:

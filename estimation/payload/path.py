@@ -12,23 +12,18 @@ from dataclasses import replace
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.paged import empty, parts
 from ...model import BaseParameters, Motion, Robot
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ..equations.equations import Equations
-from ..equations.observation import Observation, Observer
+from ..equations.observation import PATH, Observation, Observer
 from ..equations.shared_torque import known_spring
 from ..fit.linear_problem import Known
 
-PATH = "path"
-"""The column of the torque that was taken off because the paths differ."""
 _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""
 _SMALL = 1e-3
 """Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
-_PIECE = 5_000
-"""Samples whose columns are held at once: those of a long recording would fill the memory."""
 _FRICTION = ("FS", "FV", "OFF", "FSM", "FVM")
 
 
@@ -65,32 +60,14 @@ def path_torque(robot: Robot, base: BaseParameters, chi: Array, unloaded: Motion
         loaded: motion.
     """
     observer = Observer(robot, base.columns)
-    return _torque(observer, chi, loaded) - _torque(observer, chi, unloaded)
-
-
-def _torque(observer: Observer, chi: Array, motion: Motion) -> Array:
-    torque, n = empty(motion.q.shape), motion.n
-    for part in parts(len(motion.t), _PIECE):
-        short = Motion(motion.t[part], motion.q[part], motion.qd[part], motion.qdd[part])
-        data = Measurement(short, np.zeros(short.q.shape))
-        W = observer.observe_rows(data, np.ones(short.q.shape, dtype=bool), 1).W
-        torque[part] = np.column_stack([W[j] @ chi for j in range(n)])
-        coupling = observer.robot.coupling
-        if coupling is not None and coupling.rows == "motor":
-            j, k = (joint - 1 for joint in coupling.joints)
-            torque[part, j] += torque[part, k]
-    return torque
+    return observer.torques(loaded, chi) - observer.torques(unloaded, chi)
 
 
 def less_path(robot: Robot, change: Measurement, path: Array) -> tuple[Measurement, Measurement]:
     """A difference of torques less what the path explains, and that as a measurement of its own."""
-    torque = empty(path.shape)
-    for part in parts(len(path)):
-        torque[part] = change.torque[part] - path[part]
-    torque.setflags(write=False)
     spring = known_spring(robot)
     before = None if spring is None else spring.torque(change.motion.q[:, spring.joint - 1])
-    return replace(change, torque=torque), Measurement(change.motion, path, before)
+    return replace(change, torque=change.torque - path), Measurement(change.motion, path, before)
 
 
 def with_path(change: Observation, path: Observation) -> Observation:
