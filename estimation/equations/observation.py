@@ -239,7 +239,7 @@ class Observer:
         return equations if self._chosen is None else equations[self._chosen]
 
     def _beside(self, data: Measurement, part: slice) -> list[Array]:
-        """What the kernel takes beside states and torques: of differences, the spring's former torque and the path."""
+        """What the kernel takes beside states and torques: the spring in what a difference lacks, and the path."""
         before, path, inputs = data.spring_before, data.path, []
         if known_spring(self.robot) is not None:
             inputs.append(before[part, None] if before is not None else np.zeros(1))
