@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from .. import estimation, report
+from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
-from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, add_command, option
+from .options import Options, PageOptions, ProcessingOptions, RobotOptions, add_command, option
 from .progress import status
+from .values import masses_list, whole_list
 
 
 @dataclass(frozen=True)
@@ -25,19 +27,47 @@ class _Known(Options):
     loaded: tuple[str, ...] = option(
         reads="with payload", action="append", required=True, metavar="LOG", help="currents with it; repeatable"
     )
-    mass: float | None = option(either="load!", type=float, metavar="KG", help="the payload's mass")
+    mass: tuple[float, ...] | None = option(
+        either="load!",
+        type=masses_list,
+        metavar="KG[,KG..]",
+        help="the payload's mass; of several weights one for each --loaded",
+    )
     payload: str | None = option(
         either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
     )
     mass_sigma: float | None = option(type=float, metavar="KG", help="its standard deviation (default: 0)")
 
-    def load(self) -> estimation.gains.KnownLoad:
-        """What is known of the payload."""
+    mounting: tuple[int, ...] = option(
+        type=whole_list,
+        default=(),
+        metavar="N1,N2,..",
+        help="one number for each --loaded: equal ones share a centre of mass (default: all one)",
+    )
+
+    def load(self) -> estimation.gains.KnownLoad | list[estimation.gains.KnownLoad]:
+        """What is known of the payload, the same in all mountings or one for each."""
         if self.payload:
             self.refuse("mass_sigma", "belongs to --mass; in a payload's file it is the key mass_sigma")
             return estimation.gains.read_known_load(self.payload)
         assert self.mass is not None
-        return estimation.gains.known_mass(self.mass, self.mass_sigma or 0.0)
+        sigma = self.mass_sigma or 0.0
+        if len(self.mass) == 1:
+            return estimation.gains.known_mass(self.mass[0], sigma)
+        if len(self.mass) != len(self.loaded):
+            raise InputError(
+                f"--mass holds {len(self.mass)} numbers for {len(self.loaded)} --loaded recordings: give "
+                "one mass, or one for each of them, in their order"
+            )
+        numbers = self.mounting or (1,) * len(self.loaded)
+        masses: dict[int, float] = {}
+        for number, mass in zip(numbers, self.mass, strict=False):
+            if masses.setdefault(number, mass) != mass:
+                raise InputError(
+                    f"mounting {number} has masses of {masses[number]:g} and {mass:g} kg: give each weight a "
+                    "number of its own (--mounting)"
+                )
+        return [estimation.gains.known_mass(mass, sigma) for mass in masses.values()]
 
 
 class _Processing(ProcessingOptions):
@@ -48,10 +78,10 @@ class _Processing(ProcessingOptions):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "gains", run, RobotOptions, _Known, _Processing, ResultOptions)
+    add_command(commands, "gains", run, RobotOptions, _Known, _Processing, PageOptions)
 
 
-def run(arm: RobotOptions, known: _Known, processing: _Processing, files: ResultOptions) -> int:
+def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
     """Run it."""
     load = known.load()
     setup = processing.setup(arm.load())
@@ -60,9 +90,16 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: Result
     amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
     unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
     with status("reading") as progress:
-        problem = estimation.gains.gain_problem(robot, unloaded, loaded, setup.processing, progress, load)
+        problem = estimation.gains.gain_problem(
+            robot, unloaded, loaded, setup.processing, progress, load, known.mounting
+        )
         progress("estimating")
         gains = estimation.identify_gains(problem, load)
     report.print_blocks(report.gains_screen(gains))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
-    return ANSWERED if any(gains.identified) else DO_NOT_USE
+    files.write_page(
+        lambda: report.gains_page(
+            gains, files.provenance(setup.in_words(), known, arm, processing), robot.title or robot.name
+        )
+    )
+    return DO_NOT_USE if gains.verdict.level == "do_not_use" else ANSWERED

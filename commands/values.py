@@ -94,6 +94,22 @@ def gains_list(text: str) -> tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
 
 
+def masses_list(text: str) -> tuple[float, ...]:
+    """Masses [kg] separated by commas."""
+    values = gains_list(text)
+    if not all(0.0 < value < math.inf for value in values):
+        raise argparse.ArgumentTypeError(f"{text!r}: a mass in kg is more than zero, and finite")
+    return values
+
+
+def whole_list(text: str) -> tuple[int, ...]:
+    """Whole numbers separated by commas."""
+    parts = text.replace(" ", "").split(",")
+    if not all(part.isdecimal() and len(part) < 9 for part in parts):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of whole numbers such as 1,2,2")
+    return tuple(map(int, parts))
+
+
 def names_list(text: str) -> tuple[str, ...]:
     """Names separated by commas."""
     names = tuple(part.strip() for part in text.split(","))

@@ -39,6 +39,7 @@ from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page
 from .sections.design import design_screen as design_screen
 from .sections.following import following_screen as following_screen
+from .sections.gains import gains_page as gains_page
 from .sections.gains import gains_screen as gains_screen
 from .sections.log_check import check_screen as check_screen
 from .sections.near import NearResult as NearResult

@@ -1,3 +1,4 @@
+from .drive_gains import DriveGains as DriveGains
 from .elimination import elimination_warnings as elimination_warnings
 from .elimination import impossible_payload as impossible_payload
 from .elimination import impossible_robot as impossible_robot

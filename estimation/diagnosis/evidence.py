@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ...common.arrays import Array
 from ...model import Robot
@@ -16,6 +17,35 @@ from ..signals.alignment import AlignedPair
 from .loaded_rows import Bursts, Scale
 from .quantities import Agreement, Judged
 from .rivals import Rival
+
+KNOWN_WELL = 0.05
+"""Relative standard deviation up to which a drive gain counts as identified."""
+
+
+class KnownWeight(NamedTuple):
+    """A weight whose mass was told.
+
+    ``mounting``: its number; ``told``: its mass [kg]; ``mass`` by the torques that the gains give, with its
+    standard deviation ``sigma`` [kg].
+    """
+
+    mounting: int
+    told: float
+    mass: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Gained:
+    """Drive gains that were identified.
+
+    Attributes:
+        sigma: their relative standard deviations, shape (n,).
+        weights: in each mounting.
+    """
+
+    sigma: Array
+    weights: tuple[KnownWeight, ...]
 
 
 @dataclass(frozen=True)
@@ -63,6 +93,7 @@ class Evidence:
         rivals: other ways to take the recordings.
         scales: of the loaded torques, where one may differ from that of the unloaded ones.
         bursts: stretches of time whose residuals stand out.
+        gained: drive gains, where they are what is asked for.
     """
 
     robot: Robot
@@ -82,6 +113,7 @@ class Evidence:
     rivals: tuple[Rival, ...] = ()
     scales: tuple[Scale, ...] = ()
     bursts: Bursts | None = None
+    gained: Gained | None = None
 
     @property
     def robot_fit(self) -> Fit | None:

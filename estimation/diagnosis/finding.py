@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
 """error: nothing may be used so; warning: not everything may, or numbers will be poor; note: worth knowing."""
-Level = Literal["use", "mass_and_com_only", "do_not_use"]
-"""Use every number; the mass and the centre of mass; none."""
+Level = Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
+"""Use every number; of a payload mass and centre of mass; of drive gains those that are identified; none."""
 _FOUNDATION = ("mass", "everything")
 
 
@@ -61,7 +61,7 @@ def warning(text: str, about: str = "inertia") -> Finding:
     return Finding("warning", about, text)
 
 
-def verdict_of(findings: Sequence[Finding], brief: bool = True) -> Verdict:
+def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
     """The level that findings leave, and those that are told: notes last.
 
     The mass is what every number rests on: whatever speaks against it, or against everything, leaves nothing.
@@ -70,12 +70,13 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True) -> Verdict:
         findings: in the order in which they are told.
         brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
             comes last.
+        partly: the level where only single numbers are spoken against.
     """
     told = dict.fromkeys(findings)
     notes = list(filter(_is_note, told))
     distinct = list(filterfalse(_is_note, told))
     if not any(map(_against_all, distinct)):
-        return Verdict("mass_and_com_only" if distinct else "use", (*distinct, *notes))
+        return Verdict(partly if distinct else "use", (*distinct, *notes))
     weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]
     rest = [] if brief else [finding for finding in distinct if finding not in weighty]
     return Verdict("do_not_use", (*weighty, *rest, *notes))

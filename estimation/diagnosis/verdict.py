@@ -6,6 +6,7 @@ table serves every command whose evidence shows what it looks at.
 
 from collections.abc import Callable
 
+from .checks.gains import known_gains, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale
 from .checks.payload import (
@@ -35,7 +36,7 @@ from .checks.recordings import (
 )
 from .checks.robot import OF_ROBOT, arm_weight, other_robots, turned_joints
 from .evidence import Evidence
-from .finding import Finding, Verdict, verdict_of
+from .finding import Finding, Level, Verdict, verdict_of
 
 Check = Callable[[Evidence], list[Finding]]
 CHECKS: tuple[Check, ...] = (
@@ -63,18 +64,25 @@ CHECKS: tuple[Check, ...] = (
     alignment,
     condition,
     inertia,
+    weights_apart,
+    known_gains,
 )
 """Checks of the recordings, in the order in which their findings are told."""
 BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
 
 
-def judge(evidence: Evidence) -> Verdict:
-    """The verdict on numbers made from one set of recordings."""
+def judge(evidence: Evidence, *more: Evidence) -> Verdict:
+    """The verdict on numbers made from one set of recordings, or from several together."""
+    findings = [finding for one in (evidence, *more) for finding in _findings(one)]
+    partly: Level = "mass_and_com_only" if evidence.gained is None else "identified_only"
+    return verdict_of(findings, evidence.weighed is None, partly)
+
+
+def _findings(evidence: Evidence) -> list[Finding]:
     findings = [finding for check in CHECKS for finding in check(evidence)]
     findings += causes(evidence, findings)
-    findings += [finding for check in BEFOREHAND for finding in check(evidence)]
-    return verdict_of(findings, brief=evidence.weighed is None)
+    return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
 
 def robot_verdict(evidence: Evidence) -> Verdict:

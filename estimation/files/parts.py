@@ -55,6 +55,14 @@ class RobustDocument(Document, frozen=True):
     unavailable: str | UnsetType | None = UNSET
 
 
+class VerdictDocument(Document, frozen=True):
+    """Whether to use the numbers, and what speaks against them."""
+
+    level: Literal["use", "mass_and_com_only", "identified_only", "do_not_use"]
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...] | UnsetType = UNSET
+
+
 class GainErrorsDocument(Document, frozen=True):
     """Relative errors of drive gains; of identified ones also covariance, recordings and payload."""
 

@@ -23,17 +23,26 @@ from .parts import (
     ResidualDocument,
     RobustDocument,
     Ten,
+    VerdictDocument,
 )
 
 _OF_GAINS = "give the --json of 'dynident gains'"
 
 
+class MountingDocument(Document, frozen=True):
+    """The payload as identified in one of several mountings."""
+
+    mounting: int
+    identified: Ten
+
+
 class LoadDocument(Document, frozen=True):
-    """The payload that the gains were identified with."""
+    """The payload that the gains were identified with; ``identified`` in the first mounting."""
 
     known: dict[str, float] | UnsetType = UNSET
     mass_sigma: float | UnsetType = UNSET
     identified: Ten | UnsetType = UNSET
+    mountings: tuple[MountingDocument, ...] | UnsetType = UNSET
 
 
 class GainsTable(Document, frozen=True):
@@ -60,15 +69,24 @@ class StoredGains(Document, frozen=True):
     fingerprints: Fingerprints | UnsetType = field(default=UNSET, name="recordings")
     robust: RobustDocument | UnsetType = UNSET
     relative_residual: ResidualDocument | UnsetType = UNSET
+    disagreement: float | UnsetType = UNSET
+    verdict: VerdictDocument | UnsetType = UNSET
 
 
 def read_stored_gains(path: str | Path) -> Gains:
     """Read the ``--json`` of ``dynident gains``.
 
     Raises:
-        InputError: if the file holds no gains; the key at fault is named.
+        InputError: if the file holds no gains, the key at fault is named; or if their own verdict is against them.
     """
     stored = read_json(path, StoredGains, _OF_GAINS)
+    verdict = present(stored.verdict)
+    if verdict is not None and verdict.level == "do_not_use":
+        reason = verdict.reasons[0] if verdict.reasons else "no reason is told"
+        raise InputError(
+            f"{path}: the verdict on these drive gains is: do not use ({reason}); identify them again, or give the "
+            "maker's as numbers with --gain-sigma"
+        )
     values, C, load = stored.drive_gains.values, stored.drive_gains.relative_covariance, present(stored.load)
     with naming(path, _OF_GAINS):
         if not (np.isfinite(values) & (values != 0.0)).all():

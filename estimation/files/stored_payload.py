@@ -17,6 +17,7 @@ from .parts import (
     ResidualDocument,
     RobustDocument,
     Ten,
+    VerdictDocument,
 )
 
 _Intervals = Mapping[str, Interval]
@@ -109,14 +110,6 @@ class JointsMassDocument(Document, frozen=True):
     interval95: Interval | None
     share: Number | UnsetType = UNSET
     share_sigma: Number | UnsetType = UNSET
-
-
-class VerdictDocument(Document, frozen=True):
-    """Whether to use the payload, and what speaks against it."""
-
-    level: Literal["use", "mass_and_com_only", "do_not_use"]
-    reasons: tuple[str, ...]
-    notes: tuple[str, ...] | UnsetType = UNSET
 
 
 class Recommended(Document, frozen=True):

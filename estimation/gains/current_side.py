@@ -18,6 +18,8 @@ from ..equations.equations import Equations
 _MOST = 200  # iterations
 _LONGEST = 0.5  # step of a gain, relative
 _ENOUGH = 1e-9  # relative change of a gain
+_ROUNDS = 3  # of weights for the start
+_SPREAD = 10.0  # of gains about their median, as far as weights go
 _FLOOR = 1e-9  # of the current: data without noise still need finite weights
 
 
@@ -84,7 +86,10 @@ def gauss_newton(
     """
     n = len(weights)
     moving = [j for j in range(n) if j != held]
-    k, x = torque_side(equations.factors, free, known, held)
+    if held is None:
+        k, x = _started(equations.factors, weights, free, known)
+    else:
+        k, x = torque_side(equations.factors, free, known, held)
     for _ in range(_MOST):
         J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
         parts = decomposed(J)
@@ -151,6 +156,21 @@ def torque_side(
     x = known.copy()
     x[free] = solution[: len(free)]
     return 1.0 / K, x
+
+
+def _started(factors: Sequence[Array], weights: Array, free: Sequence[int], known: Array) -> tuple[Array, Array]:
+    """The torque-side solution, each joint weighted by the errors of its torque; gains k too, but for a few rounds.
+
+    Unweighted, a disturbance of the arm's joints outweighs all that the wrist's say.
+    """
+    k, x = torque_side(factors, free, known, None)
+    for _ in range(_ROUNDS):
+        size = np.abs(k)
+        middle = float(np.median(size))
+        size = np.clip(size, middle / _SPREAD, middle * _SPREAD)
+        weighted = [w * one * factor for w, one, factor in zip(weights, size, factors, strict=True)]
+        k, x = torque_side(weighted, free, known, None)
+    return k, x
 
 
 def _linearised(

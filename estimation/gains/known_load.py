@@ -1,5 +1,6 @@
 """What is known of the payload that fixes the scale of all gains."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -60,6 +61,21 @@ class KnownLoad(BodyTable, frozen=True, kw_only=True, dict=True):
     def ten(self) -> Array:
         """The known ones in their place among the ten, zero for the others, shape (10,)."""
         return np.where([name in self.known for name in PAYLOAD], self.body().vector, 0.0)
+
+
+def payload_columns(mountings: int) -> tuple[tuple[str, ...], ...]:
+    """Names of the payload's ten parameters in each mounting: ``PAYLOAD``, then XX_L2 .. M_L2, and so on."""
+    return tuple(tuple(f"{name}{k if k > 1 else ''}" for name in PAYLOAD) for k in range(1, mountings + 1))
+
+
+def known_values(loads: Sequence[KnownLoad]) -> dict[str, float]:
+    """What is known of the payload in each mounting, by the names of ``payload_columns``."""
+    return {
+        column: float(value)
+        for columns, load in zip(payload_columns(len(loads)), loads, strict=True)
+        for column, name, value in zip(columns, PAYLOAD, load.ten, strict=True)
+        if name in load.known
+    }
 
 
 def known_mass(mass: float, sigma: float = 0.0) -> KnownLoad:

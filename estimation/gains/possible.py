@@ -40,21 +40,21 @@ class _Variables(NamedTuple):
 
 
 def possible_gains(
-    problem: GainProblem, equations: Equations, load: KnownLoad, start: CurrentFit, held: int
+    problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, held: int
 ) -> CurrentFit:
     """Gains, base parameters and payload of bodies that can exist, drives that do not push.
 
     Args:
         problem: robot and weights.
         equations: all of the problem's or those without a block.
-        load: the known payload.
+        loads: what is known of the payload in each mounting.
         start: gains to begin with, whose covariance is kept.
         held: place of the gain that is held while solving.
 
     Raises:
         InputError: if the gains do not settle or no bodies explain the currents.
     """
-    variables = _variables(problem, load, start.x)
+    variables = _variables(problem, loads, start.x)
     k, x = start.k.copy(), start.x.copy()
     m = variables.x.shape[1]
     for _ in range(_MOST):
@@ -84,30 +84,33 @@ def possible_gains(
     )
 
 
-def _variables(problem: GainProblem, load: KnownLoad, x: Array) -> _Variables:
+def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> _Variables:
     """Standard parameters of the robot, what is unknown of the payload, and the share of what is known."""
-    base, free = problem.base, load.free
+    base = problem.base
+    free = [(k, name) for k, load in enumerate(loads) for name in load.free]
     known = [parameter_kind(name) == SPRING for name in base.standard]
     names = [name for name, fixed in zip(base.standard, known, strict=True) if not fixed]
     standard = len(names)
     m = standard + len(free) + 1
     scale = np.ones(m)
     scale[:standard] = _robot_scale(problem, names, x)
-    scale[standard:-1] = [load.mass * _LENGTH ** POWERS[name.removesuffix("_L")] for name in free]
-    to_x = np.zeros((len(base.columns) + len(PAYLOAD), m))
+    scale[standard:-1] = [loads[k].mass * _LENGTH ** POWERS[name.removesuffix("_L")] for k, name in free]
+    to_x = np.zeros((len(base.columns) + len(loads) * len(PAYLOAD), m))
     to_x[: len(base.columns), :standard] = base.grouping[:, np.logical_not(known)]
     to_x[: len(base.columns), -1] = base.grouping[:, known].sum(axis=1)  # a spring's torque: its parameter is 1
-    body = np.zeros((10, m))
-    body[[PAYLOAD.index(name) for name in free], range(standard, m - 1)] = 1.0
-    body[:, -1] = load.ten
-    to_x[len(base.columns) :] = body
+    weights = np.zeros((len(loads), len(PAYLOAD), m))
+    for place, (k, name) in enumerate(free, standard):
+        weights[k, PAYLOAD.index(name), place] = 1.0
+    weights[:, :, -1] = [load.ten for load in loads]
+    to_x[len(base.columns) :] = weights.reshape(-1, m)
     links = [np.eye(standard, m)[places] for places in link_places(problem.robot, names)]
     rules = RobotRules.of(problem.robot, names, scale[:standard], None).A
     A = np.zeros((len(rules) + 1, m))
     A[:-1, :standard] = rules
     A[-1, -1] = 1.0
     # A body whose ten are all known needs no cone: it was checked when it was read.
-    bodies = np.array([*links, body] if free else links) * scale
+    open_ones = [body for body, load in zip(weights, loads, strict=True) if load.free]
+    bodies = np.array([*links, *open_ones]) * scale
     return _Variables(to_x * scale, bodies, A, m - 1)
 
 

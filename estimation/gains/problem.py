@@ -1,6 +1,6 @@
-"""The problem of drive gains: currents without and with a payload, reduced."""
+"""The problem of drive gains: currents without and with known weights, reduced."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,12 +12,14 @@ from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.equations import PAYLOAD, Equations
+from ..equations.equations import Equations, each, merged
 from ..fit.drive_gains import Fingerprints, fingerprints
-from ..payload.long_motion import payload_problem
+from ..payload.long_motion import payload_problem, with_friction
 from ..payload.problem import PayloadProblem
+from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
-from .known_load import KnownLoad, known_mass
+from .known_load import KnownLoad, known_mass, known_values, payload_columns
+from .mounting import Mountings
 
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
@@ -31,16 +33,22 @@ class GainProblem:
 
     Attributes:
         robot: the robot, its equations those of the motors (``Robot.for_currents``).
+        description: as it was given, its equations those of the joints.
         base: its base parameters.
-        equations: the factors of [W W_L i], columns base, then ``PAYLOAD``; the right-hand side is a current [A].
+        equations: the factors of [W W_L i], columns base, then ``payload_columns`` of each mounting; the right-hand
+            side is a current [A].
         weights: per joint, one over the standard deviation of its current's error [1/A].
         deletions: the equations without each block of time, for the jackknife; one tuple a group.
         block_length: of those blocks [s]; 0 where there are none.
         without_blocks: why there are none.
         recordings: by which later recordings are known for the same.
+        mountings: which recordings have the weight where.
+        posed: each mounting's payload problem, its torques those that the gains ``posed_with`` give; what the
+            verdict looks at.
     """
 
     robot: Robot
+    description: Robot
     base: BaseParameters
     equations: Equations
     weights: Array
@@ -48,6 +56,14 @@ class GainProblem:
     block_length: float = 0.0
     without_blocks: str = ""
     recordings: Fingerprints = field(default_factory=dict)
+    mountings: Mountings = Mountings()
+    posed: tuple[PayloadProblem, ...] = ()
+    posed_with: tuple[float, ...] = ()
+
+    def posed_by(self, K: Array) -> tuple[PayloadProblem, ...]:
+        """Each mounting's payload problem with torques that gains K give."""
+        ratio = K / np.array(self.posed_with) if self.posed else K
+        return tuple(_rescaled(problem, ratio, self.robot) for problem in self.posed)
 
 
 def gain_problem(
@@ -56,65 +72,122 @@ def gain_problem(
     loaded: Sequence[Recording],
     processing: Processing | None = None,
     progress: Progress = silent,
-    load: KnownLoad | None = None,
+    load: KnownLoad | Sequence[KnownLoad] | None = None,
+    mounting: Sequence[int] = (),
 ) -> GainProblem:
     """Process recordings of currents and reduce them.
 
     Args:
         robot: the robot.
         unloaded: recordings without payload whose ``torque`` holds motor currents [A].
-        loaded: the same with the known payload.
+        loaded: the same with the known weight or weights.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
-        load: the known payload; needed by arms with a spring alone, whose known torque has a scale as well.
+        load: the known payload, or that of each mounting; needed by arms with a spring alone, whose known torque
+            has a scale as well.
+        mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one
+            by default.
 
     Raises:
-        InputError: if the recordings cannot be used.
+        InputError: if the recordings cannot be used, or there are not as many numbers as loaded recordings.
     """
-    robot = robot.for_currents()
+    description, robot = robot, robot.for_currents()
     if not unloaded:
         raise InputError("drive gains need recordings without and with the payload: give both")
-    scaled = _scaled(robot, loaded, unloaded, np.full(robot.n, _USUAL))
-    first = payload_problem(robot, *scaled, None, processing, progress)
-    both = _in_currents(first.both, np.full(robot.n, _USUAL))
+    mountings = Mountings.of(mounting, len(loaded), len(unloaded))
+    usual = np.full(robot.n, _USUAL)
+    first = _posed(robot, unloaded, loaded, mountings, usual, processing, progress)
+    both = _in_currents(_together(first, mountings), usual)
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
-    K = 1.0 / free_gains(both, weights, load or known_mass(1.0)).k
+    K = 1.0 / free_gains(both, weights, mountings.loads(load or known_mass(1.0))).k
     K *= _USUAL / K.mean()
-    problem = payload_problem(robot, *_scaled(robot, loaded, unloaded, K), None, processing, progress, robust=True)
-    recordings = fingerprints(unloaded, loaded)
-    return GainProblem(robot, first.base, both, weights, *_without_blocks(problem, K), recordings)
+    posed = _posed(robot, unloaded, loaded, mountings, K, processing, progress, robust=True)
+    return GainProblem(
+        robot,
+        description,
+        first[0].base,
+        both,
+        weights,
+        *_without_blocks(posed, mountings, K),
+        fingerprints(unloaded, loaded),
+        mountings,
+        posed,
+        tuple(K.tolist()),
+    )
 
 
-def free_gains(equations: Equations, weights: Array, load: KnownLoad) -> CurrentFit:
+def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Gains, base parameters and what is unknown of the payload, without constraints.
 
     Raises:
         InputError: if the recordings leave a gain undetermined, or one is negative.
     """
-    springs = [k for k, name in enumerate(equations.columns) if parameter_kind(name) == SPRING]
-    free = [k for k, name in enumerate(equations.columns) if name not in load.known and k not in springs]
-    known = np.zeros(len(equations.columns))
-    known[-len(PAYLOAD) :], known[springs] = load.ten, 1.0
+    values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
+    free = [k for k, name in enumerate(equations.columns) if name not in values]
+    known = np.array([values.get(name, 0.0) for name in equations.columns])
     found = gauss_newton(equations, weights, free, known)
     wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
-    if wrong:
+    if not wrong:
+        return found
+    if len(wrong) == len(found.k) and _brakes(equations.columns, found.x) < 0:
         raise InputError(
-            f"the current of motor {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
-            "in a log map), or check the order of joints"
+            "the recordings with and without the payload look exchanged: the known weight comes out negative; "
+            "exchange --loaded and --unloaded"
         )
-    return found
-
-
-def _scaled(
-    robot: Robot, loaded: Sequence[Recording], unloaded: Sequence[Recording], K: Array
-) -> tuple[list[Recording], list[Recording]]:
-    """The recordings with joint torques that gains K would give."""
-    with_payload, without = (
-        [replace(one, torque=_torques(robot, one.torque, K)) for one in group] for group in (loaded, unloaded)
+    raise InputError(
+        f"the current of motor {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
+        "in a log map), or check the order of joints"
     )
-    return with_payload, without
+
+
+def _brakes(columns: Sequence[str], x: Array) -> int:
+    """Joints whose Coulomb friction brakes less those that it drives."""
+    return int(sum(np.sign(value) for name, value in zip(columns, x, strict=True) if parameter_kind(name) == "FS"))
+
+
+def _posed(
+    robot: Robot,
+    unloaded: Sequence[Recording],
+    loaded: Sequence[Recording],
+    mountings: Mountings,
+    K: Array,
+    processing: Processing | None,
+    progress: Progress,
+    robust: bool = False,
+) -> tuple[PayloadProblem, ...]:
+    """The payload problem of each mounting, with joint torques that gains K would give."""
+    bare, heavy = (_scaled(robot, group, K) for group in (unloaded, loaded))
+    return tuple(
+        payload_problem(
+            robot,
+            [heavy[k] for k in places],
+            [bare[k] for k in (places if mountings.paired else range(len(bare)))],
+            None,
+            processing,
+            progress,
+            robust=robust,
+        )
+        for places in mountings.places
+    )
+
+
+def _together(problems: Sequence[PayloadProblem], mountings: Mountings) -> Equations:
+    """The equations of all mountings, each with the payload's columns of its own; each recording once."""
+    payloads = payload_columns(len(problems))
+    columns = (*problems[0].base.columns, *(name for names in payloads for name in names))
+    everything = []
+    for k, (problem, names) in enumerate(zip(problems, payloads, strict=True)):
+        part = problem.both if mountings.paired or k == 0 else problem.loaded
+        part = in_payload_frame(problem.robot, part)
+        everything.append(part.called((*problem.base.columns, *names)).renamed(columns))
+    return merged(everything)
+
+
+def _scaled(robot: Robot, recordings: Sequence[Recording], K: Array) -> list[Recording]:
+    """The recordings with joint torques that gains K would give."""
+    return [replace(recording, torque=_torques(robot, recording.torque, K)) for recording in recordings]
 
 
 def _torques(robot: Robot, currents: Array, K: Array) -> Array:
@@ -128,16 +201,60 @@ def _torques(robot: Robot, currents: Array, K: Array) -> Array:
 
 def _in_currents(problem: Equations, K: Array) -> Equations:
     """Right-hand sides over K_j."""
-    factors = []
-    for factor, gain in zip(problem.factors, K, strict=True):
-        factors.append(factor / np.append(np.ones(factor.shape[1] - 1), gain))
-    return replace(problem, factors=tuple(factors))
+    return _times(replace(problem, leave_one_out=()), 1.0 / K)
 
 
-def _without_blocks(problem: PayloadProblem, K: Array) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
+def _times(equations: Equations, ratio: Array) -> Equations:
+    """Right-hand sides of joint j times ``ratio[j]``."""
+    factors = [
+        factor * np.append(np.ones(factor.shape[1] - 1), one)
+        for factor, one in zip(equations.factors, ratio, strict=True)
+    ]
+    cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
+    return replace(equations, factors=tuple(factors), leave_one_out=cut)
+
+
+def _rescaled(problem: PayloadProblem, ratio: Array, robot: Robot) -> PayloadProblem:
+    """A payload problem whose motors' torques are ``ratio`` times as large."""
+    source = problem.source
+    assert source is not None
+    rescaled = replace(
+        problem,
+        loaded=_times(problem.loaded, ratio),
+        unloaded=_times(problem.unloaded, ratio) if problem.unloaded else None,
+        difference=_times(problem.difference, ratio) if problem.difference else None,
+        stretches=tuple(_times(stretch, ratio) for stretch in problem.stretches),
+        source=source._replace(
+            loaded=tuple(_louder(robot, source.loaded, ratio)),
+            unloaded=tuple(_louder(robot, source.unloaded, ratio)),
+        ),
+    )
+    return with_friction(rescaled)
+
+
+def _louder(robot: Robot, recordings: Sequence[Recording], ratio: Array) -> Iterator[Recording]:
+    """Recordings whose motors' torques are ``ratio`` times as large."""
+    for recording in recordings:
+        motors = robot.coupling.motor_torques(recording.torque) if robot.coupling else recording.torque
+        yield replace(recording, torque=_torques(robot, motors, ratio))
+
+
+def _without_blocks(
+    problems: Sequence[PayloadProblem], mountings: Mountings, K: Array
+) -> tuple[tuple[tuple[Equations, ...], ...], float, str]:
     """The currents without each block, groups of them; the blocks' length; else why there are none."""
+    groups = []
     try:
-        groups = tuple(tuple(_in_currents(part.both, K) for part in group) for group in problem.without_blocks)
+        for k, problem in enumerate(problems):
+            # Recordings without payload that all mountings share are left out once.
+            own = problem.without_blocks if mountings.paired or k == 0 else problem.without_blocks[:1]
+            groups += [
+                tuple(
+                    _in_currents(_together([*problems[:k], part, *problems[k + 1 :]], mountings), K)
+                    for part in group
+                )
+                for group in own
+            ]
     except InputError as error:
         return (), 0.0, str(error)
-    return groups, problem.loaded.block_length, ""
+    return tuple(groups), max(problem.loaded.block_length for problem in problems), ""

@@ -86,10 +86,10 @@ def payload_problem(
         inflation=equations.inflation,
         few=equations.few,
     )
-    return _with_scale(_with_friction(problem, friction_change), scale_sigma)
+    return _with_scale(with_friction(problem, friction_change), scale_sigma)
 
 
-def _with_friction(problem: PayloadProblem, share: float) -> PayloadProblem:
+def with_friction(problem: PayloadProblem, share: float = FRICTION_CHANGE) -> PayloadProblem:
     """With what friction may change by, where the robot's own is known."""
     try:
         robot = problem.alone

@@ -1,16 +1,18 @@
 """The document of ``gains``."""
 
+from msgspec import UNSET
+
+from ...estimation.answers import DriveGains
 from ...estimation.files import StoredGains
 from ...estimation.files.parts import ProcessingDocument, RobustDocument
-from ...estimation.files.stored import GainsTable, LoadDocument
-from ...estimation.gains import DriveGains
+from ...estimation.files.stored import GainsTable, LoadDocument, MountingDocument
 from ...model import INERTIAL, Processing
-from .parts import equation_rate, residual_document
+from .parts import equation_rate, residual_document, verdict_document
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
     """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
-    robust, load = gains.robust, gains.load
+    robust = gains.robust
     return StoredGains(
         robot=gains.robot,
         processing=ProcessingDocument(
@@ -21,11 +23,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
             slow_fraction=processing.slow_fraction,
             slow_speed=processing.slow_speed,
         ),
-        load=LoadDocument(
-            known=dict(zip(load.known, load.values.tolist(), strict=True)),
-            mass_sigma=load.mass_sigma,
-            identified=dict(zip(INERTIAL, gains.payload.vector.tolist(), strict=True)),
-        ),
+        load=_load(gains),
         drive_gains=GainsTable(
             values=gains.values,
             sigma=gains.values * gains.larger_relative_sigma,
@@ -42,4 +40,17 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
         if robust
         else RobustDocument(None, unavailable=gains.without_robust or None),
         relative_residual=residual_document(gains.fit),
+        disagreement=gains.disagreement,
+        verdict=verdict_document(gains.verdict),
+    )
+
+
+def _load(gains: DriveGains) -> LoadDocument:
+    tens = [dict(zip(INERTIAL, body.vector.tolist(), strict=True)) for body in gains.payloads]
+    each = tuple(MountingDocument(name, ten) for name, ten in zip(gains.mountings.names, tens, strict=True))
+    return LoadDocument(
+        known=gains.known,
+        mass_sigma=max(load.mass_sigma for load in gains.loads),
+        identified=tens[0],
+        mountings=each if len(each) > 1 else UNSET,
     )

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec import UNSET, UnsetType
 
-from ...estimation import Gains, SigmaRatio
+from ...estimation import Gains, SigmaRatio, Verdict
 from ...estimation.files.parts import (
     EliminationDocument,
     EliminationStep,
@@ -13,6 +13,7 @@ from ...estimation.files.parts import (
     ProcessingDocument,
     ResidualDocument,
     RobustDocument,
+    VerdictDocument,
 )
 from ...estimation.fit import Elimination, Fit, RobustCovariance
 from ...model import Processing, Robot
@@ -59,6 +60,11 @@ def gain_errors_document(gains: Gains) -> GainErrorsDocument:
         mass=gains.mass if known else UNSET,
         notes=gains.notes or UNSET,
     )
+
+
+def verdict_document(verdict: Verdict) -> VerdictDocument:
+    """Whether to use the numbers, and why not."""
+    return VerdictDocument(verdict.level, verdict.reasons, verdict.notes or UNSET)
 
 
 def elimination_document(

@@ -23,7 +23,6 @@ from ...estimation.files.stored_payload import (
     Recommended,
     RepeatsDocument,
     RippleDocument,
-    VerdictDocument,
     VisibilityDocument,
     WeighedDocument,
 )
@@ -36,6 +35,7 @@ from .parts import (
     processing_document,
     residual_document,
     robust_document,
+    verdict_document,
 )
 
 
@@ -58,7 +58,7 @@ def payload_document(
         estimates=_estimates(answer),
         recommended=Recommended(answer.free.method, "constrained" if answer.constrained else "wls"),
         mass_by_joints=mass_by_joints(answer.by_joints),
-        verdict=VerdictDocument(answer.verdict.level, answer.verdict.reasons, answer.verdict.notes or UNSET),
+        verdict=verdict_document(answer.verdict),
         **more,
     )
 

@@ -1,15 +1,30 @@
-"""Drive gains, and what their errors do to other answers."""
+"""Drive gains: what the terminal prints, and the report."""
 
-import numpy as np
+from __future__ import annotations
 
-from ...estimation import Gains
-from ...estimation.gains import DriveGains
-from ...model import Robot
-from ..blocks import Block, Notes, Table, columns
+from dataclasses import replace
+
+from ...estimation.answers import DriveGains
+from ..blocks import Banner, Block, Notes, Page, Section, Table, columns
+from ..figures.by_joints import joints_figure
+from ..provenance import Provenance
+from .data import report_page
+from .joints import joints_section
+from .torques import torques_section
+from .verdict import VERDICTS, reason_blocks, verdict_lines
+
+_GOOD = "Every gain can be used."
 
 
 def gains_screen(gains: DriveGains) -> list[Block]:
-    """One row a joint, and the lines below."""
+    """One row a joint, and the lines below; the verdict comes last."""
+    verdict = gains.verdict
+    words = VERDICTS[verdict.level].payload
+    return [gains_table(gains), Notes([*_notes(gains), *verdict_lines(words, verdict)])]
+
+
+def gains_table(gains: DriveGains) -> Table:
+    """Gains with standard deviations, what of the current is left unexplained, and what each rests on."""
     headings = columns(("motor",), ("N·m/A", "sigma", "%", "residual %"), ("rests on",))
     sigma = gains.larger_relative_sigma
     rows = [
@@ -23,20 +38,60 @@ def gains_screen(gains: DriveGains) -> list[Block]:
         )
         for j, words in enumerate(gains.identifiability)
     ]
-    return [Table(f"Drive gains of {gains.robot}", headings, rows, style="roomy"), Notes(_notes(gains))]
+    return Table(f"Drive gains of {gains.robot}", headings, rows, style="roomy")
+
+
+def gains_page(gains: DriveGains, provenance: Provenance, title: str) -> Page:
+    """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give.
+
+    Args:
+        gains: the answer.
+        provenance: command, files, date.
+        title: of the robot.
+    """
+    level = gains.verdict.level
+    sentence = _GOOD if level == "use" else VERDICTS[level].sentence
+    lead: list[Block] = [Banner(level, sentence), gains_table(gains), *reason_blocks(gains.verdict)]
+    sections = (*_weights(gains), torques_section(gains.predictions))
+    subtitle = f"Identified from recordings of motor currents with a known weight, {provenance.day}"
+    return report_page(f"Drive gains of the {title}", subtitle, lead, sections, _notes(gains), provenance)
+
+
+def _weights(gains: DriveGains) -> list[Section]:
+    """The weight as each joint sees it by these gains, mounting by mounting."""
+    sections = []
+    for name, load, seen in zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True):
+        drawn = joints_figure(seen, load.mass, (load.mass, load.mass))
+        section = joints_section(seen, [replace(drawn, name=f"{drawn.name}_{name}")] if drawn else ())
+        title = f"The known weight as each joint sees it{_mounted(gains, name)}"
+        sections.append(section._replace(name=f"{section.name}_{name}", title=title))
+    return sections
+
+
+def _mounted(gains: DriveGains, name: int) -> str:
+    return f", mounting {name}" if len(gains.loads) > 1 else ""
 
 
 def _notes(gains: DriveGains) -> list[str]:
-    com = gains.payload.com
-    given = not gains.load.free or "MX_L" in gains.load.known
-    lines = [
-        f"Payload: {gains.load.mass:.4g} kg as given (sigma {gains.load.mass_sigma:.2g} kg), centre of mass "
-        f"{com[0]:.4f} {com[1]:.4f} {com[2]:.4f} m" + (" as given." if given else ", estimated."),
+    lines = []
+    for name, load, body in zip(gains.mountings.names, gains.loads, gains.payloads, strict=True):
+        com = " ".join(f"{x:.4f}" for x in body.com)
+        lines.append(
+            f"Payload{_mounted(gains, name)}: {load.mass:.4g} kg as given (sigma {load.mass_sigma:.2g} kg), centre "
+            f"of mass {com} m {'as given' if load.com is not None else 'estimated'}."
+        )
+    lines += [
+        "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"
+        + (" unless weights differ." if len(gains.loads) > 1 else "."),
         f"Relative residual of the currents: {100 * gains.fit.relative:.2f} %.",
         "Without the constraint that robot and payload can exist: "
         + " ".join(f"{value:.3f}" for value in gains.free_values)
         + ".",
     ]
+    if gains.disagreement > 1.0:
+        lines.append(
+            f"Every sigma is {gains.disagreement:.2g} times as large as errors alone make it: joints disagree."
+        )
     if gains.robust is None:
         return [*lines, f"sigma by the formula for white noise alone: {gains.without_robust}"]
     lines.append(
@@ -44,24 +99,3 @@ def _notes(gains: DriveGains) -> list[str]:
         f"{gains.robust.block_length:.2g} s or more."
     )
     return [*lines, *([gains.robust.warning] if gains.robust.warning else [])]
-
-
-def scales_in_words(robot: Robot) -> str:
-    """What a robot's torques are to scale by: torque sensors on the link side have scales, motors have gains."""
-    return "scales of the torque sensors" if robot.drives.side == "link" else "drive gains"
-
-
-def gain_error_notes(robot: Robot, gains: Gains | None, what: str = "Intervals") -> list[str]:
-    """What ``what`` hold of the gains' errors, and what else there is to know of them."""
-    scales, each = scales_in_words(robot), "motor" if robot.coupling else "joint"
-    if gains is None:
-        return [f"{scales.capitalize()} are taken as exact: --gain-sigma 2% adds what no residual shows."]
-    if gains.identified:
-        sigmas = np.sqrt(np.diag(gains.covariance(len(gains.identified))))
-        percents = ", ".join(f"{100.0 * sigma:.2g}" for sigma in sigmas)
-        line = f"{what} include errors of the drive gains as they were identified: {percents} % per {each}."
-    else:
-        percents = ", ".join(f"{100.0 * sigma:g}" for sigma in gains.per_joint)
-        common = f" and {100.0 * gains.common:g} % common to all joints" if gains.common else ""
-        line = f"{what} include errors of the {scales}: {percents} % per {each}{common}."
-    return [line, *gains.notes]

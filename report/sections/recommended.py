@@ -10,7 +10,7 @@ from ...estimation.payload import ConstrainedPayload
 from ...model import INERTIAL
 from ..blocks import Block, Notes, Section, Table, Text, columns
 from ..numbers import interval_digits, or_dash, with_interval
-from .gains import gain_error_notes
+from .gain_errors import gain_error_notes
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 ENDS = ("M", "com z", "ZZ at com")

@@ -18,7 +18,7 @@ from ..provenance import Provenance
 from .data import report_page
 from .essential import elimination_notes, essential_section
 from .excitation import excitation_section
-from .gains import gain_error_notes
+from .gain_errors import gain_error_notes
 from .torques import residual_text, torques_section, worst_joint
 from .verdict import VERDICTS, verdict_lines
 

@@ -6,11 +6,11 @@ from typing import NamedTuple
 from ...estimation import PayloadAnswer, Verdict
 from ...estimation.answers import TorquePrediction
 from ..blocks import Banner, Block, Notes, Text
-from .gains import scales_in_words
+from .gain_errors import scales_in_words
 
 
 class VerdictWords(NamedTuple):
-    """One level in words: below the tables of a payload and of a weighing, as a sentence, and quantity by quantity.
+    """One level in words: below the tables of an answer and of a weighing, as a sentence, and quantity by quantity.
 
     ``each``: what to do with mass, centre of mass and inertia.
     """
@@ -34,6 +34,12 @@ VERDICTS = {
         "use mass and centre of mass",
         f"Mass and centre of mass can be used; the inertia was {_VAGUE}.",
         ("use", "use", _VAGUE),
+    ),
+    "identified_only": VerdictWords(
+        "use the gains that are identified",
+        "use the gains that are identified",
+        "The gains that are identified can be used; keep the maker's elsewhere.",
+        ("use", "use", "use"),
     ),
     "do_not_use": VerdictWords(
         "do not use", "do not use", "Do not use these numbers.", ("do not use", "do not use", "do not use")

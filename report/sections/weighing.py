@@ -18,7 +18,7 @@ from ..numbers import or_dash
 from ..provenance import Provenance
 from .controller import controller_blocks
 from .data import report_page
-from .gains import gain_error_notes
+from .gain_errors import gain_error_notes
 from .joints import by_joints_table, joints_section
 from .quantities import quantities_table
 from .recommended import UNITS

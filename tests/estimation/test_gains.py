@@ -12,7 +12,7 @@ from dynident.estimation import PAYLOAD, identify_gains, read_recording
 from dynident.estimation.files import read_stored_gains
 from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
-from dynident.estimation.gains.result import gravity_acts
+from dynident.estimation.gains.rests_on import gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
 from dynident.report.documents import gains_document, write_json
 from dynident.trajectories import Simulator
@@ -47,8 +47,8 @@ def test_exact_currents_give_the_gains(currents: Callable[..., GainProblem]) -> 
     gains = identify_gains(currents(0, 1e-3), known_mass(6.0))
     assert gains.values == pytest.approx(TRUTH, rel=2e-3)
     assert gains.free_values == pytest.approx(TRUTH, rel=2e-3)
-    assert gains.payload.vector[6:] == pytest.approx(BODY.vector[6:], abs=5e-3)
-    assert gains.payload.min_pseudo_inertia_eigenvalue > -1e-7
+    assert gains.payloads[0].vector[6:] == pytest.approx(BODY.vector[6:], abs=5e-3)
+    assert gains.payloads[0].min_pseudo_inertia_eigenvalue > -1e-7
 
 
 @pytest.mark.long
@@ -102,7 +102,7 @@ def test_torque_side_is_biased_low(currents: Callable[..., GainProblem]) -> None
     free = [k for k, name in enumerate(problem.equations.columns) if name != "M_L"]
     k, _ = torque_side(problem.equations.factors, free, known, None)
     assert (1.0 / k < 0.98 * TRUTH).all()
-    found = free_gains(problem.equations, problem.weights, known_mass(6.0))
+    found = free_gains(problem.equations, problem.weights, [known_mass(6.0)])
     assert (np.abs(np.log(1.0 / found.k / TRUTH)) < 4.0 * np.sqrt(np.diag(found.covariance))).all()
 
 
@@ -183,5 +183,5 @@ def test_ur10e_gains(recordings: Path) -> None:
     assert gains.gravity[0] is False
     assert gains.identified == (False, True, True, True, True, True)
     assert "keep the maker's gain" in gains.identifiability[0]
-    assert gains.payload.min_pseudo_inertia_eigenvalue > -1e-7
+    assert gains.payloads[0].min_pseudo_inertia_eigenvalue > -1e-7
     assert gains.fit.relative < 0.042

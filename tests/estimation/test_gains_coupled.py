@@ -17,7 +17,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.fit import weighted
 from dynident.estimation.gains import gain_problem, known_mass
-from dynident.estimation.gains.result import gravity_acts, rests_on
+from dynident.estimation.gains.rests_on import gravity_acts, rests_on
 from dynident.estimation.payload import constrain_payload
 from dynident.estimation.payload.methods import method_of
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, load_robot

@@ -4,11 +4,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio
+from dynident.estimation import PAYLOAD, Estimate, Gains, SigmaRatio, Verdict
 from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.finding import note, warning
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, RobustCovariance
 from dynident.estimation.fit.drive_gains import Fingerprints
+from dynident.estimation.gains import Mountings, known_mass
 from dynident.estimation.payload import PayloadEstimate
 from dynident.estimation.possible import PossibleRobot, PriorRobot
 from dynident.model import InertialParameters, Pose, Processing
@@ -246,7 +248,9 @@ def drive_gains() -> Any:
         robot="arm", values=numbers(3), larger_relative_sigma=0.01 * numbers(3), relative_sigma=0.01 * numbers(3),
         relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
         identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
-        payload=body(6.0), load=SimpleNamespace(known=("M_L",), values=np.array([6.1]), mass_sigma=0.015),
+        payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),
+        known={"M_L": 6.1, "M_L2": 6.2}, mountings=Mountings((1, 3)), disagreement=1.25,
+        verdict=Verdict("identified_only", (warning("motor 3"), note("a note"))),
         recordings={"unloaded": ("u0", "u1"), "loaded": ("l0",)},
         robust=SimpleNamespace(blocks=9, block_length=1.25), without_robust="",
     )  # fmt: skip

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident import __version__
+from dynident.common.errors import InputError
 from dynident.common.schema import Document, convert, write_json
+from dynident.estimation import Verdict
 from dynident.estimation.diagnosis import Finding, robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
@@ -367,7 +370,15 @@ def test_gains(tmp_path: Path) -> None:
                 "slow_fraction": 0.04,
                 "slow_speed": 0.06,
             },
-            "load": {"known": {"M_L": 6.1}, "mass_sigma": 0.015, "identified": ten(gains.payload.vector)},
+            "load": {
+                "known": {"M_L": 6.1, "M_L2": 6.2},
+                "mass_sigma": 0.015,
+                "identified": ten(gains.payloads[0].vector),
+                "mountings": [
+                    {"mounting": 1, "identified": ten(gains.payloads[0].vector)},
+                    {"mounting": 3, "identified": ten(gains.payloads[1].vector)},
+                ],
+            },
             "drive_gains": {
                 "values": gains.values,
                 "sigma": gains.values * gains.larger_relative_sigma,
@@ -382,6 +393,8 @@ def test_gains(tmp_path: Path) -> None:
             "recordings": {"unloaded": ["u0", "u1"], "loaded": ["l0"]},
             "robust": {"blocks": 9, "block_length_s": 1.25},
             "relative_residual": residual(made.FIT),
+            "disagreement": 1.25,
+            "verdict": {"level": "identified_only", "reasons": ["motor 3"], "notes": ["a note"]},
         },
     )
     path = tmp_path / "gains.json"
@@ -390,6 +403,10 @@ def test_gains(tmp_path: Path) -> None:
     assert np.array_equal(stored.values, gains.values)
     assert np.array_equal(stored.identified, gains.larger_relative_covariance)
     assert (stored.robot, stored.mass, stored.recordings) == ("arm", 6.1, gains.recordings)
+    gains.verdict = Verdict("do_not_use", (error("another scale"),))
+    write_json(path, documents.gains_document(gains, made.PROCESSING))
+    with pytest.raises(InputError, match=r"do not use \(another scale\)"):
+        read_stored_gains(path)
 
 
 FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis import loaded_rows
-from dynident.estimation.diagnosis.checks import joints, loaded, payload, recordings
+from dynident.estimation.diagnosis.checks import gains, joints, loaded, payload, recordings
 from dynident.estimation.diagnosis.checks import robot as rival_checks
-from dynident.estimation.diagnosis.evidence import Evidence
+from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
 from dynident.estimation.diagnosis.loaded_rows import Bursts, Scale
 from dynident.estimation.diagnosis.quantities import (
@@ -107,6 +107,12 @@ DRIFT = drift_of(9.0)
 def _weighed(agreement: float) -> Evidence:
     way = Agreement("other way", 5.0 * (1.0 + agreement), np.full(3, np.nan))
     return of_weighing(agreement=(way,))
+
+
+def of_weights(ratio: float, sigma: float) -> Evidence:
+    """Two weights, the first of which weighs ``ratio`` times as much as was told, to ``sigma``."""
+    weights = (KnownWeight(1, 2.0, 2.0 * ratio, 2.0 * ratio * sigma), KnownWeight(2, 4.0, 4.0, 1e-9))
+    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), weights))
 
 
 SIDES = (
@@ -442,6 +448,22 @@ SIDES = (
         lambda x: inertia_sigma(YY=0.31 * float(MOMENTS[1]), XY=OWN * x),
         payload.OWN_SIZE,
     ),
+    Side(
+        "known_gains",
+        "warning",
+        "motor 2: the gain is known to 5 % only",
+        lambda x: Evidence(ROBOT, gained=Gained(np.array([0.01, x, 0.01]), ())),
+        KNOWN_WELL,
+    ),
+    Side(
+        "known_gains",
+        "error",
+        "take a heavier weight",
+        lambda x: Evidence(ROBOT, gained=Gained(np.array([0.06, x, 0.06]), ())),
+        KNOWN_WELL,
+    ),
+    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.0 + x, 1e-4), gains.APART),
+    Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.05, 0.05 / x), gains.APART_SIGMAS),
     Side(
         "causes",
         "warning",

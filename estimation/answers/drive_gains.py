@@ -1,4 +1,4 @@
-"""Drive gains with their uncertainty."""
+"""What ``gains`` answers: drive gains with their uncertainty, and whether to use them."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -6,17 +6,17 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ...model import InertialParameters, Robot, standard_columns, standard_regressor
-from ...model.base import random_states
-from ...model.kernel import Kernel
-from ...model.names import parameter_kind
+from ...model import InertialParameters
+from ..diagnosis.evidence import KNOWN_WELL
+from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Fingerprints
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import RobustCovariance
-from .known_load import KnownLoad
-
-KNOWN_WELL = 0.05
-"""Relative standard deviation up to which a gain counts as identified."""
+from ..gains.known_load import KnownLoad, known_values
+from ..gains.mounting import Mountings
+from ..payload.by_joints import ByJoints
+from ..payload.problem import PayloadProblem
+from .prediction import DRAWN, TorquePrediction, payload_prediction
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,16 @@ class DriveGains:
         free_values: gains without constraints, shape (n,).
         gravity: per motor, whether gravity acts on it in some pose.
         rests_on: per motor, in words, which torques its gain rests on.
-        load: the known payload.
-        payload: the payload's ten as identified, known ones as given.
+        loads: what was known of the payload in each mounting.
+        payloads: its ten in each mounting as identified, known ones as given.
         without_robust: why there is no robust covariance.
         recordings: from which they were identified.
+        mountings: which loaded recordings have the weight where.
+        disagreement: factor on every standard deviation by which all joints' shares together disagree; 1 where they
+            do not.
+        verdict: whether the gains may be used.
+        posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
+        by_joints: the weight in each of them as single joints see it.
     """
 
     robot: str
@@ -41,10 +47,15 @@ class DriveGains:
     free_values: Array
     gravity: tuple[bool, ...]
     rests_on: tuple[str, ...]
-    load: KnownLoad
-    payload: InertialParameters
+    loads: tuple[KnownLoad, ...]
+    payloads: tuple[InertialParameters, ...]
     without_robust: str = ""
     recordings: Fingerprints = field(default_factory=dict)
+    mountings: Mountings = Mountings()
+    disagreement: float = 1.0
+    verdict: Verdict = Verdict("use")
+    posed: tuple[PayloadProblem, ...] = ()
+    by_joints: tuple[ByJoints, ...] = ()
 
     def __post_init__(self) -> None:
         """Lock the array."""
@@ -54,6 +65,16 @@ class DriveGains:
     def values(self) -> Array:
         """Gains K [N·m/A or N/A], shape (n,)."""
         return np.exp(self.logarithms.values)
+
+    @property
+    def payload(self) -> InertialParameters:
+        """The payload's ten in the first mounting."""
+        return self.payloads[0]
+
+    @property
+    def known(self) -> dict[str, float]:
+        """What was known of the payload, by name: of the first mounting as in ``PAYLOAD``, then XX_L2 .. M_L2."""
+        return known_values(self.loads)
 
     @property
     def fit(self) -> Fit:
@@ -77,8 +98,8 @@ class DriveGains:
 
     @property
     def larger_relative_sigma(self) -> Array:
-        """The larger of both, shape (n,)."""
-        return self.logarithms.larger_sigma
+        """The larger of both, times ``disagreement``, shape (n,)."""
+        return self.disagreement * self.logarithms.larger_sigma
 
     @cached_property
     def larger_relative_covariance(self) -> Array:
@@ -87,10 +108,23 @@ class DriveGains:
         The correlations are the robust ones where the robust deviations are the larger.
         """
         if self.robust is None:
-            return self.logarithms.covariance
+            return self.disagreement**2 * self.logarithms.covariance
         own = self.robust.covariance
         stretch = self.larger_relative_sigma / self.robust.sigma
         return np.asarray(own * np.outer(stretch, stretch))
+
+    @cached_property
+    def predictions(self) -> tuple[TorquePrediction, ...]:
+        """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
+        shown = []
+        for problem, body in zip(self.posed, self.payloads, strict=True):
+            assert problem.source is not None
+            settings = problem.source.processing
+            shown += [
+                payload_prediction(problem, body, recording, settings, False)
+                for recording in problem.source.loaded[:DRAWN]
+            ]
+        return tuple(shown[:DRAWN])
 
     @property
     def identified(self) -> tuple[bool, ...]:
@@ -104,32 +138,3 @@ class DriveGains:
             words + ("" if good else f"; too little, known to {100 * sigma:.0f} % only: keep the maker's gain")
             for words, good, sigma in zip(self.rests_on, self.identified, self.larger_relative_sigma, strict=True)
         )
-
-
-def gravity_acts(robot: Robot) -> tuple[bool, ...]:
-    """Per motor, whether some mass of the robot or payload weighs on it in some pose."""
-    q, qd, _ = random_states(robot, 20, seed=0)
-    kernel = Kernel(standard_regressor(robot))
-    entries = kernel(q, 0.0 * qd, 0.0 * qd)
-    heavy = [parameter_kind(name) in ("MX", "MY", "MZ", "M") for name in standard_columns(robot)]
-    weights = np.zeros((len(heavy), 20, robot.n))
-    for row, column, values in zip(kernel.rows, kernel.columns, entries, strict=True):
-        weights[column, :, row] = values
-    flat = weights[heavy].reshape(-1, robot.n)
-    motors = robot.coupling.motor_torques(flat) if robot.coupling else flat
-    return tuple(bool(weight > 1e-9) for weight in np.abs(motors).max(axis=0))
-
-
-def rests_on(robot: Robot) -> tuple[str, ...]:
-    """Per motor, in words, which torques its gain rests on."""
-    words = [
-        "gravity and inertia" if gravity else "inertia only: no gravity acts on this joint"
-        for gravity in gravity_acts(robot)
-    ]
-    if robot.spring is not None:
-        words[robot.spring.joint - 1] += ", and the known spring"
-    if robot.coupling is not None:
-        j, k = robot.coupling.joints
-        words[j - 1] += f" (the torque of joint {j} less that of joint {k})"
-        words[k - 1] += f" (motor {k} turns with joints {j} and {k})"
-    return tuple(words)

@@ -1,0 +1,52 @@
+"""Whether drive gains are known, and whether the weights that they rest on go together."""
+
+from itertools import combinations
+
+import numpy as np
+
+from ..evidence import KNOWN_WELL, Evidence, KnownWeight
+from ..finding import Finding, error, warning
+
+APART, APART_SIGMAS = 0.03, 4.0
+"""Difference of the weights' ratio from the one told, and its standard deviations, above which one is wrong."""
+
+
+def known_gains(evidence: Evidence) -> list[Finding]:
+    """Gains that the recordings do not show well."""
+    if evidence.gained is None:
+        return []
+    sigma = evidence.gained.sigma
+    vague = [(str(j), f"{100 * s:.0f}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
+    if not vague:
+        return []
+    names, shares = (", ".join(column) for column in zip(*vague, strict=True))
+    text = f"motor {names}: the gain is known to {shares} % only (1 sigma)"
+    if len(vague) == len(sigma):
+        return [error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")]
+    return [warning(f"{text}: keep the maker's there", "gain")]
+
+
+def weights_apart(evidence: Evidence) -> list[Finding]:
+    """Weights whose told masses contradict one another: each alone only sets the scale of all gains."""
+    if evidence.gained is None:
+        return []
+    apart = []
+    for one, other in combinations(evidence.gained.weights, 2):
+        ratio = (one.mass / one.told) / (other.mass / other.told)
+        sigma = float(np.hypot(one.sigma / one.mass, other.sigma / other.mass))
+        if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
+            apart.append((abs(ratio - 1.0) / sigma, one, other))
+    if not apart:
+        return []
+    _, one, other = max(apart, key=lambda entry: entry[0])
+    text = (
+        f"the weights do not go together: with these gains {_told(one)} and {_told(other)}: is one mass told "
+        "wrongly, or are recordings of two mountings taken for one?"
+    )
+    return [error(text, "mass")]
+
+
+def _told(weight: KnownWeight) -> str:
+    return (
+        f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, told were {weight.told:g} kg"
+    )
