@@ -78,7 +78,7 @@ def _notes(gains: DriveGains) -> list[str]:
         com = " ".join(f"{x:.4f}" for x in body.com)
         lines.append(
             f"Payload{_mounted(gains, name)}: {load.mass:.4g} kg as given (sigma {load.mass_sigma:.2g} kg), centre "
-            f"of mass {com} m {'as given' if load.com is not None else 'estimated'}."
+            f"of mass {com} m, {'as given' if load.com is not None else 'estimated'}."
         )
     lines += [
         "Every gain goes with the mass as given: 1 % of it is 1 % of each, which no recording shows"

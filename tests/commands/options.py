@@ -130,12 +130,13 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--prior-budget": "--constrained prior | --prior-budget 4",
         "--total-mass": "--total-mass 20 60",
     },
-    "gains": ROBOT | LOGS | PROCESSING | {
+    "gains": ROBOT | LOGS | PROCESSING | PAGE | {
         "--unloaded": "--unloaded ur_near_unloaded.csv",
         "--loaded": "--loaded ur_near_loaded.csv",
         "--mass": "--mass 6",
         "--payload": "--payload box.toml",
         "--mass-sigma": "--mass-sigma 0.1",
+        "--mounting": "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
     },
     "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {

@@ -16,7 +16,7 @@ def known_gains(evidence: Evidence) -> list[Finding]:
     if evidence.gained is None:
         return []
     sigma = evidence.gained.sigma
-    vague = [(str(j), f"{100 * s:.0f}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
+    vague = [(str(j), f"{100 * s:.2g}") for j, s in enumerate(sigma, 1) if not s <= KNOWN_WELL]
     if not vague:
         return []
     names, shares = (", ".join(column) for column in zip(*vague, strict=True))
