@@ -18,7 +18,7 @@ class Mountings(NamedTuple):
 
     @staticmethod
     def of(numbers: Sequence[int], loaded: int, unloaded: int) -> "Mountings":
-        """Of this many recordings with and without payload; all in one mounting by default.
+        """Numbers for this many recordings with and without payload; all in one mounting by default.
 
         Raises:
             InputError: if there are not as many numbers as loaded recordings.
