@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..common.arrays import Array, frozen_array
+from ..common.errors import InputError
 from .robot import INERTIAL
 
 _ROWS, _COLUMNS = np.triu_indices(3)
 _ONCE: Array = np.where(_ROWS == _COLUMNS, 0.5, 1.0)
 """Share of an entry above the diagonal, and its mirror image, that v w' + w v' counts."""
+_ROUNDING = 1e-9
+"""What rounding may do to a moment about the centre of mass, of that about the frame's origin."""
 
 
 def skew(v: ArrayLike) -> Array:
@@ -38,11 +41,24 @@ class InertialParameters:
 
     @staticmethod
     def from_com(mass: float, com: ArrayLike, inertia_com: ArrayLike) -> "InertialParameters":
-        """From mass [kg], centre of mass [m] and the 3 x 3 inertia about it [kg m^2]."""
-        c = np.asarray(com, dtype=float)
-        inertia = np.asarray(inertia_com, dtype=float) - mass * skew(c) @ skew(c)
-        upper = inertia[_ROWS, _COLUMNS]
-        return InertialParameters(np.concatenate([upper, mass * c, [mass]]))
+        """From mass [kg], centre of mass [m] and the inertia about it [kg m^2].
+
+        Args:
+            mass: positive.
+            com: in the body's frame, shape (3,).
+            inertia_com: about the centre of mass in the frame's axes: three moments of a diagonal matrix, the six
+                entries XX XY XZ YY YZ ZZ, or the symmetric 3 x 3 matrix.
+
+        Raises:
+            InputError: for another shape, and for a body that cannot exist.
+        """
+        if not 0.0 < mass < np.inf:
+            raise InputError(f"mass {mass:g} kg: a body has a positive mass")
+        c = _point(com)
+        rounding = _ROUNDING * float(mass * (c @ c))
+        inertia = inertia_matrix(inertia_com, rounding)
+        _check_moments(inertia, rounding)
+        return InertialParameters(ten_parameters(mass, c, inertia))
 
     @property
     def mass(self) -> float:
@@ -112,6 +128,78 @@ class InertialParameters:
     def named(self, suffix: str = "") -> dict[str, float]:
         """The ten by name, "XX" to "M", with a suffix such as "6"."""
         return {f"{kind}{suffix}": float(value) for kind, value in zip(INERTIAL, self.vector, strict=True)}
+
+
+def ten_parameters(mass: float, com: Array, inertia_com: Array) -> Array:
+    """Khalil's ten by Steiner's theorem, shape (10,), of any numbers; ``from_com`` refuses impossible bodies.
+
+    Args:
+        mass: [kg].
+        com: [m], shape (3,).
+        inertia_com: about the centre of mass [kg m^2], 3 x 3.
+    """
+    inertia = inertia_com - mass * skew(com) @ skew(com)
+    return np.concatenate([inertia[_ROWS, _COLUMNS], mass * com, [mass]])
+
+
+def inertia_matrix(values: ArrayLike, rounding: float = 0.0) -> Array:
+    """An inertia [kg m^2] as a 3 x 3 matrix, from three moments, six entries XX XY XZ YY YZ ZZ, or the matrix.
+
+    Args:
+        values: the inertia in one of these forms.
+        rounding: by how much entries may differ from their mirror images, besides a millionth of the largest.
+
+    Raises:
+        InputError: for another shape, a number that is not finite, and a matrix that is not symmetric.
+    """
+    given = _numbers(values, "inertia")
+    if given.shape == (3,):
+        return np.diag(given)
+    if given.shape == (6,):
+        matrix = np.empty((3, 3))
+        matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = given
+        return matrix
+    if given.shape != (3, 3):
+        raise InputError(
+            f"inertia of shape {given.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 matrix"
+        )
+    if np.abs(given - given.T).max() > 1e-6 * np.abs(given).max() + rounding:
+        raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
+    return np.asarray(0.5 * (given + given.T))
+
+
+def _point(values: ArrayLike) -> Array:
+    com = _numbers(values, "centre of mass")
+    if com.shape != (3,):
+        raise InputError(f"centre of mass of shape {com.shape}: give x, y, z [m]")
+    return com
+
+
+def _numbers(values: ArrayLike, name: str) -> Array:
+    try:
+        numbers = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} {values!r}: numbers are needed") from None
+    if not np.isfinite(numbers).all():
+        raise InputError(f"{name} holds a number that is not finite")
+    return numbers
+
+
+def _check_moments(inertia: Array, rounding: float) -> None:
+    """Refuse what no body has: a negative principal moment, or one that exceeds the sum of the others.
+
+    Args:
+        inertia: about the centre of mass [kg m^2], 3 x 3.
+        rounding: of an inertia that was moved there from the frame's origin [kg m^2].
+    """
+    moments = np.linalg.eigvalsh(inertia)
+    allowed = _ROUNDING * float(np.abs(moments).sum()) + rounding
+    if moments[0] < -allowed or moments[0] + moments[1] < moments[2] - allowed:
+        shown = ", ".join(f"{moment:.4g}" for moment in moments)
+        raise InputError(
+            f"principal moments {shown} kg m^2: no body has them (one is negative, or the largest exceeds the sum "
+            "of the others); the inertia is about the centre of mass"
+        )
 
 
 def inertia_gradient(x: Array, v: Array, w: Array) -> Array:

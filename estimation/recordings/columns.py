@@ -106,10 +106,11 @@ class Naming:
 
 
 def _by_number(names: Sequence[str], n: int) -> tuple[str, ...]:
-    """The names in the order of the numbers that they end in, where those are 1 to n; else none."""
+    """The names in the order of the numbers that they end in, where those are 1 to n or 0 to n - 1; else none."""
     ends = {name: re.search(r"(\d+)$", name) for name in names}
     numbers = {int(match[1]): name for name, match in ends.items() if match}
-    if sorted(numbers) != list(range(1, n + 1)) or len(names) != n:
+    first = min(numbers, default=0)
+    if first not in (0, 1) or sorted(numbers) != list(range(first, first + n)) or len(names) != n:
         return ()
     return tuple(numbers[k] for k in sorted(numbers))
 

@@ -19,6 +19,8 @@ from .tree import UrdfJoint, UrdfTree, read_urdf
 _FAR = 20.0  # m: no arm is as large
 _DIGITS = 1e-3  # of the largest moment of inertia: what rounding in a file may do to the others
 _MOVES = ("revolute", "continuous", "prismatic")
+_FLANGES = (r"(.*[_-])?tool0", r"(.*[_-])?flange", r"(panda|fer|fr3|fp3)_link8")
+"""How descriptions call the maker's flange: ROS-Industrial's names, then Franka's; the first that fits counts."""
 
 
 _Link = tuple[UrdfJoint, Pose]
@@ -41,7 +43,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
     tree = read_urdf(path)
     children = _children(tree)
     first = _base(tree, base)
-    last = _tip(tree, children, first, tip)
+    last, by_convention = _tip(tree, children, first, tip)
     path_down = _path(tree, first, last)
     _check_joints(tree, path_down)
     links, flange = _along(path_down)
@@ -50,13 +52,13 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         name=re.sub(r"\s+", "_", tree.name.strip()) or "robot",
         joints=frames.joints,
         gravity=_gravity(frames.base),
-        payload_frame=f"link {last} of {Path(path).name}",
+        payload_frame=f"{_frame(last)} of {Path(path).name}",
         flange=frames.flange,
         base=frames.base,
         links=_names(links, frames, first, last),
         processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
         title=f"{tree.name} ({Path(path).name}, {first} to {last})",
-        snapped=tree.notes,
+        snapped=(*by_convention, *tree.notes),
     )
     parameters, left_out = _parameters(tree, children, links, frames)
     return replace(robot, parameters=parameters, snapped=(*robot.snapped, *left_out, *_far_frames(robot)))
@@ -105,21 +107,42 @@ def _base(tree: UrdfTree, base: str | None) -> str:
     return roots[0]
 
 
-def _tip(tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], base: str, tip: str | None) -> str:
+def _tip(
+    tree: UrdfTree, children: Mapping[str, list[UrdfJoint]], base: str, tip: str | None
+) -> tuple[str, tuple[str, ...]]:
+    """The flange's link, and a note where it was one of several by its name."""
     if tip is not None:
-        return _known(tree, tip, "--tip")
-    ends: list[str] = []
+        return _known(tree, tip, "--tip"), ()
+    moved: list[str] = []
     stack = [(base, False)]
     while stack:
         link, moves = stack.pop()
         stack += [(joint.child, moves or joint.kind != "fixed") for joint in children[link]]
-        if moves and not children[link]:
-            ends.append(link)
+        moved += [link] if moves else []
+    ends = sorted(link for link in moved if not children[link])
     if not ends:
         raise InputError(f"{tree.source}: no joint moves anything from link {base!r} on: give another --base")
-    if len(ends) > 1:
-        raise InputError(f"{tree.source}: several chains end in a link: give --tip, one of {_list(sorted(ends))}")
-    return ends[0]
+    if len(ends) == 1:
+        return ends[0], ()
+    flange = _conventional(moved)
+    if flange is None:
+        raise InputError(f"{tree.source}: several chains end in a link: give --tip, one of {_list(ends)}")
+    return flange, (f"link {flange!r} is taken as the flange by its name; ends are {_list(ends)}: --tip chooses",)
+
+
+def _conventional(links: Sequence[str]) -> str | None:
+    """The only link that bears a flange's usual name; none where several arms have one each."""
+    for pattern in _FLANGES:
+        named = [link for link in links if re.fullmatch(pattern, link)]
+        if named:
+            return named[0] if len(named) == 1 else None
+    return None
+
+
+def _frame(tip: str) -> str:
+    """The payload's frame in words. The axes of a link "flange" are not the controller's: its x points out."""
+    flange = any(re.fullmatch(pattern, tip) for pattern in (_FLANGES[0], _FLANGES[2]))
+    return f"flange: link {tip}" if flange else f"link {tip}"
 
 
 def _known(tree: UrdfTree, link: str, option: str) -> str:

@@ -31,9 +31,7 @@ class BodyTable(Table, frozen=True):
 
     def body(self) -> InertialParameters:
         """What is missing is zero."""
-        inertia = np.zeros((3, 3))
-        inertia[np.triu_indices(3)] = self.inertia_com or 0.0
-        return InertialParameters.from_com(self.mass, self.com or np.zeros(3), np.triu(inertia, 1).T + inertia)
+        return InertialParameters.from_com(self.mass, self.com or (0.0,) * 3, self.inertia_com or (0.0,) * 6)
 
 
 def read_payload(path: str | Path) -> InertialParameters:

@@ -61,9 +61,15 @@ def _no_robot(text: str) -> str:
     if Path(text).suffix or "/" in text or "\\" in text:
         return f"no such file: {text!r}; 'dynident robot list' shows the shipped robots"
     begins = [name for name in robot_names() if name.startswith(text.lower())]
-    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6)
+    near = begins or get_close_matches(text.lower(), robot_names(), 3, 0.6) or _by_title(text)
     hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     return f"no robot {text!r}: {hint}give one of {', '.join(robot_names())}, or the path of a TOML or URDF file"
+
+
+def _by_title(text: str) -> list[str]:
+    """Shipped robots that have the word in their titles: a maker ("kuka"), or another name of the arm."""
+    titles = {name: load_robot(name).title.lower() for name in robot_names()}
+    return [name for name, title in titles.items() if text.lower() in re.split(r"\W+", title)]
 
 
 def robot_toml(robot: Robot, source: str = "") -> str:

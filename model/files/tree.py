@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...common.errors import InputError
-from ..inertia import InertialParameters
+from ..inertia import InertialParameters, ten_parameters
 from ..pose import Pose
 from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits
 
@@ -89,11 +89,17 @@ def _root(path: Path) -> ElementTree.Element:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not valid XML: {error}") from None
-    if "${" in text or any(element.tag.startswith("{") and "xacro" in element.tag for element in root.iter()):
+    if any(map(_of_xacro, root.iter())):
         raise InputError(f"{path}: a xacro file: expand it first (xacro FILE > robot.urdf)")
     if root.tag != "robot":
         raise InputError(f"{path}: the outermost element is <{root.tag}>, a URDF's is <robot>")
     return root
+
+
+def _of_xacro(element: ElementTree.Element) -> bool:
+    """Whether an element waits for xacro. Comments are not among the elements: expanded files keep the source's."""
+    words = (element.text or "", *element.attrib.values())
+    return (element.tag.startswith("{") and "xacro" in element.tag) or any("${" in word for word in words)
 
 
 class _Reader:
@@ -156,7 +162,8 @@ class _Reader:
                                   ("xx", "xy", "xz", "yy", "yz", "zz"))  # fmt: skip
         at = self._pose(inertial.find("origin"), where)
         inertia_com = at.R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R.T
-        return InertialParameters.from_com(self._number(mass, "value", where), at.p, inertia_com)
+        # Files hold bodies that cannot exist; the chain's reader notes them.
+        return InertialParameters(ten_parameters(self._number(mass, "value", where), at.p, inertia_com))
 
     def _limits(self, element: ElementTree.Element | None, kind: str, where: str) -> Limits:
         if element is None:

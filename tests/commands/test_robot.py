@@ -198,7 +198,7 @@ def test_payload_on_a_wall_in_a_tool_frame(run: Run, tmp_path: Path) -> None:
     )  # fmt: skip
     assert status in (0, 1), error
     document = json.loads(out.read_text())
-    assert document["frame"] == "tool frame (0, 0, 0.1 m; rpy 0, 0, 90 deg) in: link tool0 of arm.urdf"
+    assert document["frame"] == "tool frame (0, 0, 0.1 m; rpy 0, 0, 90 deg) in: flange: link tool0 of arm.urdf"
     assert "tool frame (0, 0, 0.1 m" in " ".join(text.split())
     estimate = document["estimates"][0]
     assert estimate["parameters"]["M"] == pytest.approx(5.0, rel=0.01)

@@ -9,6 +9,7 @@ from dynident.common.errors import InputError
 from dynident.estimation import CentreOfMassInBox, InEllipsoid, KnownMass, MassBounds, PossibleBody
 from dynident.estimation.possible import Constraint, InHull
 from dynident.model import InertialParameters
+from dynident.model.inertia import ten_parameters
 
 Cloud = Callable[[Array, Array], InertialParameters]
 ROTATION = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
@@ -26,7 +27,7 @@ def test_possible_body_is_the_pseudo_inertia(random_bodies: Callable[[int, int],
 
 def test_positive_inertia_is_not_enough() -> None:
     """All principal inertias positive, the triangle inequality broken by 0.01 kg m^2."""
-    impossible = InertialParameters.from_com(2.0, [0.1, 0.0, 0.2], np.diag([0.01, 0.02, 0.04])).vector
+    impossible = ten_parameters(2.0, np.array([0.1, 0.0, 0.2]), np.diag([0.01, 0.02, 0.04]))
     rule = PossibleBody("gripper")
     assert rule.violation(impossible) > 0.0
 

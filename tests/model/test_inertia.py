@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
+from dynident.common.errors import InputError
 from dynident.model import INERTIAL, InertialParameters
 from dynident.model.inertia import gradients, skew
 from hypothesis import given
@@ -173,3 +174,40 @@ def test_gradients_are_those_of_differences(random_bodies: Callable[[int, int], 
         steps = 1e-6 * np.eye(10)
         slopes = [(values(body.vector + step) - values(body.vector - step)) / 2e-6 for step in steps]
         assert gradients(body.vector) == pytest.approx(np.column_stack(slopes), rel=1e-6, abs=1e-8)
+
+
+@given(rotations(), arrays(np.float64, 3, elements=numbers(0.0, 1.0)), numbers(1e-3, 100.0), vectors(1.0))
+def test_an_inertia_in_three_forms(R: Array, squares: Array, mass: float, com: Array) -> None:
+    """Second moments that are not negative give an inertia that some body has; a diagonal is three moments."""
+    J = R @ np.diag(squares) @ R.T
+    inertia = np.trace(J) * np.eye(3) - J
+    body = InertialParameters.from_com(mass, com, inertia)
+    six = InertialParameters.from_com(mass, com, inertia[np.triu_indices(3)])
+    np.testing.assert_allclose(body.vector, six.vector, atol=1e-12)
+    moments = squares.sum() - squares
+    three = InertialParameters.from_com(mass, com, moments)
+    np.testing.assert_array_equal(three.vector, InertialParameters.from_com(mass, com, np.diag(moments)).vector)
+
+
+@pytest.mark.parametrize(
+    ("mass", "com", "inertia", "words"),
+    [
+        (-1.0, [0, 0, 0], [1, 1, 1], "mass -1 kg"),
+        (0.0, [0, 0, 0], [1, 1, 1], "mass 0 kg"),
+        (np.nan, [0, 0, 0], [1, 1, 1], "mass nan kg"),
+        (1.0, [0, 0], [1, 1, 1], "give x, y, z"),
+        (1.0, [0, 0, 0], 1.0, "give three moments, six entries"),
+        (1.0, [0, 0, 0], [1, 1], "give three moments, six entries"),
+        (1.0, [0, 0, 0], [1.0] * 9, "give three moments, six entries"),
+        (1.0, [0, 0, 0], [[1, 1, 1]], "give three moments, six entries"),
+        (1.0, [0, 0, 0], [[1, 0.2, 0], [0, 1, 0], [0, 0, 1]], "not symmetric"),
+        (1.0, [0, 0, 0], [1, 1, 2.01], "no body has them"),
+        (1.0, [0, 0, 0], [1, 1, -0.1], "no body has them"),
+        (1.0, [0, 0, np.inf], [1, 1, 1], "not finite"),
+        (1.0, [0, 0, 0], ["a", 1, 1], "numbers are needed"),
+        (1.0, [0, 0, 0], [[1, 2, 3], [4]], "numbers are needed"),
+    ],
+)
+def test_a_body_that_is_refused(mass: float, com: object, inertia: object, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        InertialParameters.from_com(mass, com, inertia)  # type: ignore[arg-type]

@@ -323,3 +323,29 @@ def test_slow_rows_of_a_file(write: Write, lines: str, expected: tuple[float, fl
 def test_slow_rows_of_a_joint_that_slides(write: Write) -> None:
     robot = load_robot(write('name = "x"\n[[joints]]\n[[joints]]\nkind = "prismatic"\n'))
     assert robot.processing.slow_speed == (0.05, 0.02)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_shipped_name_is_found_as_people_write_it(name: str) -> None:
+    for written in (name.upper(), name.replace("_", "-"), name.replace("_", " "), f"{name[:2]} {name[2:]}"):
+        assert load_robot(written) == load_robot(name), written
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("ur10", "ur10e"), ("UR10E2", "ur10e"), ("kuka", "kr6_r900"), ("Franka", "fr3"), ("stäubli", "rx90")],
+)
+def test_a_name_that_is_none_tells_what_may_be_meant(name: str, meant: str) -> None:
+    with pytest.raises(InputError, match=f"did you mean .*'{meant}'"):
+        load_robot(name)
+
+
+def test_a_name_far_from_all_is_not_guessed() -> None:
+    with pytest.raises(InputError, match="no robot 'toaster': give one of fr3"):
+        load_robot("toaster")
+
+
+@pytest.mark.parametrize("path", ["ur10e.toml", "arms/ur10e", "ur10e.urdf"])
+def test_a_missing_file_is_called_missing(path: str) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        load_robot(path)

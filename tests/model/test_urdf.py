@@ -275,6 +275,51 @@ def test_choosing_base_and_tip(write: Write) -> None:
         load_robot("rx90", tip="tool0")
 
 
+def test_words_of_xacro_in_comments_do_not_count(write: Write) -> None:
+    """Expanded files keep the source's comments."""
+    comment = "<!-- expanded from ${prefix} <xacro:macro/> $(find arm) -->"
+    text = file(*CHAIN).replace("<link", f"{comment}<link", 1)
+    assert load_robot(write(text)).joints == load_robot(write(file(*CHAIN))).joints
+
+
+@pytest.mark.parametrize(
+    "element", ['<link name="${p}e"/>', "<gazebo>${x}</gazebo>", "<x:if xmlns:x='http://ros.org/xacro'/>"]
+)
+def test_an_unexpanded_element_is_refused(write: Write, element: str) -> None:
+    with pytest.raises(InputError, match="a xacro file: expand it first"):
+        load_robot(write(file(*CHAIN).replace("</robot>", f"{element}</robot>")))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("more", "tip"),
+    [(("tool0", "ft_frame"), "tool0"), (("flange", "tool0"), "tool0"), (("flange", "camera"), "flange"),
+     (("x_tool0", "ee_link"), "x_tool0"), (("panda_link8", "finger"), "panda_link8")],
+)  # fmt: skip
+def test_the_flange_wins_by_its_name_and_is_told(write: Write, more: tuple[str, str], tip: str, seed: int) -> None:
+    """Among several ends, and with a gripper's fingers beyond it."""
+    grasps = ("left", "right") if seed == 1 else ()
+    links = "".join(f'<link name="{name}"/>' for name in (*more, *grasps))
+    fixed = [joint(f"f{k}", "d", name, "fixed") for k, name in enumerate(more)]
+    fingers = [joint(name, tip, name, "prismatic") for name in grasps]
+    joints = np.random.default_rng(seed).permutation([*CHAIN, *fixed, *fingers])
+    text = file(*joints.tolist()).replace("</robot>", f"{links}</robot>")
+    robot = load_robot(write(text))
+    assert robot.links is not None
+    assert robot.links.tip == tip
+    assert any(f"{tip!r} is taken as the flange by its name" in note for note in robot.snapped)
+    assert robot.payload_frame.startswith("flange:") == (tip != "flange")
+    given = load_robot(write(text), tip=tip)
+    assert not any("by its name" in note for note in given.snapped)
+
+
+def test_two_arms_with_a_flange_each_are_not_chosen_from(write: Write) -> None:
+    links = '<link name="left_tool0"/><link name="right_tool0"/>'
+    both = (joint("l", "c", "left_tool0", "fixed"), joint("r", "b", "right_tool0", "fixed"))
+    with pytest.raises(InputError, match="give --tip, one of d, left_tool0, right_tool0"):
+        load_robot(write(file(*CHAIN, *both).replace("</robot>", f"{links}</robot>")))
+
+
 def test_axes_almost_parallel_are_told(write: Write) -> None:
     """A calibrated description: 1 mrad off parallel, the common normal far from the arm."""
     lean = '<origin xyz="0.5 0 0" rpy="0 0.001 0"/>'

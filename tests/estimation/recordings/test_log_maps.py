@@ -9,7 +9,7 @@ from dynident.estimation import LogMap, read_log_map, read_recording
 from dynident.estimation.recordings import FilePart, Quantity, Time, with_flags
 from dynident.estimation.recordings.columns import Naming
 from dynident.estimation.recordings.table import RawLog
-from dynident.model import Robot, load_robot
+from dynident.model import Robot, load_robot, robot_names
 from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
 
 
@@ -84,6 +84,26 @@ def test_flags(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> No
             with_flags(LogMap(), units=[bad])
     with pytest.raises(InputError, match="unit 'inch' of position"):
         with_flags(LogMap(), units=["q=inch"])
+
+
+_NAMED = [(robot, names) for robot in robot_names() for names in load_robot(robot).joint_names]
+
+
+@pytest.mark.parametrize(("robot", "names"), _NAMED, ids=[f"{robot}-{names[0]}" for robot, names in _NAMED])
+@pytest.mark.parametrize("seed", range(2))
+def test_every_arms_own_names_in_any_order(robot: str, names: tuple[str, ...], seed: int) -> None:
+    order = tuple(np.random.default_rng(seed).permutation([*names, "left_finger"]).tolist())
+    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, order)
+    assert Naming(raw, LogMap(), load_robot(robot)).joints == names
+
+
+@pytest.mark.parametrize("robot", robot_names())
+@pytest.mark.parametrize("first", [0, 1])
+def test_numbered_names_of_any_arm(robot: str, first: int) -> None:
+    arm = load_robot(robot)
+    names = tuple(f"other_joint_{k}" for k in range(first, first + arm.n))
+    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, names[::-1])
+    assert Naming(raw, LogMap(), arm).joints == names
 
 
 UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")

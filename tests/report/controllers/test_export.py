@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from dynident.cli import main
 from dynident.model import InertialParameters, load_robot, robot_names
+from dynident.model.inertia import ten_parameters
 from dynident.report.controllers import FORMATS
 from dynident.tests.report.controllers.parsers import PARSERS
 from scipy.spatial.transform import Rotation
 
 Run = Callable[..., tuple[int, str, str]]
 BODY = InertialParameters.from_com(3.0, [0.02, 0.05, 0.11], np.diag([0.02, 0.03, 0.025]) + 0.002 * np.ones((3, 3)))
-IMPOSSIBLE = InertialParameters.from_com(3.1, [0.02, 0.05, 0.11], np.diag([0.01, 0.01, 0.05]))
+IMPOSSIBLE = InertialParameters(ten_parameters(3.1, np.array([0.02, 0.05, 0.11]), np.diag([0.01, 0.01, 0.05])))
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 
 def estimate(method: int, mass: float, estimator: str = "wls", body: InertialParameters = BODY) -> dict[str, Any]:
-    heavier = InertialParameters.from_com(mass, body.com, body.inertia_com)
+    heavier = InertialParameters(ten_parameters(mass, body.com, body.inertia_com))
     return {"method": method, "estimator": estimator, "parameters": heavier.named()}
 
 
