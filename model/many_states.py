@@ -3,7 +3,7 @@
 The recursion of ``regressors`` with one number for each state: arrays end in the states' axis.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,10 +13,11 @@ from .names import parameter_kind
 from .pose import cos_sin
 from .robot import INERTIAL, Joint, Robot
 
-_CACHED = 256
-"""States that are treated together: their wrenches stay in the processor's cache."""
+_FIRST_MOMENT = 6  # of a link's ten; inertia before it gives no force
+_TOGETHER = 1024
+"""States that are treated together: their wrenches stay near the processor."""
 _Frame = tuple[Array, Array, tuple[float, float], Array]
-"""Cosine and sine of the joint's angle, of its alpha, and its origin in the frame before (3, 1) or (3, N)."""
+"""Cosine and sine of the joint's angle, of its alpha, and its origin in the frame before (3, N)."""
 
 
 def own_columns(robot: Robot) -> tuple[str, ...]:
@@ -50,8 +51,8 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
             link = int(name.removeprefix(parameter_kind(name))) - 1
             kinds[link].append(INERTIAL.index(parameter_kind(name)))
             places[link].append(k)
-    for start in range(0, len(q), _CACHED):
-        part = slice(start, start + _CACHED)
+    for start in range(0, len(q), _TOGETHER):
+        part = slice(start, start + _TOGETHER)
         _rigid(robot, kinds, places, (q[part].T, qd[part].T, qdd[part].T), W[:, :, part])
     for name, rows in drive_terms(robot.drives, qd.T, qdd.T, np.sign, np.ones(len(q))).items():
         for row, values in rows.items() if name in columns else ():
@@ -62,18 +63,28 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
 def _rigid(
     robot: Robot, kinds: list[list[int]], places: list[list[int]], states: tuple[Array, Array, Array], W: Array
 ) -> None:
-    """Fill in the inertial columns: each link's ``kinds`` at its ``places``."""
+    """Fill in the inertial columns: each link's ``kinds`` at its ``places``.
+
+    The torque of a joint is the power of a link's wrench at the joint's own unit speed.
+    """
     q, qd, qdd = states
     frames = [_frame(joint, angle) for joint, angle in zip(robot.joints, q, strict=True)]
-    wrenches = [wrench[:, :, own] for wrench, own in zip(_wrenches(robot, frames, qd, qdd), kinds, strict=True)]
-    later: list[int] = []
-    force = moment = np.zeros((3, 0, q.shape[1]))
-    for j in reversed(range(robot.n)):
-        force, moment = (np.concatenate(pair, axis=1) for pair in zip(wrenches[j], (force, moment), strict=True))
-        later = [*places[j], *later]
-        W[j, later] = (moment if robot.joints[j].revolute else force)[2]
-        if j:
-            force, moment = _carried_back(frames[j], force, moment)
+    turning = along = np.zeros((3, 0, q.shape[1]))
+    own = np.zeros((3, 1, q.shape[1]))
+    own[2] = 1.0
+    none = 0.0 * own
+    for k, (force, moment) in enumerate(_wrenches(robot, frames, qd, qdd)):
+        if k:
+            along = _into(frames[k], along + _cross(turning, frames[k][3][:, None]))
+            turning = _into(frames[k], turning)
+        revolute = robot.joints[k].revolute
+        turning = np.concatenate([turning, own if revolute else none], axis=1)
+        along = np.concatenate([along, none if revolute else own], axis=1)
+        chosen, at = np.array(kinds[k], dtype=int), np.array(places[k], dtype=int)
+        if len(at):
+            W[: k + 1, at] = np.einsum("ajn,acn->jcn", turning, moment[:, chosen])
+            moved = chosen >= _FIRST_MOMENT
+            W[: k + 1, at[moved]] += np.einsum("ajn,acn->jcn", along, force[:, chosen[moved]])
 
 
 def _frame(joint: Joint, q: Array) -> _Frame:
@@ -84,91 +95,53 @@ def _frame(joint: Joint, q: Array) -> _Frame:
         along = joint.r + q
         return np.array(c0), np.array(s0), (ca, sa), np.array([joint.d + 0.0 * q, -sa * along, ca * along])
     c, s = np.cos(q), np.sin(q)
-    origin = np.array([[joint.d], [-sa * joint.r], [ca * joint.r]])
+    origin = np.array([joint.d, -sa * joint.r, ca * joint.r])[:, None] + 0.0 * q
     return c * c0 - s * s0, s * c0 + c * s0, (ca, sa), origin
 
 
 def _into(frame: _Frame, x: Array) -> Array:
-    """Vectors (3, N) of the frame before in the joint's own axes."""
+    """Vectors (3, ..., N) of the frame before in the joint's own axes."""
     c, s, (ca, sa), _ = frame
     across = ca * x[1] + sa * x[2]
     return np.array([c * x[0] + s * across, c * across - s * x[0], ca * x[2] - sa * x[1]])
 
 
-def _back(frame: _Frame, x: Array) -> Array:
-    """Vectors (3, ..., N) of the joint's own axes in the frame before."""
-    c, s, (ca, sa), _ = frame
-    across = s * x[0]
-    across += c * x[1]
-    result = np.empty_like(x)
-    np.multiply(c, x[0], out=result[0])
-    result[0] -= s * x[1]
-    for row, (a, b) in enumerate(((ca, -sa), (sa, ca)), start=1):
-        np.multiply(a, across, out=result[row])
-        if b:
-            result[row] += b * x[2]
-    return result
-
-
-def _carried_back(frame: _Frame, force: Array, moment: Array) -> tuple[Array, Array]:
-    """Wrenches (3, m, N) about the origin of the frame before, in its axes."""
-    force, moment = _back(frame, force), _back(frame, moment)
-    for k, along in enumerate(frame[3]):
-        if along.any():
-            moment[(k + 1) % 3] -= along * force[(k + 2) % 3]
-            moment[(k + 2) % 3] += along * force[(k + 1) % 3]
-    return force, moment
-
-
 def _cross(a: Array, b: Array) -> Array:
     """Cross product along the first axis."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        np.multiply(a[i], b[j], out=result[k])
-        result[k] -= a[j] * b[i]
-    return result
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def _wrenches(robot: Robot, frames: Sequence[_Frame], qd: Array, qdd: Array) -> list[Array]:
+def _wrenches(robot: Robot, frames: Sequence[_Frame], qd: Array, qdd: Array) -> Iterator[Array]:
     """Force and moment of each link at its origin per unit of its ten, 2 x 3 x 10 x N (Newton, Euler)."""
     none = np.zeros((3, qd.shape[1]))
     w, angular, a = none, none, none - np.array(robot.gravity)[:, None]
-    wrenches = []
     for joint, frame, speed, pace in zip(robot.joints, frames, qd, qdd, strict=True):
-        origin = np.broadcast_to(frame[3], none.shape)
-        a = _into(frame, a + _cross(angular, origin) + _cross(w, _cross(w, origin)))
+        a = _into(frame, a + _cross(angular, frame[3]) + _cross(w, _cross(w, frame[3])))
         w, angular = _into(frame, w), _into(frame, angular)
-        along = np.array([none[0], none[0], speed])
+        aside = np.array([w[1] * speed, -w[0] * speed, none[0]])  # w x speed along the axis
         if joint.revolute:
-            angular = angular + np.array([none[0], none[0], pace]) + _cross(w, along)
-            w = w + along
+            angular += aside
+            angular[2] += pace
+            w[2] += speed
         else:
-            a = a + np.array([none[0], none[0], pace]) + 2.0 * _cross(w, along)
-        wrenches.append(_wrench(w, angular, a))
-    return wrenches
+            a += 2.0 * aside
+            a[2] += pace
+        yield _wrench(w, angular, a)
 
 
 def _wrench(w: Array, angular: Array, a: Array) -> Array:
     """Force and moment of one link, 2 x 3 x 10 x N."""
     force, moment = wrench = np.zeros((2, 3, 10, w.shape[1]))
-    squares = w * w
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        force[k, 6 + k] = -(squares[i] + squares[j])
-        product = w[i] * w[j]
-        force[j, 6 + i], force[i, 6 + j] = product + angular[k], product - angular[k]
+    (x, y, z), (p, q, r) = w, angular
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    force[0, 6], force[1, 7], force[2, 8] = -(yy + zz), -(xx + zz), -(xx + yy)
+    for k, (i, j, product) in enumerate(((1, 2, yz), (2, 0, xz), (0, 1, xy))):
+        force[j, 6 + i] = product + angular[k]
+        force[i, 6 + j] = product - angular[k]
         moment[i, 6 + k], moment[j, 6 + k] = -a[j], a[i]
     force[:, 9] = a
-    moment[:, :6] = _inertia_times(angular) + _cross(w[:, None], _inertia_times(w))
+    moment[:, 0], moment[:, 3], moment[:, 5] = (p, xz, -xy), (-yz, q, xy), (yz, -xz, r)
+    moment[:, 1] = q - xz, p + yz, xx - yy
+    moment[:, 2] = r + xy, zz - xx, p - yz
+    moment[:, 4] = yy - zz, r - xy, q + xz
     return wrench
-
-
-def _inertia_times(v: Array) -> Array:
-    """K with J v = K [XX XY XZ YY YZ ZZ]', 3 x 6 x N."""
-    x, y, z = v
-    K = np.zeros((3, 6, v.shape[1]))
-    K[0, :3] = v
-    K[1, [1, 3, 4]] = v
-    K[2, [2, 4, 5]] = np.array([x, y, z])
-    return K

@@ -80,9 +80,9 @@ class Sample:
         torque = np.column_stack([np.interp(times, self.all_t, channel) for channel in self.all_torque.T])
         return replace(self, torque=torque)
 
-    def part(self, start: int, stop: int) -> "Sample":
+    def part(self, start: int, stop: int, step: int = 1) -> "Sample":
         """Only some of the instants."""
-        own = slice(start, stop)
+        own = slice(start, stop, step)
         return replace(
             self, t=self.t[own], q=self.q[own], qd=self.qd[own], qdd=self.qdd[own], torque=self.torque[own],
             keep=self.keep[own], stuck=self.stuck[own],

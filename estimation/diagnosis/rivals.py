@@ -4,7 +4,7 @@ Method 4 on states thinned to 10 Hz, with the joints' weights of the robot as de
 mean over blocks of time of the difference of log-likelihoods, over its standard error.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,6 +23,8 @@ _MOST = 600  # states of a recording
 _LONGEST = 180.0  # s: of a longer recording the middle is looked at
 _FEWEST = 60  # states altogether
 _BLOCKS = 20
+_ROUGHLY = 5  # times fewer states decide first
+_FAR = -0.5  # fall of chi2 by those: such a robot is not looked at closer
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
 
@@ -50,6 +52,19 @@ class _States(NamedTuple):
     loaded: Array
     block: Places
 
+    def thinned(self) -> "_States":
+        """Every so many-th state; all of them where few would be left."""
+        count = len(self.block)
+        step = _ROUGHLY if count >= 3 * _ROUGHLY * _FEWEST else 1
+        return _States(self.sample.part(0, count, step), self.loaded[::step], self.block[::step])
+
+
+class _Equations(NamedTuple):
+    """Per joint which of ``columns`` unknowns it sees, their columns and its torques; unused rows are zero."""
+
+    joints: tuple[tuple[Places, Array, Array], ...]
+    columns: int
+
 
 class _Fit(NamedTuple):
     """Squared errors by block, (blocks,), and rms error of each joint, (n,)."""
@@ -67,18 +82,37 @@ def rivals(robot: Robot, source: Source) -> tuple[Rival, ...]:
     if states is None:
         return ()
     try:
-        first = _fit(robot, states, np.ones(robot.n))
-        weights = 1.0 / first.rms
-        described = _fit(robot, states, weights)
+        rough, close = _Described.of(robot, states.thinned()), _Described.of(robot, states)
     except InputError:  # a joint leaves the table of its spring: there is nothing to compare with
         return ()
     tried = []
     for kind, name, other, taken in _others(robot, states):
         try:
-            tried.append(_compared(kind, name, described.squares, _fit(other, taken, weights).squares))
+            rival = rough.compared(kind, name, other, taken.thinned())
+            tried.append(rival if rival.fall < _FAR else close.compared(kind, name, other, taken))
         except InputError:
             continue
     return tuple(tried)
+
+
+class _Described(NamedTuple):
+    """The robot as described: the joints' weights, and its squared errors by block."""
+
+    weights: Array
+    squares: Array
+
+    @staticmethod
+    def of(robot: Robot, states: _States) -> "_Described":
+        equations = _equations(robot, states)
+        weights = 1.0 / _fit(equations, states, np.ones(robot.n)).rms
+        return _Described(weights, _fit(equations, states, weights).squares)
+
+    def compared(self, kind: str, name: str, other: Robot, states: _States) -> Rival:
+        squares = _fit(_equations(other, states), states, self.weights).squares
+        difference = 0.5 * (self.squares - squares)
+        error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
+        fall = 1.0 - float(squares.sum() / self.squares.sum())
+        return Rival(kind, name, fall, float(difference.mean()) / max(error, 1e-300))
 
 
 def _others(robot: Robot, states: _States) -> Iterator[tuple[str, str, Robot, _States]]:
@@ -101,14 +135,6 @@ def _others(robot: Robot, states: _States) -> Iterator[tuple[str, str, Robot, _S
 
 def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:
     return [(joint.kind, joint.alpha, joint.d, joint.theta, joint.r) for joint in robot.joints]
-
-
-def _compared(kind: str, name: str, described: Array, other: Array) -> Rival:
-    difference = 0.5 * (described - other)
-    error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
-    return Rival(
-        kind, name, 1.0 - float(other.sum() / described.sum()), float(difference.mean()) / max(error, 1e-300)
-    )
 
 
 def _states(source: Source) -> _States | None:
@@ -142,8 +168,8 @@ def _count(recording: Recording) -> int:
     return min(_MOST, int(_RATE * float(recording.t[-1] - recording.t[0])) + 1)
 
 
-def _fit(robot: Robot, states: _States, weights: Array) -> _Fit:
-    """Robot and payload together, by weighted least squares.
+def _equations(robot: Robot, states: _States) -> _Equations:
+    """Robot and payload together.
 
     Raises:
         InputError: if a joint leaves the table of the robot's spring.
@@ -157,28 +183,35 @@ def _fit(robot: Robot, states: _States, weights: Array) -> _Fit:
     payload = [f"{kind}{robot.n}" for kind in INERTIAL] if states.loaded.any() else []
     names = (*own, *(name for name in payload if name not in own))
     W = regressor_at(robot, names, sample.q, sample.qd, sample.qdd)
-    heavy = [names.index(name) for name in payload]
+    places = np.array([*range(len(own)), *(names.index(name) for name in payload)])
     parts = []
-    for rows, y, weight, kept in zip(W, torque, weights, keep, strict=True):
-        columns = np.concatenate([rows[: len(own), kept], rows[heavy][:, kept] * states.loaded[kept]])
-        used = np.flatnonzero(columns.any(axis=1))
-        parts.append((used, weight * columns[used], weight * y[kept]))
-    x = _solved(parts, len(own) + len(payload))
-    squares, rms = np.zeros(_BLOCKS), np.ones(robot.n)
-    for j, ((used, rows, y), kept) in enumerate(zip(parts, keep, strict=True)):
-        error = y - x[used] @ rows
-        squares += np.bincount(states.block[kept], error**2, _BLOCKS)
-        if len(y):
-            rms[j] = np.sqrt(np.mean(error**2)) + _FLOOR * np.sqrt(np.mean(y**2)) + 1e-300
+    for rows, y, kept in zip(W, torque, keep, strict=True):
+        used = np.flatnonzero(rows.any(axis=1)[places])
+        columns = rows[places[used]] * kept
+        columns[used >= len(own)] *= states.loaded
+        parts.append((used, columns, y * kept))
+    return _Equations(tuple(parts), len(places))
+
+
+def _fit(equations: _Equations, states: _States, weights: Array) -> _Fit:
+    """By weighted least squares."""
+    x, n = _solved(equations, weights), len(equations.joints)
+    squares, rms = np.zeros(_BLOCKS), np.ones(n)
+    counts = states.sample.keep.sum(axis=0)
+    for j, ((used, columns, y), weight, count) in enumerate(zip(equations.joints, weights, counts, strict=True)):
+        error = weight * (y - x[used] @ columns)
+        squares += np.bincount(states.block, error**2, _BLOCKS)
+        if count:
+            rms[j] = np.sqrt(error @ error / count) + _FLOOR * weight * np.sqrt(y @ y / count) + 1e-300
     return _Fit(squares, rms)
 
 
-def _solved(parts: Sequence[tuple[Places, Array, Array]], columns: int) -> Array:
+def _solved(equations: _Equations, weights: Array) -> Array:
     """Least squares by the Gram matrix of columns scaled to norm 1: good enough to compare residuals, and fast."""
-    gram, right = np.zeros((columns, columns)), np.zeros(columns)
-    for used, rows, y in parts:
-        gram[np.ix_(used, used)] += rows @ rows.T
-        right[used] += rows @ y
+    gram, right = np.zeros((equations.columns, equations.columns)), np.zeros(equations.columns)
+    for (used, columns, y), weight in zip(equations.joints, weights, strict=True):
+        gram[np.ix_(used, used)] += weight**2 * (columns @ columns.T)
+        right[used] += weight**2 * (columns @ y)
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     squares, V = np.linalg.eigh(gram / np.outer(size, size))
     kept = squares > _RANK * squares[-1]
