@@ -11,7 +11,7 @@ from ..equations.correlation import autocorrelation
 from ..equations.observation import Observation, Observer
 from ..payload.equations import loaded_observer
 from ..payload.problem import PayloadProblem
-from ..signals.filtering import measurement
+from ..signals.measurements import measurement
 
 DRAWN = 3
 """Recordings of one kind that are predicted for drawings."""

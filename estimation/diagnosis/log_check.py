@@ -14,7 +14,7 @@ from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
 from ..payload.problem import Source
 from ..recordings.plausibility import implausible, still_joints
-from ..signals.filtering import measurement
+from ..signals.measurements import measurement
 from ..signals.rows import moving_parts
 from .checks.robot import OF_ROBOT
 from .evidence import Evidence

@@ -12,7 +12,8 @@ from ...model import Processing, Recording, Robot, regressor, standard_columns
 from ...model.kernel import Kernel
 from ...model.many_states import own_columns, regressor_at
 from ...model.motion import Measurement
-from ..signals.filtering import lowpass, measurement
+from ..signals.filtering import lowpass
+from ..signals.measurements import measurement
 from ..signals.rows import Mask, kept_rows
 
 _SAMPLES = 200

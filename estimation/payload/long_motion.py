@@ -16,7 +16,8 @@ from ..fit.linear_problem import Held
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import grid_rate, measurement
+from ..signals.filtering import grid_rate
+from ..signals.measurements import measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .loaded_scale import loaded_scale

@@ -21,7 +21,8 @@ from ..fit.estimate import Estimate
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair, aligned
-from ..signals.filtering import grid_rate, measurement
+from ..signals.filtering import grid_rate
+from ..signals.measurements import measurement
 from ..signals.rows import Mask
 from .constant_torques import (
     FREE,

@@ -15,7 +15,8 @@ from ..equations.observation import Observer, used_pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..recordings.plausibility import check_recordings, still_joints
-from ..signals.filtering import mean_rate, measurement
+from ..signals.filtering import mean_rate
+from ..signals.measurements import measurement
 
 
 def base_problem(

@@ -28,7 +28,7 @@ NEIGHBOURS = 3  # samples beside an interval that decide its cubic
 _EVEN = 1e-2  # time steps that differ by less than this fraction count as even
 
 
-def measurement(recording: Recording, processing: Processing) -> Measurement:
+def measured(recording: Recording, processing: Processing) -> Measurement:
     """Make a recording even in time and filter positions and speeds; torques stay as they are.
 
     Accelerations are central differences of the filtered speeds, speeds of the filtered positions where the

@@ -1,43 +1,32 @@
-"""Recordings filtered and aligned once, however many questions are asked of them."""
+"""Recordings filtered once, however many questions are asked of them."""
+
+from typing import NamedTuple
+from weakref import finalize
 
 from ...model import Processing, Recording
 from ...model.motion import Measurement
-from .alignment import AlignedPair, aligned
-from .filtering import grid_rate, measurement
+from .filtering import grid_rate, measured
 
 
-class Measurements:
-    """What filtering and aligning make of recordings: worked out when first asked for, then remembered.
+class _Asked(NamedTuple):
+    """A recording by its identity, and the settings that the filter knows of."""
 
-    Recordings are told apart by identity; they are kept as long as this value.
+    recording: int
+    rate: float | None
+    cutoff: float | None
+
+
+_made: dict[_Asked, Measurement] = {}
+
+
+def measurement(recording: Recording, processing: Processing) -> Measurement:
+    """The recording even in time and filtered, as ``measured`` makes it; remembered as long as the recording lives.
+
+    Raises:
+        InputError: as ``measured``.
     """
-
-    def __init__(self, processing: Processing) -> None:
-        """Nothing is filtered yet; ``processing``: settings of all that will be."""
-        self.processing = processing
-        self._filtered: dict[int, tuple[Recording, Measurement]] = {}
-        self._aligned: dict[tuple[int, int], tuple[Recording, Recording, AlignedPair]] = {}
-
-    def of(self, recording: Recording) -> Measurement:
-        """The recording filtered.
-
-        Raises:
-            InputError: as ``measurement``.
-        """
-        key = id(recording)
-        if key not in self._filtered:
-            self._filtered[key] = recording, measurement(recording, self.processing)
-        return self._filtered[key][1]
-
-    def pair(self, unloaded: Recording, loaded: Recording) -> AlignedPair:
-        """Two recordings of one trajectory on one time, not filtered yet: ``of`` takes the pair's recordings.
-
-        Raises:
-            InputError: as ``aligned``.
-        """
-        key = id(unloaded), id(loaded)
-        if key not in self._aligned:
-            settings = self.processing
-            pair = aligned(unloaded, loaded, grid_rate(loaded, settings), settings.max_mismatch)
-            self._aligned[key] = unloaded, loaded, pair
-        return self._aligned[key][2]
+    asked = _Asked(id(recording), grid_rate(recording, processing), processing.cutoff)
+    if asked not in _made:
+        _made[asked] = measured(recording, processing)
+        finalize(recording, _made.pop, asked, None)
+    return _made[asked]

@@ -1,10 +1,13 @@
-"""A recording is filtered once and a pair aligned once, however often they are asked for."""
+"""A recording is filtered once, however often it is asked for, and forgotten with it."""
 
+import gc
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.signals import Measurements, aligned, measurement
+from dynident.estimation.signals import measurement, measurements
+from dynident.estimation.signals.filtering import measured
 from dynident.model import Motion, Processing, Recording
 
 SETTINGS = Processing(rate=100.0, cutoff=8.0)
@@ -21,22 +24,29 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
 
     def counted(recording: Recording, processing: Processing) -> object:
         filtered.append(recording.source)
-        return measurement(recording, processing)
+        return measured(recording, processing)
 
-    monkeypatch.setattr("dynident.estimation.signals.measurements.measurement", counted)
-    measurements = Measurements(SETTINGS)
-    first, second = (measurements.of(recording) for recording in recordings)
-    assert measurements.of(recordings[0]) is first
-    assert measurements.of(recordings[1]) is second
+    monkeypatch.setattr("dynident.estimation.signals.measurements.measured", counted)
+    first, second = (measurement(recording, SETTINGS) for recording in recordings)
+    assert measurement(recordings[0], SETTINGS) is first
+    assert measurement(recordings[1], replace(SETTINGS, decimate=2)) is second
     assert filtered == ["0.0", "0.7"]
-    assert np.array_equal(first.motion.qdd, measurement(recordings[0], SETTINGS).motion.qdd)
+    assert np.array_equal(first.motion.qdd, measured(recordings[0], SETTINGS).motion.qdd)
 
 
-def test_each_pair_is_aligned_once(recordings: list[Recording]) -> None:
-    measurements = Measurements(SETTINGS)
-    pair = measurements.pair(recordings[0], recordings[1])
-    again = measurements.pair(recordings[0], recordings[1])
-    assert again is pair
-    assert measurements.of(pair.loaded) is measurements.of(again.loaded)
-    assert pair.lag == aligned(recordings[0], recordings[1], 100.0, SETTINGS.max_mismatch).lag
-    assert measurements.pair(recordings[1], recordings[0]).lag == pytest.approx(-pair.lag, abs=1e-6)
+def test_other_settings_filter_anew(recordings: list[Recording]) -> None:
+    first = measurement(recordings[0], SETTINGS)
+    for other in (replace(SETTINGS, cutoff=6.0), replace(SETTINGS, rate=80.0)):
+        assert measurement(recordings[0], other) is not first
+
+
+def test_what_is_made_of_a_recording_goes_with_it(recordings: list[Recording]) -> None:
+    gc.collect()
+    before = len(measurements._made)
+    for recording in recordings:
+        measurement(recording, SETTINGS)
+    assert len(measurements._made) == before + 2
+    del recording
+    recordings.clear()
+    gc.collect()
+    assert len(measurements._made) <= before
