@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 NAMES = (
-    "abb", "kuka", "ur", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
+    "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
     "urdf", "sdf", "mjcf", "usd", "drake", "pinocchio",
 )  # fmt: skip
 """The formats, told again here so that ``--help`` need not load them."""

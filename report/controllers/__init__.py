@@ -14,6 +14,7 @@ from . import (
     mjcf,
     opcua,
     pinocchio,
+    ros2,
     sdformat,
     staubli,
     universal_robots,
@@ -26,7 +27,7 @@ from .load import ControllerLoad
 from .payload_file import load_of_document, read_load
 
 _MODULES = (
-    abb, kuka, universal_robots, franka, franka_desk, fanuc, yaskawa, staubli, opcua,
+    abb, kuka, universal_robots, ros2, franka, franka_desk, fanuc, yaskawa, staubli, opcua,
     urdf, sdformat, mjcf, usd, drake, pinocchio,
 )  # fmt: skip
 

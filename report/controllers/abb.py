@@ -7,7 +7,7 @@ load in the tool frame. Source: Technical reference manual, RAPID Instructions, 
 yumpu.com/en/document/view/5679047.
 """
 
-from .form import ControllerFormat, number, numbers
+from .form import ControllerFormat, moment_digits, number, numbers
 from .load import ControllerLoad
 from .rotation import quaternion
 
@@ -17,7 +17,7 @@ def _write(load: ControllerLoad) -> str:
     name = "payload_grip" if load.in_tool_frame else "payload_tool"
     return (
         f"PERS loaddata {name} := [{number(load.mass)}, [{numbers(1e3 * load.com)}], "
-        f"[{numbers(quaternion(axes))}], {numbers(moments)}];"
+        f"[{numbers(quaternion(axes))}], {numbers(moments, moment_digits(load))}];"
     )
 
 

@@ -9,7 +9,7 @@ centre).
 
 import numpy as np
 
-from .form import ControllerFormat, number
+from .form import ControllerFormat, moment_digits, number
 from .load import ControllerLoad
 
 KGF_CM_S2 = 9.80665 * 1e-2
@@ -22,7 +22,10 @@ def _write(load: ControllerLoad) -> str:
         [
             f"PAYLOAD           [kg]        {number(load.mass)}",
             *(f"PAYLOAD CENTER {a}  [cm]        {number(100.0 * v)}" for a, v in zip("XYZ", load.com, strict=True)),
-            *(f"PAYLOAD INERTIA {a} [kgfcms^2]  {number(v)}" for a, v in zip("XYZ", inertia, strict=True)),
+            *(
+                f"PAYLOAD INERTIA {a} [kgfcms^2]  {number(v, moment_digits(load))}"
+                for a, v in zip("XYZ", inertia, strict=True)
+            ),
         ]
     )
 

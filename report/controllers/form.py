@@ -10,7 +10,7 @@ from ...common.arrays import Array
 from .load import ControllerLoad
 
 _DIGITS = 10
-"""Significant digits where a hand may type them: more than any estimate has."""
+"""Significant digits where a hand may type them and no interval says how many there are."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ class ControllerFormat:
         Raises:
             InputError: if the controller would refuse the load.
         """
+        load = load.rounded()
         if self.check is not None:
             self.check(load)
         lines = [self.first_line] if self.first_line else []
@@ -67,6 +68,7 @@ class ControllerFormat:
 
     def head(self, load: ControllerLoad) -> list[str]:
         """What must be said beside the numbers."""
+        load = load.rounded()
         verdict = load.verdict.replace("_", " ")
         lines = [
             f"{self.title}: payload by dynident {__version__} from {load.source}. Verdict: {verdict}.",
@@ -91,20 +93,31 @@ class ControllerFormat:
         return [*lines, f"Format: {self.source}."]
 
 
-def number(value: float) -> str:
-    """A number without exponent, always with a decimal point: every controller reads it."""
+def number(value: float, digits: int | None = None) -> str:
+    """A number without exponent, always with a decimal point: every controller reads it.
+
+    Args:
+        value: the number.
+        digits: decimals to round it to; None: it has those that it should have.
+    """
+    value = value if digits is None else round(value, digits)
     text = np.format_float_positional(value, precision=_DIGITS, unique=False, fractional=False, trim="0")
     return "0.0" if float(text) == 0.0 else text
 
 
-def numbers(values: Array) -> str:
+def numbers(values: Array, digits: int | None = None) -> str:
     """Several of them, with commas."""
-    return ", ".join(number(float(value)) for value in np.ravel(values))
+    return ", ".join(number(float(value), digits) for value in np.ravel(values))
 
 
 def exact(values: Array | float, separator: str = ", ") -> str:
     """Numbers with all their digits, for a program to read."""
     return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))
+
+
+def moment_digits(load: ControllerLoad) -> int | None:
+    """Decimals of moments that are worked out of a rounded inertia: one more than it has."""
+    return None if load.inertia_digits is None else load.inertia_digits + 1
 
 
 def six(J: Array) -> Array:

@@ -9,16 +9,19 @@ moment of inertia", easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40) and KRC_Wr
 
 import numpy as np
 
-from .form import ControllerFormat, number
+from .form import ControllerFormat, moment_digits, number
 from .load import ControllerLoad
 from .rotation import angles_of
+
+_TURNS = 4  # decimals of angles [deg] of a rounded inertia
 
 
 def _write(load: ControllerLoad) -> str:
     moments, axes = load.principal
     x, y, z = (number(1e3 * value) for value in load.com)
-    a, b, c = (number(float(angle)) for angle in np.degrees(angles_of(axes)))
-    jx, jy, jz = (number(value) for value in moments)
+    turns = None if load.inertia_digits is None else _TURNS
+    a, b, c = (number(float(angle), turns) for angle in np.degrees(angles_of(axes)))
+    jx, jy, jz = (number(value, moment_digits(load)) for value in moments)
     centre = f"CM {{X {x},Y {y},Z {z},A {a},B {b},C {c}}}"
     return f"LOAD_DATA[1]={{M {number(load.mass)},{centre},J {{X {jx},Y {jy},Z {jz}}}}}"
 

@@ -3,12 +3,15 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Pose
+from ...model.inertia import ten_parameters
+from ..numbers import interval_digits
 from .rotation import principal_axes
 
 _FLANGES = ("tool0", "flange")
@@ -19,6 +22,20 @@ _EDGE = 1e-6
 """Share of the trace by which the two smaller principal moments must exceed the largest: controllers hold single
 precision, and some simulators check A + B >= C to the last digit.
 """
+
+
+class HalfWidths(NamedTuple):
+    """Half of the narrowest 95 % interval of each quantity; infinite where there is none.
+
+    Attributes:
+        mass: [kg].
+        com: of the centre of mass [m].
+        inertia: of the inertia there [kg m^2].
+    """
+
+    mass: float
+    com: float
+    inertia: float
 
 
 _ALLOWED = 1.05
@@ -42,6 +59,9 @@ class ControllerLoad:
         in_tool_frame: whether ``frame`` is a tool's, not the flange's.
         flange: where the robot's flange stands in ``frame``, if that is another frame and it is known.
         flange_source: who says so.
+        half_widths: of the intervals, by which numbers are rounded before they are written; None: they are not.
+        inertia_digits: decimals of the inertia [kg m^2], where it is rounded.
+        added: to each moment before, so that the rounded body can exist [kg m^2].
         rated: what the arm carries by its data sheet [kg]; inf where that is not known.
         meters_per_unit: length of the unit of length [m], for formats that have units of their own (USD).
     """
@@ -57,6 +77,9 @@ class ControllerLoad:
     meters_per_unit: float = 1.0
     flange: Pose | None = None
     flange_source: str = ""
+    half_widths: HalfWidths | None = None
+    inertia_digits: int | None = None
+    added: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a load that no controller takes.
@@ -106,17 +129,41 @@ class ControllerLoad:
     @cached_property
     def inertia(self) -> Array:
         """Inertia about the centre of mass in the axes of ``frame`` [kg m^2], 3 x 3; zero for a point mass."""
-        return np.zeros((3, 3)) if self.point_mass else self.body.inertia_com + self.widened * np.eye(3)
+        return np.zeros((3, 3)) if self.point_mass else self.body.inertia_com + self._lack * np.eye(3)
 
-    @cached_property
+    @property
     def widened(self) -> float:
         """What is added to each moment [kg m^2] where a body is so flat or thin that rounding could make it
         impossible; else zero. A constrained estimate often is.
         """
+        return self.added + self._lack
+
+    @cached_property
+    def _lack(self) -> float:
         if self.point_mass:
             return 0.0
         moments = np.linalg.eigvalsh(self.body.inertia_com)
-        return max(0.0, float(_EDGE * moments.sum() - (moments[0] + moments[1] - moments[2])))
+        return max(0.0, float(_EDGE * moments.sum() - _excess(self.body.inertia_com)))
+
+    def rounded(self) -> "ControllerLoad":
+        """The load with as many digits as its intervals support: two of each half-width."""
+        if self.half_widths is None:
+            return self
+        mass, com = (
+            np.round(value, _digits(value, half))
+            for value, half in ((np.array(self.mass), self.half_widths.mass), (self.com, self.half_widths.com))
+        )
+        digits, added = None, 0.0
+        inertia = self.inertia
+        if not self.point_mass:
+            digits = _digits(inertia, self.half_widths.inertia)
+            unit = 10.0**-digits
+            inertia = np.round(inertia, digits)
+            # Rounding can make a thin body impossible; one unit is left for the rounding of principal moments.
+            while _excess(inertia) < unit:
+                inertia, added = np.round(inertia + unit * np.eye(3), digits), added + unit
+        body = InertialParameters(ten_parameters(float(mass), com, inertia))
+        return replace(self, body=body, half_widths=None, inertia_digits=digits, added=self.widened + added)
 
     @cached_property
     def principal(self) -> tuple[Array, Array]:
@@ -152,6 +199,20 @@ class ControllerLoad:
         place = f"({x:g}, {y:g}, {z:g}) m, ({turn}) deg"
         told = f"flange, at {place} in {self.frame} ({self.flange_source or 'no source'})"
         return self.seen_from(self.flange.R, self.flange.p, told)
+
+
+def _digits(values: Array, half_width: float) -> int:
+    """Decimals: two digits of the half-width, or four of the largest number where there is none."""
+    if np.isfinite(half_width) and half_width > 0.0:
+        return interval_digits(2.0 * half_width)
+    largest = float(np.abs(values).max())
+    return 3 - int(np.floor(np.log10(largest))) if largest > 0.0 else 4
+
+
+def _excess(inertia: Array) -> float:
+    """By how much the two smaller principal moments exceed the largest [kg m^2]."""
+    moments = np.linalg.eigvalsh(inertia)
+    return float(moments[0] + moments[1] - moments[2])
 
 
 def is_flange(frame: str) -> bool:

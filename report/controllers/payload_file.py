@@ -1,18 +1,20 @@
 """Picks the estimate of a payload's document that is to be exported."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import present
 from ...estimation.files import StoredPayload, read_stored_payload
 from ...estimation.files.stored_payload import FreeEstimate, PossibleEstimate
 from ...model import INERTIAL, InertialParameters, Pose
-from .load import ControllerLoad
+from .load import ControllerLoad, HalfWidths
 
 PREFERRED = (4, 3, 1, 2)
 """Which method counts where none is named: 4 uses every recording, 2 is the least accurate."""
@@ -55,10 +57,13 @@ def load_of_document(
         body = _body(assumed.parameters, name, False)
         reasons = (*verdict.reasons, label)
         load = ControllerLoad(body, document.frame, f"{source}, {label}", verdict.level, reasons, rated=rated)
+        widths = _half_widths(estimate)
+        load = replace(load, half_widths=widths and widths._replace(inertia=math.inf))
         return _with_flange(load, document)
     point_mass = verdict.level == "mass_and_com_only" and not despite_verdict
     body = _body(estimate.parameters, name, point_mass)
     load = ControllerLoad(body, document.frame, source, verdict.level, verdict.reasons, point_mass, rated=rated)
+    load = replace(load, half_widths=_half_widths(estimate))
     return _with_flange(load, document)
 
 
@@ -69,6 +74,33 @@ def _with_flange(load: ControllerLoad, document: StoredPayload) -> ControllerLoa
         return load
     pose = Pose.from_rpy(flange.xyz.tolist(), np.radians(flange.rpy_deg).tolist())
     return replace(load, flange=pose, flange_source=flange.source)
+
+
+def _half_widths(estimate: FreeEstimate | PossibleEstimate) -> HalfWidths | None:
+    """Half of the narrowest intervals; None where the document holds none of the mass."""
+    if isinstance(estimate, PossibleEstimate):
+        given: tuple[Any, ...] = (
+            (present(estimate.interval95) or {}).get("M"),
+            estimate.com_interval95,
+            estimate.inertia_com_interval95,
+        )
+        halves = [_known(bounds, lambda ends: np.ptp(ends, axis=-1) / 2.0) for bounds in given]
+    else:
+        given = (
+            (present(estimate.sigma_robust) or present(estimate.sigma) or {}).get("M"),
+            present(estimate.com_sigma_robust) or estimate.com_sigma,
+            present(estimate.inertia_com_sigma_robust) or estimate.inertia_com_sigma,
+        )
+        halves = [_known(sigma, lambda ends: 2.0 * ends) for sigma in given]
+    return HalfWidths(*halves) if np.isfinite(halves[0]) else None
+
+
+def _known(values: Any, half: Callable[[Array], Array]) -> float:
+    """The smallest half-width among those that are known; infinite where none is."""
+    if present(values) is None:
+        return math.inf
+    halves = np.atleast_1d(half(np.asarray(values, dtype=float))).ravel()
+    return float(np.min(halves[np.isfinite(halves) & (halves > 0.0)], initial=np.inf))
 
 
 def _body(parameters: Mapping[str, float | None], name: str, point_mass: bool) -> InertialParameters:

@@ -22,7 +22,8 @@ def _write(load: ControllerLoad) -> str:
     return f"set_target_payload({arguments})"
 
 
-def _check(load: ControllerLoad) -> None:
+def check_moments(load: ControllerLoad) -> None:
+    """Refuse components that the controller raises an exception for."""
     worst = float(np.abs(load.inertia).max())
     if worst > _MOST:
         raise InputError(f"the inertia reaches {worst:.4g} kg m^2; set_target_payload refuses more than {_MOST:g}")
@@ -38,5 +39,5 @@ FORMAT = ControllerFormat(
     source="URScript manual, set_target_payload",
     write=_write,
     comment=("# ", ""),
-    check=_check,
+    check=check_moments,
 )

@@ -7,9 +7,17 @@ UsdPhysicsMassAPI in the OpenUSD documentation (openusd.org/release/api/class_us
 UsdPhysics proposal on units.
 """
 
-from .form import ControllerFormat, number, numbers
+import math
+
+from .form import ControllerFormat, moment_digits, number, numbers
 from .load import ControllerLoad
 from .rotation import quaternion
+
+
+def _digits(load: ControllerLoad) -> int | None:
+    """Decimals of a moment in the stage's units."""
+    digits = moment_digits(load)
+    return None if digits is None else digits + round(2.0 * math.log10(load.meters_per_unit))
 
 
 def _write(load: ControllerLoad) -> str:
@@ -21,7 +29,7 @@ def _write(load: ControllerLoad) -> str:
     ]
     if not load.point_mass:
         lines += [
-            f"float3 physics:diagonalInertia = ({numbers(moments / unit**2)})",
+            f"float3 physics:diagonalInertia = ({numbers(moments / unit**2, _digits(load))})",
             f"quatf physics:principalAxes = ({numbers(quaternion(axes))})",
         ]
     body = "\n    ".join(lines)

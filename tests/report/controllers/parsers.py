@@ -68,6 +68,15 @@ def ur(text: str) -> Body:
     return Body(mass, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
+def ros2(text: str) -> Body:
+    code = _code(text, "#")
+    call = re.fullmatch(r"ros2 service call /\S+/set_payload ur_msgs/srv/SetPayload \"\{(.*)\}\"", code)
+    assert call
+    given = {name: float(value) for name, value in re.findall(r"(\w+): (-?\d+\.\d+)", call[1])}
+    entries = [[given.get(f"i{min(a, b)}{max(a, b)}", 0.0) for b in "xyz"] for a in "xyz"]
+    return Body(given["mass"], np.array([given[axis] for axis in "xyz"]), np.array(entries))
+
+
 def franka(text: str) -> Body:
     code = _code(text, "//")
     assert code.startswith("robot.setLoad(")
@@ -201,9 +210,9 @@ def _run(text: str) -> dict[str, Any]:
 
 
 PARSERS: dict[str, Callable[[str], Body]] = {
-    "abb": abb, "kuka": kuka, "ur": ur, "franka": franka, "franka-desk": desk, "fanuc": fanuc, "yaskawa": yaskawa,
-    "staubli": staubli, "opcua": opcua, "urdf": urdf, "sdf": sdf, "mjcf": mjcf, "usd": usd, "drake": drake,
-    "pinocchio": pinocchio,
+    "abb": abb, "kuka": kuka, "ur": ur, "ros2": ros2, "franka": franka, "franka-desk": desk, "fanuc": fanuc,
+    "yaskawa": yaskawa, "staubli": staubli, "opcua": opcua, "urdf": urdf, "sdf": sdf, "mjcf": mjcf, "usd": usd,
+    "drake": drake, "pinocchio": pinocchio,
 }  # fmt: skip
 MOMENTS_ONLY = {"fanuc", "yaskawa"}
 """Formats without products of inertia."""

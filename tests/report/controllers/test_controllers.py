@@ -10,6 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters
 from dynident.report.controllers import FORMATS, ControllerLoad
+from dynident.report.controllers.load import HalfWidths
 from dynident.report.controllers.rotation import angles_of, matrix
 from dynident.tests.report.controllers.parsers import MOMENTS_ONLY, PARSERS
 from hypothesis import assume, given, settings
@@ -125,6 +126,48 @@ def test_the_file_says_what_its_numbers_mean(name: str) -> None:
     assert form.text(load).endswith("\n")
     assert form.text(load).isascii()
     assert not re.search(r"\bnan\b|\binf\b|-0\.0\b", form.text(load))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@settings(max_examples=25)
+@given(body=bodies(), exponents=st.tuples(*3 * [st.floats(-4.0, -1.0)]))
+def test_numbers_are_rounded_to_what_their_intervals_support(
+    name: str, body: InertialParameters, exponents: tuple[float, float, float]
+) -> None:
+    """Within a tenth of the half-width (an inertia that must stay possible within five), and no body impossible."""
+    trace = float(np.trace(body.inertia_com))
+    halves = HalfWidths(10.0 ** exponents[0], 10.0 ** (exponents[1] - 1.0), trace * 10.0 ** (exponents[2] - 1.0))
+    assume(halves.inertia > 1e-7)
+    load = load_of(body, half_widths=halves)
+    assume(load.rounded().mass > 0.0)
+    parsed = PARSERS[name](FORMATS[name].text(load))
+    assert parsed.mass == pytest.approx(body.mass, abs=0.1 * halves.mass)
+    np.testing.assert_allclose(parsed.com, body.com, atol=0.1 * halves.com)
+    theirs = np.diag(np.diag(body.inertia_com)) if name in MOMENTS_ONLY else body.inertia_com
+    np.testing.assert_allclose(parsed.inertia, theirs, atol=0.5 * halves.inertia)
+    assert load.rounded().body.physically_consistent
+
+
+def test_digits_of_a_rounded_load() -> None:
+    body = InertialParameters.from_com(7.0270912, [1.6e-5, -4.29e-4, 0.056817], [0.018123, 0.018456, 0.035789])
+    load = load_of(body, half_widths=HalfWidths(0.048, 0.0011, 0.0031))
+    assert FORMATS["ur"].text(load).splitlines()[-1] == (
+        "set_target_payload(7.027, [0.0, -0.0004, 0.0568], [0.0181, 0.0185, 0.0358, 0.0, 0.0, 0.0])"
+    )
+    assert "[0.0, -0.4, 56.8], [1.0, 0.0, 0.0, 0.0], 0.0181, 0.0185, 0.0358]" in FORMATS["abb"].text(load)
+    call = FORMATS["ros2"].text(load).splitlines()[-1]
+    assert "{mass: 7.027, center_of_gravity: {x: 0.0, y: -0.0004, z: 0.0568}, ixx: 0.0181," in call
+    assert call.endswith('iyy: 0.0185, izz: 0.0358, ixy: 0.0, ixz: 0.0, iyz: 0.0}"')
+    assumed = replace(load, half_widths=HalfWidths(0.048, 0.0011, np.inf))
+    assert "[0.01812, 0.01846, 0.03579, 0.0, 0.0, 0.0]" in FORMATS["ur"].text(assumed)
+
+
+def test_a_thin_body_stays_possible_and_it_is_told() -> None:
+    """A rod of 0.2 g m^2: with three decimals its moments would be 0, 0, 0."""
+    rod = InertialParameters.from_com(1.0, [0.0, 0.0, 0.1], [0.0, 0.0104, 0.0104])
+    load = load_of(rod, half_widths=HalfWidths(0.01, 0.001, 0.03))
+    assert "[0.001, 0.011, 0.011" in FORMATS["ur"].text(load)
+    assert "0.001 kg m^2 added to each moment" in "\n".join(FORMATS["ur"].head(load))
 
 
 def test_what_is_lost_without_products_is_told() -> None:
