@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
 from .common.errors import InputError
@@ -19,16 +20,8 @@ from .common.errors import InputError
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its status: 0 answered, 1 do not use, 2 the input cannot be used, 3 our fault."""
     words = tuple(sys.argv[1:] if argv is None else argv)
-    if today := moved(words):
-        print(f"dynident: error: this is a command of its own now: {today}", file=sys.stderr)
-        return BAD_INPUT
-    _prepare()
     try:
-        arguments = _parser(words).parse_args(words)
-        arguments.argv = words
-        with warnings.catch_warnings():
-            warnings.showwarning = _note
-            return int(arguments.run(arguments))
+        return _run(words)
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
@@ -41,6 +34,40 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
         return int(_faults().told(fault, words))
+
+
+def _run(words: tuple[str, ...]) -> int:
+    """Find the command and call it."""
+    if today := moved(words):
+        return _refused(today)
+    _prepare()
+    parser = _parser(_completed() if "_ARGCOMPLETE" in os.environ else words)
+    if "_ARGCOMPLETE" in os.environ:
+        _complete(parser)
+    if not words:
+        parser.print_help()
+        return BAD_INPUT
+    if any(word.startswith("--config") for word in words):
+        words = import_module(".commands.settings", __package__).with_settings(parser, words)
+    arguments = parser.parse_args(words)
+    arguments.argv = words
+    with warnings.catch_warnings():
+        warnings.showwarning = _note
+        return int(arguments.run(arguments))
+
+
+def _completed() -> tuple[str, ...]:
+    """Words of the line that a shell asks to complete."""
+    return tuple(os.environ.get("COMP_LINE", "").split()[1:])
+
+
+def _complete(parser: argparse.ArgumentParser) -> None:
+    """Tell the shell what fits, where argcomplete is installed; ends the process."""
+    try:
+        argcomplete = import_module("argcomplete")
+    except ModuleNotFoundError:
+        raise SystemExit(1) from None
+    argcomplete.autocomplete(parser)
 
 
 def _prepare() -> None:
@@ -66,7 +93,12 @@ def _note(message: Warning | str, *_: object, **__: object) -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A wrong command line is one line too."""
+    """A wrong command line is one line too; a value may begin with a minus and a digit."""
+
+    def __init__(self, *arguments: Any, **how: Any) -> None:
+        """Take "-1,1" and "-90:90" for values, as argparse takes "-1"."""
+        super().__init__(*arguments, **how)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def error(self, message: str) -> NoReturn:
         print(f"{self.prog}: error: {message} (see {self.prog} --help)", file=sys.stderr)

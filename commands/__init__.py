@@ -28,16 +28,22 @@ COMMANDS = {
 
 _MOVED = {"--near": ("near", ("--pose",)), "--evaluate": ("score", ())}
 """Options of ``design`` that are commands of their own: the command, and what stands before the option's value."""
+_RENAMED = {command: {"--csv": "--samples"} for command in ("design", "near")}
+"""Commands, and their options that have another name now."""
 
 
 def moved(words: Sequence[str]) -> str | None:
-    """The command line of today for one of the version before; None for all others."""
-    for k, word in enumerate(words[1:], 1) if words[:1] == ("design",) else ():
-        option, _, value = word.partition("=")
-        if option in _MOVED:
+    """What to write today instead of a command line of the version before; None for all others."""
+    for k, word in enumerate(words[1:], 1):
+        option, equals, value = word.partition("=")
+        if words[0] == "design" and option in _MOVED:
             command, before = _MOVED[option]
             rest = words[k + 1 :] if value else words[k + 2 :]
             pose = value or "".join(words[k + 1 : k + 2])
             named = [f"{before[0]}={pose}"] if before else [pose]
-            return shlex.join(["dynident", command, *named, *words[1:k], *rest])
+            today = shlex.join(["dynident", command, *named, *words[1:k], *rest])
+            return f"this is a command of its own now: {today}"
+        if name := _RENAMED.get(words[0], {}).get(option):
+            line = shlex.join(["dynident", *words[:k], f"{name}{equals}{value}", *words[k + 1 :]])
+            return f"{option} is called {name} now: {line}"
     return None

@@ -44,7 +44,7 @@ def run(robot: RobotOptions, processing: ProcessingOptions, files: _Logs) -> int
     setup = processing.setup(robot.load())
     checks = [_checked(path, setup) for path in files.logs]
     for number, check in enumerate(checks, 1):
-        report.print_blocks(report.check_screen(setup.robot, check))
+        files.show(report.check_screen(setup.robot, check))
         if files.plots:
             _plot(Path(files.plots), number, check)
     files.write_json(lambda: report.documents.check_document(setup.robot, checks))

@@ -13,6 +13,7 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, add_command, option
+from .progress import note
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -111,7 +112,7 @@ def run(asked: _Export) -> int:
     text = form.text(load)
     if form.comment is None and not form.head_inside:
         for line in form.head(load):
-            print(f"dynident: note: {line}", file=sys.stderr)
+            note(f"{line}")
     if asked.out:
         write_text(asked.out, text)
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +18,7 @@ from .options import (
     add_command,
     option,
 )
-from .progress import status
+from .progress import note, status
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -82,7 +81,7 @@ class _Identify(Options):
             return estimation.possible.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
         except estimation.SolverError as error:
             if self.constrained == "base" and mass is None:
-                print(f"dynident: note: no robot that can exist is given: {error}", file=sys.stderr)
+                note(f"no robot that can exist is given: {error}")
                 return None
             raise InputError(f"{error}; --constrained none leaves it out") from error
 
@@ -112,7 +111,7 @@ def run(
         )
         possible = asked.possible(result)
         screen = report.robot_screen(result, possible)
-    report.print_blocks(screen)
+    files.show(screen)
     files.write_json(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible)
     )

@@ -38,8 +38,8 @@ def show(files: PageOptions, request: Request, judged: Judged, *parts: Options) 
     """Print the score, and write it in the forms asked for; ``parts``: options that name files."""
     problem, reference, labels = request
     title, score, motion, design, floor, replay, source = judged
-    screen = report.design_screen(problem, score, title, reference, labels, floor, replay)
-    report.print_blocks(screen)
+    screen = report.design_screen(problem, score, title, reference, labels, floor, replay, design is not None)
+    files.show(screen)
     files.write_json(
         lambda: report.documents.design_document(
             problem, score, reference, design=design, floor=floor, evaluated=source, replay=replay
@@ -47,6 +47,6 @@ def show(files: PageOptions, request: Request, judged: Judged, *parts: Options) 
     )
     files.write_page(
         lambda: report.design_page(
-            problem, score, motion, design, screen, reference, labels, files.provenance({}, *parts)
+            problem, score, motion, design, screen.blocks, reference, labels, files.provenance({}, *parts)
         )
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +12,7 @@ from .. import model, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
 from .options import GoalOptions, LimitOptions
+from .progress import note
 
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
@@ -118,9 +118,8 @@ def _payload(text: str) -> model.InertialParameters:
     if not (0.0 < kilograms < 1e6) or len(com) != 3 or not np.isfinite(com).all():
         raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file")
     if not place:
-        print(
-            f"dynident: note: --heaviest-payload {text} is taken as a point at the origin of "
-            "the last link's frame: give kg@x,y,z or a TOML file to put it where it hangs",
-            file=sys.stderr,
+        note(
+            f"--heaviest-payload {text} is taken as a point at the origin of the last link's frame: give kg@x,y,z "
+            "or a TOML file to put it where it hangs"
         )
     return model.InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 from .. import trajectories
 from ..common.errors import InputError
-from .progress import status
+from .progress import note, status
 
 
 def best_motion(
@@ -38,7 +37,7 @@ def best_motion(
         missed = "; ".join(design.score.violations)
         raise InputError(f"{stopped}no motion was found that keeps every limit, the nearest has: {missed}")
     if design.interrupted:
-        print("dynident: note: interrupted: this is the best motion so far; it keeps every limit", file=sys.stderr)
+        note("interrupted: this is the best motion so far; it keeps every limit")
     return design
 
 
@@ -50,5 +49,5 @@ def floor_of(
         with status("estimating the floor"):
             return trajectories.floor_under(problem, score.value, seed=seed)
     except KeyboardInterrupt:
-        print("dynident: note: interrupted: the floor is not known", file=sys.stderr)
+        note("interrupted: the floor is not known")
         return None

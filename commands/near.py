@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from .options import (
     option,
 )
 from .options.goals import RATE
+from .progress import note
 from .values import gains_list, joint_list, positive, positive_number, whole
 
 _NOISE = 0.007
@@ -122,7 +122,7 @@ class _NearFiles(MotionFiles):
     rehearsal: str | None = option(
         writes="file",
         metavar="F.csv",
-        help="the same way once at a tenth of the speed (default: beside --csv)",
+        help="the same way once at a tenth of the speed (default: beside --samples)",
     )
 
     def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
@@ -130,8 +130,8 @@ class _NearFiles(MotionFiles):
         robot, head = result.robot, report.near_head
         self.write(report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0)))
         path = self.rehearsal
-        if path is None and self.csv:
-            beside = Path(self.csv)
+        if path is None and self.samples:
+            beside = Path(self.samples)
             path = str(beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
         if path:
             slow = result.motion.slowed(_REHEARSAL)
@@ -160,22 +160,22 @@ def run(arm: RobotOptions, options: _Near, noise: NoiseOptions, limits: _Limits,
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, options.seed)
     visibility = shape.visibility(robot)
-    screen: list[report.Block] = [report.visibility_table(visibility)]
-    report.print_blocks(screen)
-    trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
+    try:
+        trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
+    except InputError:
+        files.show(report.Screen([report.visibility_table(visibility)]))
+        raise
     limited, loads = _torques(robot, known, bounds, options.expected)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
     design = best_motion(problem, options.seed, options.starts)
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
-    notes = report.near_notes(result)
-    if hint is not None:
-        notes.append(report.second_pose_note(shape.poses[0], hint))
-    screen += [report.prediction_table(result.spread, options.expected), report.Notes(notes)]
-    report.print_blocks(screen[1:])
+    hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
+    screen = report.near_screen(result, options.expected, hints)
+    files.show(screen)
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
+    files.write_page(lambda: report.near_page(result, samples, screen.blocks, files.provenance({}, limits, arm)))
     return ANSWERED
 
 
@@ -196,7 +196,7 @@ def _shape(
     if options.second_pose == "auto":
         second = trajectories.design.second_pose(robot, shape, goal, bounds, seed)
         if second is None:
-            print("dynident: note: no second pose would tell much more: there is one pose only", file=sys.stderr)
+            note("no second pose would tell much more: there is one pose only")
             return shape, None
     else:
         try:
@@ -216,17 +216,14 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
             raise InputError(f"--torque-noise: robot {robot.name!r} needs {robot.n} positive numbers")
         return noise, options.independent_rate or RATE
     if robot.name == "rx90":
-        print("dynident: note: no --torque-noise: that of the paper's RX90 is assumed", file=sys.stderr)
+        note("no --torque-noise: that of the paper's RX90 is assumed")
         return np.array(trajectories.RX90_NOISE), _PAPER_RATE
     limits = np.array([joint.limits.torque for joint in robot.joints])
     if not np.isfinite(limits).all():
         raise InputError(
             f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give --torque-noise"
         )
-    print(
-        f"dynident: note: no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed",
-        file=sys.stderr,
-    )
+    note(f"no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed")
     return _NOISE * limits, _NOISE_RATE
 
 

@@ -21,7 +21,7 @@ from .options import (
     option,
 )
 from .progress import status
-from .values import relative
+from .values import method, relative
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +58,13 @@ class _Payload(FrictionOptions):
     robot_parameters: str | None = option(
         reads="robot's parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)"
     )
-    method: str = option(choices=("1", "2", "3", "4", "all"), default="all", help="default: all")
+    method: str = option(
+        type=method,
+        choices=("all", "1", "2", "3", "4"),
+        default="all",
+        metavar="NAME",
+        help="known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md",
+    )
     free_friction: bool = option(action="store_true", help="method 1: estimate friction anew under load")
 
     scale_sigma: float | None = option(
@@ -133,7 +139,7 @@ def run(
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
     screen = report.payload_screen(answer)
-    report.print_blocks(screen)
+    files.show(screen)
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
     files.write_page(

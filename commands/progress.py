@@ -1,29 +1,87 @@
-"""What is being done, on the error stream; names of files are text, never markup."""
+"""What is said on the error stream: notes, what is being done, and how much of it; names of files are text."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Literal
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
+
+Manner = Literal["quiet", "plain", "verbose"]
+_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
+
+
+@contextmanager
+def speaking(manner: Manner) -> Iterator[None]:
+    """A run that says nothing, what is worth knowing, or every step with its time."""
+    token = _manner.set(manner)
+    try:
+        yield
+    finally:
+        _manner.reset(token)
+
+
+@contextmanager
+def finished(what: str) -> Iterator[None]:
+    """Say how long it took, where every step is told."""
+    begin = time.monotonic()
+    yield
+    if _manner.get() == "verbose":
+        print(f"dynident: {time.monotonic() - begin:6.1f} s  {what}: done", file=sys.stderr)
+
+
+def quiet() -> bool:
+    """Whether this run prints no screen: files and the exit status tell."""
+    return _manner.get() == "quiet"
+
+
+def note(text: str) -> None:
+    """Print a line that is worth knowing."""
+    if not quiet():
+        print(f"dynident: note: {text}", file=sys.stderr)
 
 
 @contextmanager
 def status(what: str) -> Iterator[Callable[[str], None]]:
     """Show what is being done; gives a function that changes the words."""
+    if _manner.get() != "plain":
+        yield _steps(what)
+        return
     with Console(stderr=True).status(Text(what)) as shown:
         yield lambda words: shown.update(Text(words))
 
 
 @contextmanager
 def bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Show how much of something is done; gives a function of the finished share."""
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    """Show how much of something is done, and how long the rest takes; gives a function of the finished share."""
+    if _manner.get() != "plain":
+        tell = _steps(what)
+        yield lambda part: tell(f"{what}: done") if part >= 1.0 else None
+        return
+    columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(markup=False), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(what, total=1.0)
+        yield lambda part: progress.update(task, completed=part)
 
-        def show(part: float) -> None:
-            progress.update(task, completed=part)
 
-        yield show
+def _words() -> TextColumn:
+    """Words as they are: names of files hold brackets."""
+    return TextColumn("{task.description}", markup=False)
+
+
+def _steps(what: str) -> Callable[[str], None]:
+    """Prints each step with the time since the first, where every step is asked for."""
+    begin, loud = time.monotonic(), _manner.get() == "verbose"
+
+    def tell(words: str) -> None:
+        if loud:
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {words}", file=sys.stderr)
+
+    tell(what)
+    return tell

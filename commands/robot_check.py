@@ -29,7 +29,9 @@ class _Processing(ProcessingOptions):
 
 @dataclass(frozen=True)
 class _Data(ResultOptions):
-    """The recordings, and the result as JSON."""
+    """The recordings, and the result as JSON; all of it is on the screen."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"details"})
 
     data: tuple[str, ...] = option(
         reads="without payload", action="append", required=True, metavar="LOG", help="recording without payload"
@@ -62,7 +64,7 @@ def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
             check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, progress)
     text = [line for log in poses for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ()))]
     text += lines(check) if check else ["No torques or currents: the pose alone is compared."]
-    print(*text, sep="\n")
+    files.show(report.Screen([report.Remarks(text)]))
     files.write_json(
         lambda: report.documents.robot_check_document(
             robot, [report.documents.pose_document(*log) for log in poses], check

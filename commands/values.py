@@ -5,7 +5,15 @@ from __future__ import annotations
 import argparse
 import math
 
-from .. import model
+from .. import estimation, model
+
+
+def method(text: str) -> str:
+    """A method's number, from its number or its name."""
+    names = {name: str(number) for number, name in estimation.payload.METHOD_NAMES.items()}
+    if text not in (*names, *names.values(), "all"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not one of {', '.join(names)}, 1 to 4, all")
+    return names.get(text, text)
 
 
 def fraction(text: str) -> float:

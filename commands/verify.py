@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
@@ -24,12 +24,18 @@ class _Pair(Options):
     after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
 
 
+class _Result(ResultOptions):
+    """The result as JSON; all of it is on the screen."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"details"})
+
+
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, ResultOptions)
+    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, _Result)
 
 
-def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: ResultOptions) -> int:
+def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: _Result) -> int:
     """Run it."""
     robot, how = arm.load(), logs.how()
     gains, _ = logs.gains(robot)
@@ -37,6 +43,6 @@ def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: ResultOptions) ->
         estimation.payload.read_following(path, robot, gains, how) for path in (pair.before, pair.after)
     )
     change = estimation.payload.following_change(before, after, robot.processing.still_speed)
-    report.print_blocks(report.following_screen(change))
+    files.show(report.following_screen(change))
     files.write_json(lambda: report.documents.following_document(change))
     return DO_NOT_USE if change.kind != "torque" and change.total.clear == "rose" else ANSWERED

@@ -55,7 +55,6 @@ class _Weigh(FrictionOptions):
     inertia: str | None = option(
         metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
     )
-    details: bool = option(action="store_true", help="the second page: parameters, joints, condition numbers")
 
 
 def add_parser(commands: Any) -> None:
@@ -94,7 +93,7 @@ def run(
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
     measured = stand_in is not None and answer.stand_in is None
-    report.print_blocks(report.weigh_screen(answer, measured, asked.details))
+    files.show(report.payload_screen(answer, measured))
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
 

@@ -16,6 +16,8 @@ from .blocks import Cell as Cell
 from .blocks import Drawing as Drawing
 from .blocks import Notes as Notes
 from .blocks import Page as Page
+from .blocks import Remarks as Remarks
+from .blocks import Screen as Screen
 from .blocks import Section as Section
 from .blocks import Spread as Spread
 from .blocks import Table as Table
@@ -33,6 +35,8 @@ from .render.html import write_plots as write_plots
 from .render.html import write_report as write_report
 from .render.latex import latex_tables as latex_tables
 from .render.terminal import print_blocks as print_blocks
+from .render.terminal import print_screen as print_screen
+from .render.terminal import screen_text as screen_text
 from .sections.description import assumed_notes as assumed_notes
 from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
@@ -44,17 +48,15 @@ from .sections.gains import gains_screen as gains_screen
 from .sections.log_check import check_screen as check_screen
 from .sections.near import NearResult as NearResult
 from .sections.near import near_head as near_head
-from .sections.near import near_notes as near_notes
 from .sections.near import near_page as near_page
-from .sections.near import prediction_table as prediction_table
+from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
-from .sections.payload import payload_screen as payload_screen
+from .sections.payload_screen import payload_screen as payload_screen
 from .sections.robot import robot_page as robot_page
 from .sections.robot import robot_screen as robot_screen
 from .sections.robot import robot_section as robot_section
 from .sections.torques import residual_text as residual_text
 from .sections.weighing import weigh_page as weigh_page
-from .sections.weighing import weigh_screen as weigh_screen

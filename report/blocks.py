@@ -52,14 +52,14 @@ class Table:
         rows: c cells each.
         ends: names of the rows after which a section of the table ends.
         style: "roomy" with space between columns; "bare" without headings; "plain" of long texts; "quantities" with
-            a last column whose words hold for their whole section.
+            a last column whose words hold for their whole section; "tight" without any line between rows.
     """
 
     title: str
     columns: tuple[Column, ...]
     rows: Sequence[tuple[Cell, ...]]
     ends: Collection[str] = ()
-    style: Literal["", "roomy", "bare", "plain", "quantities"] = ""
+    style: Literal["", "roomy", "bare", "plain", "quantities", "tight"] = ""
 
     def __post_init__(self) -> None:
         """Every row fits the headings.
@@ -90,6 +90,12 @@ class Text(NamedTuple):
 
 class Notes(NamedTuple):
     """Lines of words: a list in a page, line by line on a terminal."""
+
+    lines: Sequence[str]
+
+
+class Remarks(NamedTuple):
+    """Lines of which a screen shows as many as fit, the first ones first; with the details all of them."""
 
     lines: Sequence[str]
 
@@ -152,7 +158,7 @@ class Animation(NamedTuple):
     draw: Callable[[str], str]
 
 
-Block = Table | Text | Notes | Banner | Code | Details | Pair | Drawing | Animation
+Block = Table | Text | Notes | Remarks | Banner | Code | Details | Pair | Drawing | Animation
 
 
 class Section(NamedTuple):
@@ -161,6 +167,25 @@ class Section(NamedTuple):
     name: str
     title: str
     blocks: Sequence[Block]
+
+
+class Screen(NamedTuple):
+    """What a command prints: first what to do, on one screen; the details where they are asked for.
+
+    Attributes:
+        first: fits on a terminal of 25 lines of 80 columns.
+        details: what it rests on.
+        more: what the details hold, in words.
+    """
+
+    first: Sequence[Block]
+    details: Sequence[Block] = ()
+    more: str = ""
+
+    @property
+    def blocks(self) -> list[Block]:
+        """All of it."""
+        return [*self.first, *self.details]
 
 
 class Page(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -12,6 +11,7 @@ import numpy as np
 from ... import estimation, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ..progress import note
 from ..values import fraction, gains_list, names_list, positive_number
 from .reading import Options, option
 
@@ -116,7 +116,7 @@ class GoalOptions(NoiseOptions):
         if noise is None and self.data_from:
             noise = estimation.files.recorded_noise(self.data_from[0])
         if noise is None:
-            print("dynident: note: no --torque-noise: 1 N·m (or N) in every joint is assumed", file=sys.stderr)
+            note("no --torque-noise: 1 N·m (or N) in every joint is assumed")
         return noise
 
     def _earlier(self, robot: model.Robot, noise: Array | None) -> trajectories.Earlier:

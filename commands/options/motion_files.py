@@ -17,7 +17,7 @@ _RATE = 250.0  # Hz, of samples
 class MotionFiles(PageOptions):
     """Formats of the motion itself, beside the result."""
 
-    csv: str | None = option(writes="file", metavar="F", help="samples: t, q, qd, qdd")
+    samples: str | None = option(writes="file", metavar="F.csv", help="samples of the motion: t, q, qd, qdd")
     ros2: str | None = option(writes="file", metavar="F.yaml", help="JointTrajectory of ROS 2")
     joint_names: tuple[str, ...] | None = option(
         type=names_list, metavar="A,B,..", help="for --ros2 (default: joint_1, ..)"
@@ -43,7 +43,7 @@ class MotionFiles(PageOptions):
         for name, needs in (
             ("joint_names", ("ros2",)),
             ("controller_rate", ("urscript",)),
-            ("sample_rate", ("csv", "ros2", *more_sampled)),
+            ("sample_rate", ("samples", "ros2", *more_sampled)),
         ):
             if not any(self.has(other) for other in needs):
                 self.refuse(name, f"has no effect without {' or '.join(f'--{other}' for other in needs)}")
@@ -59,8 +59,8 @@ class MotionFiles(PageOptions):
 
     def write(self, written: report.motions.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""
-        if self.csv:
-            write_text(self.csv, report.motions.csv_text(written, self.rate))
+        if self.samples:
+            write_text(self.samples, report.motions.csv_text(written, self.rate))
         if self.ros2:
             write_text(self.ros2, report.motions.ros2_text(written, self.rate, self.joint_names or ()))
         if self.urscript:

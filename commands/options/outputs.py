@@ -6,7 +6,8 @@ import hashlib
 import os
 import platform
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -16,10 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ... import __version__, estimation, report
 from ...common.errors import InputError
 from ...common.files import write_text
+from ..progress import quiet
 from .reading import Options, option
 
 if TYPE_CHECKING:
-    from ...report import Block, Page, Provenance
+    from ...report import Page, Provenance, Screen
 
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
@@ -30,11 +32,21 @@ class ResultOptions(Options):
 
     GROUP: ClassVar[str] = "files"
 
-    json: str | None = option(writes="file", metavar="F", help="write the result as JSON")
+    json: str | None = option(
+        writes="stream", metavar="F", help="write the result as JSON; - for standard output, the screen goes aside"
+    )
+    details: bool = option(action="store_true", help="print what the answer rests on, too")
+
+    def show(self, screen: Screen) -> None:
+        """Print a screen, or all of it; beside standard output where that takes the JSON."""
+        if not quiet():
+            report.print_screen(screen, self.details, sys.stderr if self.json == "-" else None)
 
     def write_json(self, document: Callable[[], Any]) -> None:
         """Write the document; it is made only if it was asked for."""
-        if self.json:
+        if self.json == "-":
+            sys.stdout.write(report.documents.json_text(document()).decode())
+        elif self.json:
             report.documents.write_json(self.json, document())
 
 
@@ -88,19 +100,17 @@ class TableOptions(PageOptions):
         writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
     )
 
-    def write_tables(
-        self, screen: Sequence[Block], system: Callable[[], estimation.answers.ObservationSystem]
-    ) -> None:
+    def write_tables(self, screen: Screen, system: Callable[[], estimation.answers.ObservationSystem]) -> None:
         """Write what was asked for.
 
         Args:
-            screen: what the terminal shows; its tables are written.
+            screen: its tables are written, those of the details too.
             system: makes the equations, held whole; called only where they are asked for.
         """
         if self.csv:
-            write_text(self.csv, report.csv_tables(report.tables_of(screen)))
+            write_text(self.csv, report.csv_tables(report.tables_of(screen.blocks)))
         if self.latex:
-            write_text(self.latex, report.latex_tables(report.tables_of(screen)))
+            write_text(self.latex, report.latex_tables(report.tables_of(screen.blocks)))
         if self.npz:
             report.npz.write_npz(self.npz, system())
 

@@ -16,9 +16,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import is_device, keeping
 from .. import COMMANDS
+from ..progress import Manner, finished, speaking
 
-Writes = Literal["", "file", "folder"]
-_NEEDED = {"file": "not a file in a folder that exists", "folder": "is not a folder, nor can one be made there"}
+Writes = Literal["", "file", "folder", "stream"]
+_NEEDED = ("not a file in a folder that exists", "is not a folder, nor can one be made there")
 
 
 def option(
@@ -31,7 +32,7 @@ def option(
         group: heading in the help, instead of the class's own.
         either: options with the same word here exclude each other.
         reads: what the file is for that the option names; empty if it names none.
-        writes: whether it names a file that is written, or a folder.
+        writes: whether it names a file that is written, a folder, or a file or "-", which is standard output.
         how: of argparse.
     """
     about = {"name": name, "group": group, "either": either, "reads": reads, "writes": writes}
@@ -102,6 +103,28 @@ class Options:
                         yield shown, about[kind], path
 
 
+@dataclass(frozen=True)
+class _Terminal(Options):
+    """How much is said, and a file of options."""
+
+    GROUP: ClassVar[str] = "terminal"
+
+    config: str | None = option(
+        reads="options",
+        metavar="TOML",
+        help="options from a file, as every report writes one; the command line goes before it",
+    )
+    quiet: bool = option(
+        either="manner", action="store_true", help="print no screen and no notes: files and exit status tell"
+    )
+    verbose: bool = option(either="manner", action="store_true", help="print every step with its time")
+
+    @property
+    def manner(self) -> Manner:
+        """How much is said."""
+        return "quiet" if self.quiet else "verbose" if self.verbose else "plain"
+
+
 def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[Options], **how: Any) -> None:
     """Declare a command: ``run`` is called with a value of each of its parts, whose files are checked before.
 
@@ -113,13 +136,15 @@ def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[
         how: of argparse; the help of a command below another one.
     """
     parser = commands.add_parser(name, **({"help": COMMANDS[name]} | how if name in COMMANDS else how))
-    for part in parts:
+    declared: list[type[Options]] = [*parts, _Terminal]
+    for part in declared:
         part.declare(parser)
 
     def called(arguments: argparse.Namespace) -> int:
-        values = [part.of(arguments) for part in parts]
-        check_targets(values)
-        with keeping([path for value in values for _, _, path in value.named("reads")]):
+        values, terminal = [part.of(arguments) for part in parts], _Terminal.of(arguments)
+        check_targets([*values, terminal])
+        read = [path for value in (*values, terminal) for _, _, path in value.named("reads")]
+        with keeping(read), speaking(terminal.manner), finished(name):
             return run(*values)
 
     parser.set_defaults(run=called)
@@ -133,12 +158,14 @@ def check_targets(parts: Sequence[Options]) -> None:
     """
     taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
     for name, kind, path in (output for part in parts for output in part.named("writes")):
+        if kind == "stream" and path == "-":
+            continue
         place = Path(path).resolve()
-        if not (_may_be_file(path) if kind == "file" else _may_hold_files(path)):
-            raise InputError(f"{name} {path!r}: {_NEEDED[kind]}")
+        if not (_may_hold_files(path) if kind == "folder" else _may_be_file(path)):
+            raise InputError(f"{name} {path!r}: {_NEEDED[kind == 'folder']}")
         if place in taken and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
-        if kind == "file":
+        if kind != "folder":
             taken[place] = name
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal
 
 from ... import estimation, model
 from ...common.errors import InputError
+from ..progress import note
 from ..values import fraction, gains_list, gains_or_file, positive, texts
 from .reading import Options, about, option
 
@@ -40,11 +40,11 @@ class Setup:
         """Read recordings; what a file says about unused columns is told once."""
         recordings = [estimation.read_recording(path, self.robot, self.gains, self.log_map) for path in paths]
         for recording in recordings:
-            for note in recording.notes:
-                about = note.split(": ", 1)[1]
+            for text in recording.notes:
+                about = text.split(": ", 1)[1]
                 if about not in self.told:
                     self.told.add(about)
-                    print(f"dynident: note: {note}", file=sys.stderr)
+                    note(text)
         return recordings
 
     def in_words(self) -> dict[str, str]:

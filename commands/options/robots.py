@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ... import model
 from ...common.errors import InputError
+from ..progress import note
 from ..values import mount, three, tool_frame
 from .reading import Options, option
 
@@ -37,8 +37,8 @@ class ArmOptions(Options):
     def load(self) -> model.Robot:
         """The robot, with a note for each angle that was taken as a right one."""
         robot = model.load_robot(self.robot, self.base, self.tip)
-        for note in robot.snapped:
-            print(f"dynident: note: {self.robot}: {note}", file=sys.stderr)
+        for angle in robot.snapped:
+            note(f"{self.robot}: {angle}")
         return robot
 
 

@@ -11,6 +11,9 @@ from ...model.inertia import PayloadSpread, payload_spread
 from ..equations.equations import PAYLOAD, Equations, each
 from ..fit.estimate import Estimate
 
+METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}
+"""The paper's methods, by number, in a word."""
+
 
 @dataclass(frozen=True)
 class PayloadEstimate:

@@ -15,5 +15,6 @@ from .prior import RobotPrior as RobotPrior
 from .prior import cylinder_prior as cylinder_prior
 from .prior import robot_prior as robot_prior
 from .prior import solve_constrained_prior as solve_constrained_prior
+from .result import CONFLICT as CONFLICT
 from .robot import PossibleRobot as PossibleRobot
 from .robot import solve_constrained_base as solve_constrained_base

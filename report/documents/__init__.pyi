@@ -1,3 +1,4 @@
+from ...common.schema import json_text as json_text
 from ...common.schema import write_json as write_json
 from .check import check_document as check_document
 from .check import following_document as following_document

@@ -20,6 +20,7 @@ from ..blocks import (
     Notes,
     Page,
     Pair,
+    Remarks,
     Section,
     Table,
     Text,
@@ -93,8 +94,9 @@ def _(block: Text) -> Html:
     return tag("p", block.words, **({"class_": "note"} if block.kind == "note" else {}))
 
 
-@block_html.register
-def _(block: Notes) -> Html:
+@block_html.register(Notes)
+@block_html.register(Remarks)
+def _(block: Notes | Remarks) -> Html:
     return tag("ul", *(tag("li", line) for line in block.lines)) if block.lines else Html()
 
 

@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...model import Motion
+from ...common.arrays import Array
+from ...model import INERTIAL, InertialParameters, Motion, Robot
+from ...model.inertia import payload_spread
+from ...model.names import parameter_kind
 from ...trajectories import Design, DesignProblem, Score
 from ...trajectories.design import Floor
-from ..blocks import Animation, Block, Notes, Page, Section, Table, Text, columns
+from ..blocks import Animation, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure, sigma_figure
 from ..motions.written import rests_on
@@ -19,6 +22,18 @@ from .description import assumed_notes
 
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
+_MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
+_KINDS = ("position", "speed", "acceleration", "torque")
+_GROUPS = (
+    ("inertia", "kg m²", ("XX", "XY", "XZ", "YY", "YZ", "ZZ")),
+    ("first moments", "kg m", ("MX", "MY", "MZ")),
+    ("masses", "kg", ("M",)),
+    ("rotor inertia", "kg m² or kg", ("IA", "IAM")),
+    ("Coulomb friction", "N·m or N", ("FS", "FSM")),
+    ("viscous friction", "N·m·s or N·s/m", ("FV", "FVM")),
+    ("constant torques", "N·m or N", ("OFF",)),
+)
+"""Kinds of parameters in words, their unit, and the letters they are called by."""
 
 
 def design_screen(
@@ -29,24 +44,99 @@ def design_screen(
     labels: Mapping[str, str],
     floor: Floor | None = None,
     replay: Score | None = None,
-) -> list[Block]:
-    """What the motion would teach, how near each limit comes, and the lines below.
+    designed: bool = True,
+) -> Screen:
+    """Which limits hold, what the motion would teach, what to do next; then every parameter.
 
     Args:
         problem: what was asked.
         score: of the motion.
-        title: above the table.
+        title: above the tables.
         reference: values that standard deviations are relative to.
         labels: how to call parameters, by their names.
         floor: if it was asked for.
         replay: what a controller's own profiles would make of it.
+        designed: whether the motion is new; one that was only judged is written already.
     """
     kind = problem.criterion.kind
+    notes = [replay_note(kind, replay)] if replay is not None else []
+    notes += assumed_notes(problem.robot, *rests_on(problem))
+    notes += [floor_note(kind, floor)] if floor is not None else []
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
-    lines += [floor_note(kind, floor)] if floor is not None else []
-    lines += [replay_note(kind, replay)] if replay is not None else []
-    lines += assumed_notes(problem.robot, *rests_on(problem))
-    return [score_table(problem, score, title), *sigma_tables(score, reference, labels), Notes(lines)]
+    after = "Next: add --samples, --ros2, --urscript or --val3, run it, then 'dynident check LOG'."
+    first: list[Block] = [
+        Notes([f"{title}: {limits_in_words(score)}"]),
+        limits_table(score),
+        taught_table(problem, score),
+        Notes([*lines, *([after] if designed else [])]),
+        Remarks(notes),
+    ]
+    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels)]
+    return Screen(first, details, "condition numbers, every parameter")
+
+
+def limits_in_words(score: Score) -> str:
+    """Whether the motion keeps its limits, and which were not checked."""
+    checked = [limit.name for limit in score.limits]
+    missing = [kind for kind in _KINDS if not any(name.startswith(kind) for name in checked)]
+    unchecked = f" NOT checked: {', '.join(missing)}." if missing else ""
+    if score.feasible:
+        return f"keeps every limit{' that was checked' if missing else ''}.{unchecked}"
+    return f"does NOT keep {', '.join(dict.fromkeys(_missed(score)))}.{unchecked}"
+
+
+def _missed(score: Score) -> list[str]:
+    return [limit.name for limit in score.limits if str(limit) in score.violations]
+
+
+def limits_table(score: Score) -> Table:
+    """How near each limit comes, SI units."""
+    rows = [
+        (
+            limit.name,
+            f"{limit.value:.4g}",
+            f"{limit.limit:.4g}",
+            limit.worst,
+            f"violated by {limit.violation:.4g}" if str(limit) in score.violations else "met",
+        )
+        for limit in score.limits
+    ]
+    headings = (*columns(("limit",), ("comes to", "limit")), *columns(("at", "")))
+    return Table(f"Nearest to its limits, SI units, in {score.duration:.4g} s", headings, rows, style="tight")
+
+
+def taught_table(problem: DesignProblem, score: Score) -> Table:
+    """What one run of the motion would tell, 1 sigma, in units of the answer.
+
+    Of a payload mass, centre of mass and inertia there, of one of the rated mass 100 mm from the flange; of a robot
+    its parameters kind by kind.
+    """
+    learnt, last = score.learnt, str(problem.robot.n)
+    length = problem.goal.data_length
+    recorded = f"{length:g} s of data" if length else "one run"
+    if learnt.covariance is None:
+        return Table(f"From {recorded}: not every parameter can be told", columns(("",)), [])
+    if tuple(problem.names) == tuple(f"{kind}{last}" for kind in INERTIAL):
+        return _payload_taught(problem.robot, learnt.covariance, recorded)
+    rows = []
+    for words, unit, kinds in _GROUPS:
+        sigma = [s for name, s in learnt.sigma.items() if parameter_kind(name) in kinds]
+        if sigma:
+            rows.append((words, str(len(sigma)), f"{np.median(sigma):.2g}", f"{max(sigma):.2g}", unit))
+    headings = (*columns(("",), ("number", "median", "largest")), *columns(("",)))
+    return Table(f"From {recorded}, of the robot, 1 sigma", headings, rows, style="tight")
+
+
+def _payload_taught(robot: Robot, covariance: Array, recorded: str) -> Table:
+    """Standard deviations of a payload's mass, centre of mass and inertia there."""
+    mass = robot.rated_payload if np.isfinite(robot.rated_payload) else _MASS
+    body = InertialParameters.from_com(mass, [0.0, 0.0, _ARM], _GYRATION**2 * mass * np.eye(3))
+    spread = payload_spread(body.vector, covariance, range(len(INERTIAL)))
+    rows = [("mass", f"{spread.mass:.2g}", "kg")]
+    rows += [(f"centre of mass {axis}", f"{1e3 * x:.2g}", "mm") for axis, x in zip("xyz", spread.com, strict=True)]
+    rows += [(f"inertia {a}{a} at com", f"{x:.2g}", "kg m²") for a, x in zip("XYZ", spread.moments, strict=True)]
+    title = f"From {recorded}, of a payload of {mass:g} kg {1e3 * _ARM:g} mm away"
+    return Table(title, (*columns(("",), ("1 sigma",)), *columns(("",))), rows, style="tight")
 
 
 def criterion_text(kind: str, value: float) -> str:

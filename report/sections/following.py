@@ -1,13 +1,13 @@
 """What the controller missed before and after a payload was entered."""
 
 from ...estimation.payload import FollowingChange
-from ..blocks import Block, Column, Notes, Table, columns
+from ..blocks import Column, Notes, Screen, Table, columns
 
 _UNITS = {"following error": ("mrad", 1e3), "unpredicted torque": ("N·m", 1.0), "torque": ("N·m", 1.0)}
 
 
-def following_screen(change: FollowingChange) -> list[Block]:
-    """Joint by joint, and what it means."""
+def following_screen(change: FollowingChange) -> Screen:
+    """What it means, and joint by joint."""
     unit, scale = _UNITS[change.kind]
     rows = []
     for joint in (*change.joints, change.total):
@@ -16,7 +16,7 @@ def following_screen(change: FollowingChange) -> list[Block]:
         rows.append((joint.name, *numbers, *shares, joint.clear))
     headings = (*columns(("",), ("before", "after", "fell by %", "95 %", "interval")), Column(""))
     title = f"Root mean square of the {change.kind} [{unit}; mm or N where a joint slides]"
-    return [Table(title, headings, rows), Notes(_notes(change))]
+    return Screen([Notes(_notes(change)), Table(title, headings, rows, style="tight")])
 
 
 def _notes(change: FollowingChange) -> list[str]:

@@ -5,22 +5,29 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ...estimation.answers import DriveGains
-from ..blocks import Banner, Block, Notes, Page, Section, Table, columns
+from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
 from ..figures.by_joints import joints_figure
 from ..provenance import Provenance
 from .data import report_page
 from .joints import joints_section
 from .torques import torques_section
-from .verdict import VERDICTS, reason_blocks, verdict_lines
+from .verdict import VERDICTS, reason_blocks, reason_lines
 
 _GOOD = "Every gain can be used."
 
 
-def gains_screen(gains: DriveGains) -> list[Block]:
-    """One row a joint, and the lines below; the verdict comes last."""
+def gains_screen(gains: DriveGains) -> Screen:
+    """The verdict, one row a joint, the next command; then what it rests on."""
     verdict = gains.verdict
-    words = VERDICTS[verdict.level].payload
-    return [gains_table(gains), Notes([*_notes(gains), *verdict_lines(words, verdict)])]
+    after = "Next: add --json gains.json, then give --drive-gains gains.json to 'dynident payload'."
+    first: list[Block] = [
+        Notes([f"Verdict: {VERDICTS[verdict.level].payload}."]),
+        Remarks(reason_lines(verdict)),
+        gains_table(gains),
+        *([Notes([after])] if verdict.level != "do_not_use" else []),
+        Remarks([f"Note: {text}." for text in verdict.notes]),
+    ]
+    return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")
 
 
 def gains_table(gains: DriveGains) -> Table:
@@ -38,7 +45,7 @@ def gains_table(gains: DriveGains) -> Table:
         )
         for j, words in enumerate(gains.identifiability)
     ]
-    return Table(f"Drive gains of {gains.robot}", headings, rows, style="roomy")
+    return Table(f"Drive gains of {gains.robot}", headings, rows, style="tight")
 
 
 def gains_page(gains: DriveGains, provenance: Provenance, title: str) -> Page:

@@ -4,28 +4,35 @@ import numpy as np
 
 from ...estimation.diagnosis import LogCheck
 from ...model import Robot
-from ..blocks import Block, Notes, Table, columns
+from ..blocks import Block, Notes, Remarks, Screen, Table, columns
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _A_ROW = 4  # parameters side by side
 
 
-def check_screen(robot: Robot, check: LogCheck) -> list[Block]:
-    """What was understood, what looks wrong, the joints, the excitation."""
-    blocks: list[Block] = [Notes(_lines(check))]
+def check_screen(robot: Robot, check: LogCheck) -> Screen:
+    """What was understood, the joints, what looks wrong, what to mend; then steps and the excitation."""
+    first: list[Block] = [Notes(_understood(check))]
+    details: list[Block] = []
     if check.joints:
-        blocks.append(_joints(robot, check))
+        first.append(_joints(robot, check))
+        details.append(_resolution(check))
     if check.excitation:
-        blocks.append(_excitation(check))
-    return blocks
+        details.append(_excitation(check))
+    lines = [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
+    return Screen(
+        [*first, Remarks(lines), Notes([_last_line(check)])],
+        details,
+        "steps of the signals, each parameter's excitation",
+    )
 
 
-def _lines(check: LogCheck) -> list[str]:
-    """What was understood, then what looks wrong, worst first."""
+def _understood(check: LogCheck) -> list[str]:
+    """What the log was taken for, and how well the robot's model explains it."""
     recording, time = check.recording, check.time
     kind = "currents [A] of unknown gain" if check.currents else "torques [N·m or N]"
     speeds = "with speeds" if recording.qd is not None else "without speeds (taken from positions)"
-    lines = ["", f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
+    lines = [f"{recording.source}: positions [rad or m], {kind}, {speeds}, joint side"]
     if time is not None:
         steps = "even" if time.even else f"steps {1e3 * time.steps[0]:.3g} to {1e3 * time.steps[1]:.3g} ms"
         moving = f"moves from {time.moving[0]:.4g} to {time.moving[1]:.4g} s" if time.moving else "never moves"
@@ -38,12 +45,20 @@ def _lines(check: LogCheck) -> list[str]:
             f"The robot's model leaves {100 * check.relative_residual:.2f} % unexplained; condition number with "
             f"columns scaled {check.condition_number_scaled:.3g}"
         )
-    lines += [f"{_MARKS[finding.severity]}: {finding.text}" for finding in check.findings]
-    return lines if check.findings else [*lines, "nothing looks wrong"]
+    return lines
+
+
+def _last_line(check: LogCheck) -> str:
+    """Good, or what to mend first: the worst that was found."""
+    for severity in ("error", "warning"):
+        first = next((finding.text for finding in check.findings if finding.severity == severity), None)
+        if first is not None:
+            return f"Mend first: {first}."
+    return "Good: nothing looks wrong." if not check.findings else "Good: nothing is to be mended."
 
 
 def _joints(robot: Robot, check: LogCheck) -> Table:
-    load = "current A" if check.currents else "torque N·m"
+    """What each joint does."""
     rows = []
     for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
@@ -52,16 +67,24 @@ def _joints(robot: Robot, check: LogCheck) -> Table:
                 str(j),
                 "yes" if facts.moves else "no",
                 f"{facts.position[0]:.3f} to {facts.position[1]:.3f}",
-                _step(facts.position_step),
                 f"{facts.speed:.3g}",
                 share,
                 f"{facts.torque[0]:.4g} to {facts.torque[1]:.4g}",
-                _step(facts.torque_step),
-                f"{100 * facts.saturated:.2f} %",
             )
         )
-    numbers = ("position", "step", "speed", "of limit", load, "step", "at extreme")
-    return Table("", columns(("joint", "moves"), numbers), rows, style="roomy")
+    load = "current A" if check.currents else "torque N·m"
+    return Table("", columns(("joint", "moves"), ("position", "speed", "of limit", load)), rows, style="tight")
+
+
+def _resolution(check: LogCheck) -> Table:
+    """Steps of the signals, and how often a torque stands at its extreme."""
+    rows = [
+        (str(j), _step(facts.position_step), _step(facts.torque_step), f"{100 * facts.saturated:.2f} %")
+        for j, facts in enumerate(check.joints, 1)
+    ]
+    torque = "current" if check.currents else "torque"
+    numbers = ("step of position", f"of {torque}", f"{torque} at extreme")
+    return Table("Steps of the signals", columns(("joint",), numbers), rows, style="tight")
 
 
 def _excitation(check: LogCheck) -> Table:

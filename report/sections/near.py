@@ -11,13 +11,14 @@ from ...model import INERTIAL, InertialParameters, Motion, Robot
 from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, NearMotion, NearShape
-from ..blocks import Animation, Block, Page, Section, Table, Text, columns
+from ..blocks import Animation, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
 from ..motions.written import assumed_line, rests_on
 from ..provenance import Provenance
 from .data import report_page
 from .description import assumed_notes
+from .design import limits_in_words
 
 _DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 _MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
@@ -42,7 +43,7 @@ def prediction_table(spread: PayloadSpread, expected: InertialParameters) -> Tab
         for name, unit, sigma in sigmas
     ]
     title = f"Predicted for {expected.mass:g} kg at ({place}) mm"
-    return Table(title, columns(("quantity", "unit"), ("sigma",)), rows)
+    return Table(title, columns(("quantity", "unit"), ("sigma",)), rows, style="tight")
 
 
 class NearResult(NamedTuple):
@@ -70,6 +71,27 @@ class NearResult(NamedTuple):
         """The motion with its repeats and transfers."""
         assert isinstance(self.design.plan, NearMotion)
         return self.design.plan
+
+
+def near_screen(result: NearResult, expected: InertialParameters, hints: Sequence[str]) -> Screen:
+    """What the motion will tell of a payload, and what to do next; then what can be seen at all.
+
+    Args:
+        result: the motion.
+        expected: about what the payload is.
+        hints: what else could be done.
+    """
+    title = result.robot.title or result.robot.name
+    joints = ", ".join(map(str, result.shape.joints))
+    kept = limits_in_words(result.design.score)
+    after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
+    first: list[Block] = [
+        Notes([f"Motion of joints {joints} of {title}: {kept}"]),
+        prediction_table(result.spread, expected),
+        Notes([after]),
+        Remarks([*hints, *near_notes(result)]),
+    ]
+    return Screen(first, [visibility_table(result.visibility)], "which parameters these joints show")
 
 
 def near_notes(result: NearResult) -> list[str]:

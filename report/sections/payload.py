@@ -1,4 +1,4 @@
-"""A payload: what the terminal prints, and the report."""
+"""A payload by several methods: tables, lines, and the report."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from ..numbers import with_sigma
 from ..provenance import Provenance
 from .controller import controller_blocks
 from .data import report_page
-from .essential import elimination_notes, essential_section
+from .essential import essential_section
 from .excitation import excitation_section
-from .joints import by_joints_table, joints_section, mass_by_joints_note
+from .joints import joints_section, mass_by_joints_note
 from .quantities import quantities_table
 from .recommended import (
     ENDS,
@@ -31,26 +31,12 @@ from .recommended import (
     agreement,
     centre_section,
     consistency_section,
-    recommended_notes,
     recommended_table,
 )
 from .torques import residual_text, torques_section, worst_joint
-from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner, verdict_lines
+from .verdict import VERDICTS, improvements, reason_blocks, verdict_banner
 
 _FORMULA = "by (17)-(19): for white torque noise, the torques' scale taken as exact."
-
-
-def payload_screen(answer: PayloadAnswer) -> list[Block]:
-    """The recommended payload, the joints, the free estimates."""
-    lines = [*elimination_notes(answer.elimination, answer.warnings, "Method 4: "), *payload_notes(answer)]
-    return [
-        recommended_table(answer),
-        Notes([*recommended_notes(answer), ""]),
-        by_joints_table(answer.by_joints),
-        Notes([""]),
-        payload_table(answer.estimates),
-        Notes([*lines, ""]),
-    ]
 
 
 def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
@@ -74,10 +60,9 @@ def payload_table(estimates: Sequence[PayloadEstimate]) -> Table:
 
 
 def payload_notes(answer: PayloadAnswer) -> list[str]:
-    """Lines below the payload table; the verdict comes last."""
+    """Lines below the payload table."""
     lines = [*sigma_notes(answer.estimates), *data_notes(answer), mass_by_joints_note(answer.by_joints)]
-    verdict = answer.verdict
-    return [*lines, *_left_out(answer), *verdict_lines(VERDICTS[verdict.level].payload, verdict)]
+    return [*lines, *_left_out(answer)]
 
 
 def data_notes(answer: PayloadAnswer) -> list[str]:

@@ -9,10 +9,10 @@ import numpy as np
 from ...estimation import Identification
 from ...estimation.answers import TorquePrediction
 from ...estimation.fit import Excitation
-from ...estimation.possible import PossibleRobot, PriorRobot
+from ...estimation.possible import CONFLICT, PossibleRobot, PriorRobot
 from ...model import INERTIAL
 from ...model.names import parameter_kind
-from ..blocks import Banner, Block, Cell, Column, Notes, Page, Section, Table, Text, columns
+from ..blocks import Banner, Block, Cell, Column, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..numbers import percent, with_sigma
 from ..provenance import Provenance
 from .data import report_page
@@ -20,7 +20,7 @@ from .essential import elimination_notes, essential_section
 from .excitation import excitation_section
 from .gain_errors import gain_error_notes
 from .torques import residual_text, torques_section, worst_joint
-from .verdict import VERDICTS, verdict_lines
+from .verdict import VERDICTS, reason_lines, verdict_lines
 
 Constrained = PossibleRobot | None
 _MOST_NAMED = 8
@@ -28,10 +28,61 @@ _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
 
 
-def robot_screen(result: Identification, constrained: Constrained) -> list[Block]:
-    """Base parameters, with a prior the standard ones, and the lines below."""
+def robot_screen(result: Identification, constrained: Constrained) -> Screen:
+    """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
-    return [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
+    against, known = result.verdict.reasons, [f"Note: {text}." for text in result.verdict.notes]
+    first: list[Block] = [
+        Notes([f"Verdict: {_BAD if against else _GOOD}"]),
+        Remarks(reason_lines(result.verdict)),
+        joint_table(result),
+        Notes(_what_it_is(result, constrained)),
+        Remarks([*known, *gain_error_notes(result.robot, result.gains)]),
+    ]
+    details: list[Block] = [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
+    return Screen(first, details, "every base parameter, residuals, what is essential")
+
+
+def joint_table(result: Identification) -> Table:
+    """What each joint's torque leaves unexplained, and its friction, as far as it was identified."""
+    estimate = result.estimate
+    held_out = result.validation
+    residuals = [fit.relative_per_joint for fit in (estimate.fit, held_out) if fit is not None]
+    rows = []
+    for j, joint in enumerate(result.robot.joints, 1):
+        unit = "N·m" if joint.revolute else "N"
+        shares = [percent(float(relative[j - 1])) for relative in residuals]
+        found = {
+            kind: with_sigma(float(estimate.values[k]), float(estimate.total_sigma[k]))
+            for k, name in enumerate(result.base.columns)
+            for kind in ("FS", "FV")
+            if name == f"{kind}{j}"
+        }
+        rows.append((f"joint {j}", *shares, found.get("FS", "-"), unit, found.get("FV", "-"), f"{unit}·s"))
+    fits = ("unexplained", *(["held out"] if held_out is not None else []))
+    headings = (
+        *columns(("",), (*fits, "Coulomb friction")),
+        *columns(("",), ("viscous friction",)),
+        *columns(("",)),
+    )
+    return Table(f"Torques of {result.robot.title or result.robot.name}", headings, rows, style="tight")
+
+
+def _what_it_is(result: Identification, constrained: Constrained) -> list[str]:
+    """The residual in words, what is known, and the next command."""
+    estimate, held_out = result.estimate, result.validation
+    other = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
+    known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
+    possible = "A robot that can exist has these parameters within their uncertainty."
+    if constrained is not None and constrained.p_value < CONFLICT:
+        possible = f"No robot that can exist comes near them (p {constrained.p_value:.2g})."
+    return [
+        f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{other}.",
+        f"{len(result.base.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
+        f"{len(result.essential)} essential.",
+        *([possible] if constrained is not None else []),
+        "Next: add --json robot.json, then 'dynident payload --robot-parameters robot.json --loaded LOG'.",
+    ]
 
 
 def robot_table(result: Identification, constrained: Sequence[float] | None = None) -> Table:

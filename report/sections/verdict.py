@@ -55,8 +55,12 @@ def verdict_banner(verdict: Verdict) -> Banner:
 
 def verdict_lines(words: str, verdict: Verdict) -> list[str]:
     """The verdict for a terminal, with its reasons, and what else is worth knowing."""
-    reasons = [f"  - {reason}" for reason in verdict.reasons]
-    return [f"Verdict: {words}.", *reasons, *(f"Note: {text}." for text in verdict.notes)]
+    return [f"Verdict: {words}.", *reason_lines(verdict), *(f"Note: {text}." for text in verdict.notes)]
+
+
+def reason_lines(verdict: Verdict) -> list[str]:
+    """Reasons of a verdict as items of a list."""
+    return [f"  - {reason}" for reason in verdict.reasons]
 
 
 def reason_blocks(verdict: Verdict) -> list[Block]:

@@ -1,4 +1,4 @@
-"""A weighing: first what to do next, then what it rests on; on the terminal, and as a report."""
+"""A weighing: what it rests on, line by line, and its report."""
 
 from __future__ import annotations
 
@@ -19,75 +19,15 @@ from ..provenance import Provenance
 from .controller import controller_blocks
 from .data import report_page
 from .gain_errors import gain_error_notes
-from .joints import by_joints_table, joints_section
+from .joints import joints_section
 from .quantities import quantities_table
 from .recommended import UNITS
-from .verdict import VERDICTS, reason_blocks, verdict_banner, verdict_lines
+from .verdict import reason_blocks, verdict_banner
 
-_MOMENTS = ("XX", "YY", "ZZ")
 _QUANTITIES = ("mass", "centre of mass", "inertia")
 
 
-def weigh_screen(answer: PayloadAnswer, measured: bool, details: bool) -> list[Block]:
-    """The first screen, and the second where it is asked for; ``measured``: an assumed inertia is not needed."""
-    notes = first_notes(answer)
-    if measured:
-        notes.append("--inertia is not needed: the inertia was measured well enough.")
-    screen: list[Block] = [_first_table(answer), Notes(notes)]
-    if details:
-        screen += [_parameters(answer), by_joints_table(answer.by_joints), Notes(detail_notes(answer))]
-    return screen
-
-
-def _first_table(answer: PayloadAnswer) -> Table:
-    """Quantity, value, 95 % interval, and whether to use it."""
-    mass, com, inertia = (answer.judged[name].use for name in _QUANTITIES)
-    rows = [_row("mass", "kg", answer.mass, answer.mass_interval, mass, 4)]
-    for k, axis in enumerate("xyz"):
-        low, high = 1e3 * answer.com_interval[k]
-        use = com if k == 0 or not np.isfinite(answer.com[k]) else ""
-        rows.append(_row(f"centre of mass {axis}", "mm", 1e3 * answer.com[k], (low, high), use, 1))
-    for k, kind in enumerate(_MOMENTS):
-        use = "assumed" if answer.stand_in is not None else inertia if k == 0 else ""
-        rows.append(_row(f"inertia {kind} at com", "kg m²", *_moment(answer, k), use, 4))
-    headings = (*columns(("quantity", "unit"), ("value", "95 %", "interval")), Column(""))
-    return Table(f"Payload in {answer.problem.robot.payload_frame}", headings, rows)
-
-
-def _row(
-    name: str, unit: str, value: float, interval: tuple[float, float], use: str, digits: int
-) -> tuple[str, ...]:
-    return name, unit, *(or_dash(x, f".{digits}f") for x in (value, *interval)), use
-
-
-def first_notes(answer: PayloadAnswer) -> list[str]:
-    """What to do, agreement with the scale and other ways, the worst joint, reasons, the controller's block."""
-    verdict = answer.verdict
-    lines = verdict_lines(VERDICTS[verdict.level].weighing, verdict)
-    lines += [_scale_note(answer), *_assumed_notes(answer), *_agreement_notes(answer), *_repeat_notes(answer)]
-    lines.append(_worst_note(worst_joint(answer.by_joints, answer.mass)))
-    lines += gain_error_notes(answer.problem.robot, answer.gains)
-    if verdict.level != "do_not_use":
-        lines.append(f"For the controller: {_controller_line(answer)}")
-        lines.append("Its own format: add --json P.json, then 'dynident export P.json --to ur|abb|kuka|..'.")
-    return lines
-
-
-def _controller_line(answer: PayloadAnswer) -> str:
-    """Mass, centre of mass and, where it may be used, inertia in one line."""
-    place = ", ".join(f"{1e3 * x:.1f}" for x in answer.com)
-    line = f"mass {answer.mass:.3f} kg, centre of mass ({place}) mm"
-    if answer.stand_in is not None:
-        moments = ", ".join(f"{x:.4f}" for x in np.diag(answer.stand_in.inertia(answer.mass)))
-        return f"{line}, inertia there ({moments}) kg m², ASSUMED"
-    if answer.judged["inertia"].use == "use" and answer.possible is not None:
-        J = answer.possible.body.inertia_com
-        moments = ", ".join(f"{x:.4f}" for x in [*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
-        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({moments}) kg m²"
-    return f"{line}, inertia left at zero"
-
-
-def _repeat_notes(answer: PayloadAnswer) -> list[str]:
+def repeat_notes(answer: PayloadAnswer) -> list[str]:
     """Spread and drift of several recordings."""
     repeats = answer.repeats
     if repeats is None:
@@ -106,7 +46,7 @@ def _repeat_notes(answer: PayloadAnswer) -> list[str]:
     return lines
 
 
-def _parameters(answer: PayloadAnswer) -> Table:
+def parameters_table(answer: PayloadAnswer) -> Table:
     """The ten with standard deviations, as far as these joints show them."""
     solved, shown = answer.free, answer.short.visibility.parameters
     robust = solved.estimate.sigma_robust
@@ -195,7 +135,7 @@ def _ripple_notes(short: ShortMotion) -> list[str]:
     ]
 
 
-def _moment(answer: PayloadAnswer, k: int) -> tuple[float, tuple[float, float]]:
+def moment(answer: PayloadAnswer, k: int) -> tuple[float, tuple[float, float]]:
     """Inertia about axis ``k`` at the centre of mass [kg m^2], with its 95 % interval; nan where there is none."""
     nothing = (float("nan"), float("nan"))
     if answer.stand_in is not None:
@@ -206,7 +146,7 @@ def _moment(answer: PayloadAnswer, k: int) -> tuple[float, tuple[float, float]]:
     return float(answer.possible.body.inertia_com[k, k]), (float(low), float(high))
 
 
-def _scale_note(answer: PayloadAnswer) -> str:
+def scale_note(answer: PayloadAnswer) -> str:
     """Agreement with the scale."""
     if answer.free.from_scale and answer.scale is not None:
         return (
@@ -223,7 +163,7 @@ def _scale_note(answer: PayloadAnswer) -> str:
     )
 
 
-def _agreement_notes(answer: PayloadAnswer) -> list[str]:
+def agreement_notes(answer: PayloadAnswer) -> list[str]:
     """What other ways to weigh it say."""
     return [
         f"Another way, {way.name}: {way.mass:.4g} kg, centre of mass "
@@ -232,14 +172,15 @@ def _agreement_notes(answer: PayloadAnswer) -> list[str]:
     ]
 
 
-def _worst_note(worst: Finding | None) -> str:
+def worst_note(worst: Finding | None) -> str:
     """The joint that agrees least, in words."""
     if worst is None:
         return "No joint can be compared with the others."
     return f"Joint that agrees least: {worst.text}."
 
 
-def _assumed_notes(answer: PayloadAnswer) -> list[str]:
+def assumed_notes(answer: PayloadAnswer) -> list[str]:
+    """What inertia is assumed."""
     if answer.stand_in is None:
         return []
     return [f"Inertia ASSUMED, not measured: {answer.stand_in.description}."]
@@ -262,10 +203,10 @@ def weigh_page(answer: PayloadAnswer, document: StoredPayload, provenance: Prove
         verdict_banner(answer.verdict),
         Pair(_quantities(answer), [Text("What to type into the controller", "heading"), *controller]),
         Text("Each joint weighs", "heading"),
-        Text(_worst_note(worst_joint(answer.by_joints, answer.mass))),
+        Text(worst_note(worst_joint(answer.by_joints, answer.mass))),
         *([drawn] if drawn else []),
     ]
-    details: list[Block] = [_parameters(answer), Notes(detail_notes(answer))]
+    details: list[Block] = [parameters_table(answer), Notes(detail_notes(answer))]
     sections = (
         *_repeats(answer),
         *_place(answer),
@@ -273,7 +214,7 @@ def weigh_page(answer: PayloadAnswer, document: StoredPayload, provenance: Prove
         Section("details", "Parameters and what they rest on", details),
     )
     subtitle = f"Weighed by a motion of {moved}, {provenance.day}"
-    notes = _agreement_notes(answer)
+    notes = agreement_notes(answer)
     return report_page(f"Payload on the {title}", subtitle, lead, sections, notes, provenance)
 
 
@@ -282,7 +223,7 @@ def _quantities(answer: PayloadAnswer) -> list[Block]:
     uses: list[str] = [answer.judged[name].use for name in _QUANTITIES]
     if answer.stand_in is not None:
         uses[2] = "ASSUMED, not measured"
-    values, intervals = zip(*(_moment(answer, k) for k in range(3)), strict=True)
+    values, intervals = zip(*(moment(answer, k) for k in range(3)), strict=True)
     table = quantities_table(
         answer.problem.robot.payload_frame,
         "",
@@ -291,7 +232,7 @@ def _quantities(answer: PayloadAnswer) -> list[Block]:
         (values, intervals),
         uses,
     )
-    lines = [_scale_note(answer), *_assumed_notes(answer), *_repeat_notes(answer)]
+    lines = [scale_note(answer), *assumed_notes(answer), *repeat_notes(answer)]
     gains = [Text(line, "note") for line in gain_error_notes(answer.problem.robot, answer.gains)]
     return [table, *map(Text, lines), *gains, *reason_blocks(answer.verdict)]
 

@@ -51,12 +51,12 @@ LIMITS = {
 }
 MOTIONS = {
     "--json": "--json a.json",
-    "--csv": "--csv a.csv",
+    "--samples": "--samples a.csv",
     "--ros2": "--ros2 a.yaml",
     "--joint-names": "--ros2 a.yaml | --joint-names a,b,c,d,e,f",
     "--urscript": "--urscript a.script",
     "--controller-rate": "--urscript a.script | --controller-rate 125",
-    "--sample-rate": "--csv a.csv | --sample-rate 125",
+    "--sample-rate": "--samples a.csv | --sample-rate 125",
 }
 _CURRENTS = {"--drive-gains": "--drive-gains 1,2,3,4,5,6"}
 _AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
@@ -99,7 +99,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--moving": "--moving 2,3,5",
         "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
-        "--details": "--details",
         "--max-mismatch": "--max-mismatch 1e-9",
     },
     "verify": LINKS | LOGS | _CURRENTS | {
@@ -226,7 +225,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--independent-rate": "--independent-rate 50",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
-        "--rehearsal": "--csv a.csv | --rehearsal slow.csv",
+        "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
     },
     "score": ROBOT | PAGE | LIMITS | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
@@ -265,3 +264,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--gain-error": "--gain-error 0.1",
     },
 }  # fmt: skip
+for _name, _entries in OPTIONS.items():
+    _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
+    if "--json" in _entries and _name not in ("verify", "robot check"):
+        _entries["--details"] = "--details"

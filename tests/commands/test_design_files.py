@@ -23,7 +23,7 @@ def score(capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.mark.long
 def test_every_file(run: Run, tmp_path: Path) -> None:
     files = {
-        "--json": "m.json", "--csv": "m.csv", "--ros2": "m.yaml", "--urscript": "m.script", "--val3": "excite",
+        "--json": "m.json", "--samples": "m.csv", "--ros2": "m.yaml", "--urscript": "m.script", "--val3": "excite",
         "--plots": "plots",
     }  # fmt: skip
     options = [part for option, name in files.items() for part in (option, str(tmp_path / name))]
@@ -63,7 +63,7 @@ def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> 
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
     shape = (*QUICK, "--segments", "trapezoid", "--ramp", "0.2", "--segment-durations", "1,1.5,2")
-    options = ("--csv", names[0], "--json", names[1])
+    options = ("--samples", names[0], "--json", names[1])
     status, _, err = run(*goal, *shape, *options, "--val3", str(tmp_path / "excite"), "--sample-rate", "1000")
     assert (status, err) == (0, "")
     data = document(Path(names[1]))
@@ -88,7 +88,7 @@ def test_passing_trapezoids(run: Run, score: Run, tmp_path: Path) -> None:
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     goal = ("--payload-only", "--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1")
     shape = (*QUICK, "--segments", "blend", "--segment-durations", "1.2")
-    options = (*shape, "--csv", names[0], "--json", names[1], "--urscript")
+    options = (*shape, "--samples", names[0], "--json", names[1], "--urscript")
     files = (str(tmp_path / "m.script"), "--ros2", str(tmp_path / "m.yaml"), "--val3", str(tmp_path / "excite"))
     status, out, err = run(*goal, *options, *files, "--sample-rate", "1000")
     assert (status, err) == (0, "")
@@ -114,7 +114,7 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
     texts = []
     for seed in ("5", "5", "6"):
         target = tmp_path / "m.csv"
-        assert run(*QUICK[:-1], seed, "--csv", str(target), "--torque-noise", "1,1,1,1,1,1")[0] == 0
+        assert run(*QUICK[:-1], seed, "--samples", str(target), "--torque-noise", "1,1,1,1,1,1")[0] == 0
         texts.append(target.read_text())
     assert texts[0] == texts[1]
     assert texts[0] != texts[2]
@@ -133,9 +133,19 @@ def test_a_designed_csv_is_judged_as_the_design_was(
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
     noise = ("--torque-noise", "24,30,10.8,5.1,6.6,2.3")
     assert (
-        run(*goal, *shape, *noise, "--starts", "1", "--csv", names[0], "--sample-rate", "1000", "--json", names[1])[
-            0
-        ]
+        run(
+            *goal,
+            *shape,
+            *noise,
+            "--starts",
+            "1",
+            "--samples",
+            names[0],
+            "--sample-rate",
+            "1000",
+            "--json",
+            names[1],
+        )[0]
         == 0
     )
     status, out, _ = score(*goal, *noise, names[0], "--json", names[2])

@@ -114,7 +114,7 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, identified: dict[str, str]) -> None:
     """NPZ and JSON hold the same information: one motion is worth the same; with it less is left to learn."""
     target, motion = tmp_path / "m.json", str(tmp_path / "m.csv")
-    shape = ("--fourier", "2", "--duration", "4", "--starts", "1", "--csv", motion, "--sample-rate", "1000")
+    shape = ("--fourier", "2", "--duration", "4", "--starts", "1", "--samples", motion, "--sample-rate", "1000")
     judge = (motion, "--data-length", "4")
     npz = ("--data-from", identified["npz"])
     found: dict[str, dict[str, Any]] = {}
@@ -125,7 +125,7 @@ def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, iden
         "alone": (*shape, "--data-length", "4"),
     }.items():
         noise = () if name != "alone" else ("--torque-noise", ",".join(map(str, found["npz"]["torque_noise"])))
-        command = run if "--csv" in options else score
+        command = run if "--samples" in options else score
         status, _, err = command(*options, *noise, "--json", str(target))
         assert status == 0, err
         found[name] = document(target)

@@ -37,7 +37,7 @@ def test_limits_that_cannot_be_met_are_told_in_one_line(run: Run, tmp_path: Path
     target = tmp_path / "m.csv"
     status, out, err = run(
         "--columns", "ZZ1,FV1,FS1,XX2,MX2,FV2,FS2", "--fourier", "2", "--duration", "4", "--starts", "1",
-        "--torque-limits", "300,20,120,50,40,20", "--torque-noise", "1,1,1,1,1,1", "--csv", str(target),
+        "--torque-limits", "300,20,120,50,40,20", "--torque-noise", "1,1,1,1,1,1", "--samples", str(target),
     )  # fmt: skip
     assert status == 2
     assert err.count("\n") == 1
@@ -60,7 +60,7 @@ def test_ctrl_c_keeps_the_best_motion(run: Run, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(DesignProblem, "evaluate", evaluate)
     target = tmp_path / "m.json"
     status, _, err = run(
-        *QUICK, "--torque-noise", "1,1,1,1,1,1", "--json", str(target), "--csv", str(tmp_path / "m.csv")
+        *QUICK, "--torque-noise", "1,1,1,1,1,1", "--json", str(target), "--samples", str(tmp_path / "m.csv")
     )
     assert status == 0
     assert "interrupted: this is the best motion so far; it keeps every limit" in err
@@ -76,7 +76,7 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr("dynident.trajectories.floor_under", stopped)
     target = tmp_path / "m.json"
-    options = ("--torque-noise", "1,1,1,1,1,1", "--json", str(target), "--csv", str(tmp_path / "m.csv"))
+    options = ("--torque-noise", "1,1,1,1,1,1", "--json", str(target), "--samples", str(tmp_path / "m.csv"))
     status, _, err = run(*QUICK, *options, "--bound")
     assert status == 0
     assert "interrupted: the floor is not known" in err
@@ -125,10 +125,10 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
         (("--data-from", "nowhere.npz", "--data-length", "9"), "no such file"),
         (("--joint-names", "a,b"), "no effect without --ros2"),
         (("--joint-names", "a,b", "--ros2", "x.yaml"), "6 different names"),
-        (("--sample-rate", "100"), "no effect without --csv or --ros2"),
+        (("--sample-rate", "100"), "no effect without --samples or --ros2"),
         (("--urscript", "x", "--controller-rate", "250"), "500 Hz (e-Series) or 125 Hz"),
         (("--val3", "no-name"), "VAL3 application's name"),
-        (("--csv", "nowhere/x.csv"), "not a file in a folder that exists"),
+        (("--samples", "nowhere/x.csv"), "not a file in a folder that exists"),
         (("--ros2", "nowhere/x.yaml"), "not a file in a folder that exists"),
         (("--starts", "0"), "at least 1"),
     ],
@@ -151,7 +151,7 @@ def test_bad_requests(
     ("options", "words"),
     [
         (("nowhere.csv",), "no such file"),
-        (("nowhere.csv", "--csv", "x.csv"), "unrecognized arguments: --csv"),
+        (("nowhere.csv", "--samples", "x.csv"), "unrecognized arguments: --samples"),
         (("nowhere.csv", "--segments", "blend"), "unrecognized arguments: --segments"),
         (("nowhere.csv", "--starts", "3"), "unrecognized arguments: --starts"),
         (("nowhere.csv", "--seed", "3"), "--seed has no effect without --bound"),

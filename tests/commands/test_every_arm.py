@@ -62,11 +62,11 @@ def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: py
     joints = "2,4,6,7" if robot.n == 7 else "2,3,5,6"
     near = arm.told(
         "near", f"--pose={pose(robot)}", "--joints", joints, "--range", "20", "--duration", "5",
-        "--csv", path("near.csv"), "--sample-rate", "100", "--json", path("near.json"),
+        "--samples", path("near.csv"), "--sample-rate", "100", "--json", path("near.json"),
     )  # fmt: skip
     designed = arm.told(
         "design", "--fourier", "3", "--duration", "8", "--starts", "1", "--speed-override", "0.8",
-        "--csv", path("wide.csv"), "--sample-rate", "100", "--json", path("wide.json"),
+        "--samples", path("wide.csv"), "--sample-rate", "100", "--json", path("wide.json"),
     )  # fmt: skip
     if robot.assumed("torque"):
         assert "torque limits" in near

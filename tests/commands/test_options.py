@@ -19,6 +19,7 @@ from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 
 TEXTS = {
     "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
+    "loud.toml": "verbose = true\n",
     "degrees.toml": '[position]\nunit = "deg"\n',
     "scene.toml": '[[surfaces]]\nname = "floor"\noffset = -0.3\n[[bodies]]\nname = "tool"\nlink=6\nradius = .1\n',
 }

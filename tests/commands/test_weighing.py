@@ -17,7 +17,7 @@ PAYLOAD = "mass = 7.02\ncom = [0.01, -0.02, 0.15]\ninertia_com = [0.03, 0, 0, 0.
 
 
 def designed(folder: Path, joints: str, *more: str) -> tuple[int, dict[str, Any]]:
-    out = ["--csv", str(folder / "motion.csv"), "--json", str(folder / "motion.json"), "--sample-rate", "125"]
+    out = ["--samples", str(folder / "motion.csv"), "--json", str(folder / "motion.json"), "--sample-rate", "125"]
     status = main(["near", *NEAR, "--joints", joints, "--duration", "12", *out, *more])
     path = folder / "motion.json"
     return status, json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
@@ -76,7 +76,7 @@ def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.C
 def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
     files = {name: tmp_path / f"near.{name}" for name in ("csv", "yaml", "script", "html")}
     outputs = [
-        "--csv",
+        "--samples",
         files["csv"],
         "--ros2",
         files["yaml"],
@@ -224,7 +224,7 @@ def test_wrong_options_of_weigh(
             ["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--independent-rate", "9"],
             "no effect without --torque-noise",
         ),
-        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --csv"),
+        (["--pose=0,0,90,0,45,0", "--joints", "2,3,5", "--sample-rate", "100"], "has no effect without --samples"),
         (["--joints", "2,3"], "required: --pose"),
         (["--rehearsal", "x.csv"], "required: --pose, --joints"),
     ],

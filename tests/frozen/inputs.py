@@ -110,7 +110,7 @@ def make() -> None:
         (FOLDER / name).write_text(text, encoding="utf-8")
     with folder_of_inputs() as folder:
         for name, line in MOTIONS.items():
-            dynident(f"design {line} --sample-rate 125 --csv {name}.csv")
+            dynident(f"design {line} --sample-rate 125 --samples {name}.csv")
         for name in ("rx_arm", "rx_short"):
             keep(folder / f"{name}.csv")
         for line in RECORDINGS:

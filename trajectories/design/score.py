@@ -29,12 +29,14 @@ class Learnt(NamedTuple):
         condition_number: of W in SI units, rows unweighted; inf if W has not full rank.
         condition_number_scaled: of W with its columns scaled to norm 1.
         sigma: predicted standard deviation of each parameter; inf if W has not full rank.
+        covariance: of the parameters in the order of ``sigma``; None if W has not full rank.
     """
 
     log_det: float
     condition_number: float
     condition_number_scaled: float
     sigma: dict[str, float]
+    covariance: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,9 +147,10 @@ def _learnt(problem: DesignProblem, state: State) -> Learnt:
     R = decomposed(np.asarray(np.linalg.qr(_rows(problem, state, weighted, with_earlier), mode="r")))
     if R.rank < len(problem.names):
         return Learnt(-np.inf, *conditions, dict.fromkeys(problem.names, np.inf))
-    sigma = np.sqrt(np.diag(R.covariance))
+    covariance = np.asarray(R.covariance)
+    sigma = np.sqrt(np.diag(covariance))
     log_det = 2.0 * float(np.log(R.singular).sum() + np.log(R.sizes).sum())
-    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)))
+    return Learnt(log_det, *conditions, dict(zip(problem.names, sigma.tolist(), strict=True)), covariance)
 
 
 def _rows(problem: DesignProblem, state: State, weights: Array, earlier: bool) -> Array:
