@@ -138,7 +138,7 @@ def run(
             )
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
-    screen = report.payload_screen(answer)
+    screen = report.payload_screen(answer, files.document)
     files.show(screen)
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)

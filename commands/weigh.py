@@ -93,7 +93,7 @@ def run(
         except estimation.SolverError as error:
             raise InputError(str(error)) from None
     measured = stand_in is not None and answer.stand_in is None
-    files.show(report.payload_screen(answer, measured))
+    files.show(report.payload_screen(answer, files.document, measured))
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
     files.write_json(lambda: document)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ... import estimation, report
+from ... import estimation, model, report
 from ...common.files import made_folder
 from ..options import PageOptions, Setup
 from ..progress import bar, status
@@ -43,7 +43,6 @@ def demonstrate(
         constrained_table(answer, paper.payload),
     ]
     notes = experiment_notes(experiment, analysis.robot, analysis.joint, analysis.held_out, paper)
-    report.print_blocks([*tables, report.Notes([*notes, *report.payload_notes(answer)])])
     processing = robot.processing
     document = report.documents.payload_document(answer, processing, None)
     report.documents.write_json(folder / "payload.json", document)
@@ -54,17 +53,22 @@ def demonstrate(
     pages.write_page(lambda: page)
     report.save_figure(page.drawings()[0].figure, folder / "torques.png")
     written = (*(folder / name for name in ("payload.json", "robot.json", "torques.png")), pages.report)
-    report.print_blocks([report.Notes([f"Written: {', '.join(map(str, written))}"])])
-    _print_for_controller(document)
+    shown = _screen(answer, paper.payload, str(folder / "payload.json"), ", ".join(map(str, written)))
+    pages.show(shown._replace(details=[*tables, report.Notes(notes), *shown.details]))
 
 
-def _print_for_controller(document: estimation.files.StoredPayload) -> None:
-    """What to type into the controller, at the flange; and the command that writes it for any other."""
-    load = report.controllers.load_of_document(document, "payload.json").in_flange()
-    if load is None or load.verdict == "do_not_use":
-        return
-    print(f"\nFor the controller, at the flange:\n{report.controllers.FORMATS['staubli'].text(load).rstrip()}")
-    print("\nFor another one: dynident export payload.json --to abb (kuka, ur, franka, fanuc, yaskawa, ..)")
+def _screen(
+    answer: estimation.PayloadAnswer, truth: model.InertialParameters, document: str, written: str
+) -> report.Screen:
+    """The payload beside the truth, and what to type into a controller."""
+    screen = report.payload_screen(answer, document)
+    place = ", ".join(f"{1e3 * x:g}" for x in truth.com)
+    head = (
+        f"The paper's experiment on a simulated RX90; it carries {truth.mass:g} kg at ({place}) mm, which the "
+        "identification is not told."
+    )
+    first = [report.Notes([head]), *screen.first, report.Notes([f"Written: {written}"])]
+    return report.Screen(first, screen.details, f"the paper's tables beside these, {screen.more}")
 
 
 def _page(

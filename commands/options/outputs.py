@@ -37,6 +37,11 @@ class ResultOptions(Options):
     )
     details: bool = option(action="store_true", help="print what the answer rests on, too")
 
+    @property
+    def document(self) -> str | None:
+        """The file that the JSON is written to."""
+        return None if self.json == "-" else self.json
+
     def show(self, screen: Screen) -> None:
         """Print a screen, or all of it; beside standard output where that takes the JSON."""
         if not quiet():

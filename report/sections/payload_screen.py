@@ -36,11 +36,12 @@ _HOW = {
 """What each method solves, in words."""
 
 
-def payload_screen(answer: PayloadAnswer, stand_in_unused: bool = False) -> Screen:
+def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_unused: bool = False) -> Screen:
     """What ``payload`` and ``weigh`` print.
 
     Args:
         answer: of long recordings, or of a short motion.
+        document: JSON file that it was written to.
         stand_in_unused: an assumed inertia was given and is not needed.
     """
     spare = ["--inertia is not needed: the inertia was measured well enough."] if stand_in_unused else []
@@ -62,7 +63,7 @@ def payload_screen(answer: PayloadAnswer, stand_in_unused: bool = False) -> Scre
         Notes([verdict_line(answer)]),
         Remarks(reason_lines(answer.verdict)),
         quantities(answer),
-        Notes(_to_do(answer)),
+        Notes(_to_do(answer, document)),
         Remarks(notes),
     ]
     return Screen(first, details, more)
@@ -114,13 +115,14 @@ def first_notes(answer: PayloadAnswer) -> list[str]:
     return [*lines, *gain_error_notes(answer.problem.robot, answer.gains)]
 
 
-def _to_do(answer: PayloadAnswer) -> list[str]:
+def _to_do(answer: PayloadAnswer, document: str | None) -> list[str]:
     """What to type in, and the next command."""
     if answer.verdict.level == "do_not_use":
         return ["Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."]
+    export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
     return [
         f"For the controller: {controller_line(answer)}",
-        "Next, its own format: add --json P.json, then 'dynident export P.json --to ur|abb|..'.",
+        f"Next, its own format: {'' if document else 'add --json P.json, then '}{export}.",
     ]
 
 
