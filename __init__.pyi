@@ -9,6 +9,7 @@ from .model import Recording as Recording
 from .model import Robot as Robot
 from .model import base_parameters as base_parameters
 from .model import load_robot as load_robot
+from .trajectories import RX90_NOISE as RX90_NOISE
 from .trajectories import Simulator as Simulator
 from .trajectories import random_via_points as random_via_points
 

@@ -36,6 +36,7 @@ FLOORS = {
         "figures",
         "sections",
         "render",
+        "speech",
     ),
 }
 """From the cellar to the roof; a file on one floor imports that floor and those below."""

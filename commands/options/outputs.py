@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-import platform
 import shlex
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ... import __version__, estimation, report
-from ...common.errors import InputError
+from ... import estimation, report
 from ...common.files import write_text
 from ..progress import quiet
 from .reading import Options, option
 
 if TYPE_CHECKING:
     from ...report import Page, Provenance, Screen
-
-_PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
 @dataclass(frozen=True)
@@ -87,12 +79,14 @@ class PageOptions(ResultOptions):
             parts: options that name files.
         """
         files = tuple(
-            report.SourceFile(role, path, checksum(path))
+            report.SourceFile(role, path, report.provenance.checksum(path))
             for part in parts
             for _, role, path in part.named("reads")
             if Path(path).is_file()
         )
-        return report.Provenance(shlex.join(["dynident", *self.argv]), now(), files, versions(), settings)
+        command = shlex.join(["dynident", *self.argv])
+        date, used = report.provenance.now(), report.provenance.versions()
+        return report.Provenance(command, date, files, used, settings)
 
 
 @dataclass(frozen=True)
@@ -118,35 +112,3 @@ class TableOptions(PageOptions):
             write_text(self.latex, report.latex_tables(report.tables_of(screen.blocks)))
         if self.npz:
             report.npz.write_npz(self.npz, system())
-
-
-def checksum(path: str | Path) -> str:
-    """SHA-256 of a file's bytes."""
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def now() -> datetime:
-    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
-
-    Raises:
-        InputError: if that variable is no number of seconds.
-    """
-    fixed = os.environ.get("SOURCE_DATE_EPOCH")
-    if not fixed:
-        return datetime.now(UTC)
-    try:
-        return datetime.fromtimestamp(int(fixed), UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
-
-
-def versions() -> dict[str, str]:
-    """Versions of dynident, Python, and the packages that decide numbers and figures."""
-    found = {"dynident": __version__, "Python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

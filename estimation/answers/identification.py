@@ -6,6 +6,7 @@ from functools import cached_property
 
 from ...common.errors import InputError
 from ...common.progress import Progress, silent
+from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
@@ -24,8 +25,8 @@ from .elimination import impossible_robot
 from .prediction import DRAWN, TorquePrediction, robot_prediction
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Speaks):
     """The robot's base parameters as estimated.
 
     Attributes:
@@ -53,6 +54,12 @@ class Identification:
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
+
+    @property
+    def headline(self) -> str:
+        """The robot, its parameters and what they leave unexplained, in a line."""
+        count, relative = len(self.base.columns), 100.0 * self.estimate.fit.relative
+        return f"{self.robot.name}, {count} base parameters, {relative:.2f} % of the torque unexplained"
 
     @property
     def essential(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.speech import Speaks, voice
 from ...model import InertialParameters, Processing, Recording
 from ...model.inertia import PayloadSpread, payload_spread
 from ..diagnosis.finding import Verdict
@@ -25,13 +26,16 @@ from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
 from ..possible.result import Weighing
+from .named import CentreOfMass, Inertia, NamedPayload, Quantity
 from .prediction import DRAWN, TorquePrediction, payload_prediction, robot_prediction, robot_values
 
 _UNKNOWN = np.full(10, np.nan)
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Places of the inertia's entries, moments first."""
 
 
-@dataclass(frozen=True)
-class PayloadAnswer:
+@dataclass(frozen=True, repr=False)
+class PayloadAnswer(Speaks):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
 
     Attributes:
@@ -71,6 +75,50 @@ class PayloadAnswer:
     agreement: tuple[Agreement, ...] = ()
     repeats: Repeats | None = None
     stand_in: StandIn | None = None
+
+    @property
+    def headline(self) -> str:
+        """Mass, interval and verdict in a line."""
+        mass = self.payload.mass
+        return f"{self.problem.robot.name}, mass {mass}, {self.verdict.level.replace('_', ' ')}"
+
+    @cached_property
+    def payload(self) -> NamedPayload:
+        """Mass, centre of mass and inertia with their 95 % intervals by name: ``answer.payload.mass.low``."""
+        uses, places = self._uses, zip(self.com, self.com_interval, strict=True)
+        com = [_quantity(x, bounds, "m", uses["centre of mass"]) for x, bounds in places]
+        inertia, bounds = np.full((3, 3), np.nan), np.full((3, 3, 2), np.nan)
+        if self.possible is not None:
+            inertia, bounds = self.possible.body.inertia_com, self.possible.intervals.inertia_com
+        entries = [_quantity(inertia[at], bounds[at], "kg m^2", uses["inertia"]) for at in _ENTRIES]
+        return NamedPayload(
+            mass=Quantity(self.mass, *self.mass_interval, "kg", uses["mass"]),
+            com=CentreOfMass(*com),
+            inertia=Inertia(*entries),
+            frame=self.problem.robot.payload_frame,
+            body=self.possible.body if self.possible is not None else None,
+        )
+
+    @property
+    def _uses(self) -> dict[str, bool]:
+        """Whether each quantity may be used: by the verdict, of a short motion each by itself too."""
+        level = self.verdict.level
+        usable = level != "do_not_use"
+        if self.problem.short is None:
+            return {"mass": usable, "centre of mass": usable, "inertia": level == "use"}
+        return {name: usable and judged.use in ("use", "weighed") for name, judged in self.judged.items()}
+
+    def export(self, to: str, despite_verdict: bool = False) -> str:
+        """The payload in the format of a controller or a simulator, at the flange; see ``dynident export --to``.
+
+        Args:
+            to: name of the format, such as "ur".
+            despite_verdict: give it whatever the verdict is.
+
+        Raises:
+            InputError: for another name, or a payload that must not be used.
+        """
+        return str(voice().export(self, to, despite_verdict))
 
     @property
     def recommended(self) -> ConstrainedPayload:
@@ -219,6 +267,11 @@ class PayloadAnswer:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""
         settings = self.processing or self.problem.robot.processing
         return payload_prediction(self.problem, self.recommended.body, recording, settings, held_out)
+
+
+def _quantity(value: float, interval: Array, unit: str, use: bool) -> Quantity:
+    low, high = interval.tolist()
+    return Quantity(float(value), low, high, unit, use and bool(np.isfinite(value)))
 
 
 def preference(payload: PayloadEstimate | ConstrainedPayload) -> int:

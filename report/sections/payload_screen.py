@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...estimation import PayloadAnswer
 from ...estimation.diagnosis import worst_joint
 from ...estimation.payload import METHOD_NAMES
 from ..blocks import Block, Column, Notes, Remarks, Screen, Table, columns
-from ..numbers import with_interval
+from ..controllers.load import is_flange
+from ..numbers import interval_digits, with_interval
 from .essential import elimination_notes
 from .gain_errors import gain_error_notes
 from .joints import by_joints_table
@@ -27,6 +29,7 @@ from .weighing import (
 )
 
 _QUANTITIES = ("mass", "centre of mass", "inertia")
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 _HOW = {
     1: "the loaded torques less those of the robot as it was identified",
     2: "the change of the robot's base parameters",
@@ -127,20 +130,32 @@ def _to_do(answer: PayloadAnswer, document: str | None) -> list[str]:
 
 
 def controller_line(answer: PayloadAnswer) -> str:
-    """Mass, centre of mass and, where it may be used, inertia in one line, with the digits that intervals allow."""
+    """Mass, centre of mass and, where it may be used, inertia, at the flange; digits as the intervals allow."""
+    pose = answer.problem.robot.flange_pose
+    turn, origin = (pose.R, pose.p) if pose is not None else (np.eye(3), np.zeros(3))
+    where = "" if is_flange(answer.problem.robot.payload_frame) else f" in {answer.problem.robot.payload_frame}"
+    where = " at the flange" if pose is not None else where
     mass = with_interval(answer.mass, *answer.mass_interval)[0]
-    places = zip(1e3 * answer.com, 1e3 * answer.com_interval, strict=True)
-    com = ", ".join(with_interval(x, *bounds)[0] if np.isfinite(x) else "unknown" for x, bounds in places)
-    line = f"mass {mass} kg, centre of mass ({com}) mm"
+    com = _numbers(1e3 * (turn.T @ (answer.com - origin)), 1e3 * answer.com_interval)
+    line = f"mass {mass} kg, centre of mass ({com}) mm{where}"
     if answer.stand_in is not None:
-        moments = ", ".join(f"{x:.4f}" for x in np.diag(answer.stand_in.inertia(answer.mass)))
-        return f"{line}, inertia there ({moments}) kg m², ASSUMED"
+        moved = turn.T @ answer.stand_in.inertia(answer.mass) @ turn
+        return f"{line}, inertia there ({', '.join(f'{x:.4f}' for x in np.diag(moved))}) kg m², ASSUMED"
     if uses(answer)[2] == "use" and answer.possible is not None:
-        inertia, intervals = answer.possible.body.inertia_com, answer.possible.intervals.inertia_com
-        entries = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-        moments = ", ".join(with_interval(float(inertia[at]), *intervals[at])[0] for at in entries)
-        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({moments}) kg m²"
+        moved = turn.T @ answer.possible.body.inertia_com @ turn
+        entries = np.array([moved[at] for at in _ENTRIES])
+        numbers = _numbers(entries, answer.possible.intervals.inertia_com.reshape(9, 2))
+        return f"{line}, inertia there XX YY ZZ XY XZ YZ ({numbers}) kg m²"
     return f"{line}, inertia left at zero"
+
+
+def _numbers(values: Array, intervals: Array) -> str:
+    """Numbers with as many digits as the widest of their intervals allows; what is not known is said."""
+    widths = np.diff(intervals, axis=1)
+    digits = interval_digits(float(np.nanmax(widths, initial=0.0)))
+    return ", ".join(
+        f"{round(x, digits) + 0.0:.{digits}f}" if np.isfinite(x) else "unknown" for x in values.tolist()
+    )
 
 
 def _details(answer: PayloadAnswer) -> list[Block]:

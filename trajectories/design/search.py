@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ...common.arrays import Array
+from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.samples import Family, Plan
 from .criterion import ORDERS, STARTS
@@ -40,8 +41,8 @@ class Step(NamedTuple):
     evaluations: int
 
 
-@dataclass(frozen=True, eq=False)
-class Design:
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Speaks):
     """The most informative motion that was found.
 
     Attributes:
@@ -62,6 +63,12 @@ class Design:
     evaluations: int
     cpu_s: float
     interrupted: bool = False
+
+    @property
+    def headline(self) -> str:
+        """The robot, how long the motion takes, and whether it keeps its limits, in a line."""
+        kept = "keeps every limit" if self.feasible else "does not keep every limit"
+        return f"motion of {self.problem.robot.name}, {self.score.duration:.4g} s, {kept}"
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
