@@ -1,0 +1,209 @@
+"""What every command has: quiet and verbose, a file of options, lists that begin with a minus, no traceback."""
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.cli import _parser, main
+from dynident.commands import COMMANDS
+from dynident.commands.settings import settings_text, with_settings
+from dynident.common.errors import InputError
+from dynident.model import load_robot
+from dynident.trajectories import Simulator, random_via_points
+
+PROGRAM = [sys.executable, "-c", "import sys; from dynident.cli import main; sys.exit(main())"]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A short recording, in a folder whose name looks like markup."""
+    folder = tmp_path_factory.mktemp("logs") / "[/x]"
+    folder.mkdir(parents=True)
+    robot = load_robot("rx90")
+    recording = Simulator(robot).record(random_via_points(robot, 6, seed=1).motion(100.0), None, [0.3] * 6, 0)
+    header = ",".join(["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)])
+    values = np.column_stack([recording.t, recording.q, recording.torque])
+    np.savetxt(folder / "a.csv", values, delimiter=",", header=header, comments="", fmt="%.9g")
+    return str(folder / "a.csv")
+
+
+def test_no_command_prints_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    printed = capsys.readouterr().out
+    assert all(command in printed for command in COMMANDS)
+
+
+def test_json_on_standard_output_stands_alone(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["check", "--robot", "rx90", log, "--json", "-"])
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["robot"] == "rx90"
+    assert "[/x]" in printed.err
+
+
+def test_quiet_says_nothing(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    loud = main(["check", "--robot", "rx90", log])
+    assert "[/x]" in capsys.readouterr().out
+    assert main(["check", "--robot", "rx90", log, "--quiet"]) == loud
+    assert capsys.readouterr() == ("", "")
+
+
+def test_verbose_tells_the_time(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["check", "--robot", "rx90", log, "--verbose"])
+    assert "s  check: done" in capsys.readouterr().err
+
+
+def test_lists_may_begin_with_a_minus(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["check", "--robot", "rx90", log, "--signs", "-1,1,1,1,1,1", "--json", "-"])
+    turned = json.loads(capsys.readouterr().out)
+    main(["check", "--robot", "rx90", log, "--signs=-1,1,1,1,1,1", "--json", "-"])
+    assert json.loads(capsys.readouterr().out) == turned
+
+
+def leaves(parser: argparse.ArgumentParser, name: tuple[str, ...]) -> list[tuple[tuple[str, ...], set[str]]]:
+    deeper = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if not deeper:
+        return [(name, {option for action in parser._actions for option in action.option_strings})]
+    return [leaf for word, below in deeper[0].choices.items() for leaf in leaves(below, (*name, word))]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_them(command: str) -> None:
+    for name, options in leaves(_parser([command]), ()):
+        if name[0] == command:
+            assert {"--quiet", "--verbose", "--config"} <= options, name
+
+
+CONFIG = {
+    "robot": "rx90",
+    "signs": [-1, 1, 1, 1, 1, 1],
+    "loaded": ["a.csv", "b.csv"],
+    "offsets": False,
+    "details": True,
+}
+
+
+def written(path: Path, table: dict[str, object]) -> str:
+    path.write_text("\n".join(f"{key} = {json.dumps(value)}" for key, value in table.items()))
+    return str(path)
+
+
+def test_a_file_of_options_stands_for_a_command_line(tmp_path: Path) -> None:
+    path = written(tmp_path / "run.toml", CONFIG)
+    parser = _parser(["payload"])
+    read = parser.parse_args(with_settings(parser, ["payload", "--config", path]))
+    assert (read.robot, read.signs, read.loaded) == ("rx90", (-1, 1, 1, 1, 1, 1), ["a.csv", "b.csv"])
+    assert read.offsets is False
+    assert read.details
+    words = with_settings(parser, ["payload", "--config", path, "--robot", "tx40", "--loaded", "c.csv"])
+    typed = parser.parse_args(words)
+    assert (typed.robot, typed.loaded) == ("tx40", ["c.csv"]), "what is typed goes first"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [
+            "payload",
+            "--robot",
+            "rx90",
+            "--loaded",
+            "a.csv",
+            "--loaded",
+            'b "c".csv',
+            "--no-offsets",
+            "--signs",
+            "-1,1",
+        ],
+        ["check", "--robot", "rx90", "a.csv", "b.csv", "--cutoff", "5"],
+        ["identify", "--data=a.csv", "--robot=rx90", "--total-mass", "20", "60", "--details"],
+        ["robot", "show", "--rob", "ur10e", "--at", "-10,20,30,40,50,60"],
+    ],
+)
+def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
+    parser = _parser(words)
+    text = settings_text(parser, words)
+    assert tomllib.loads(text)["command"] == " ".join(words[:2] if words[0] == "robot" else words[:1])
+    (tmp_path / "run.toml").write_text(text, encoding="utf-8")
+    depth = 2 if words[0] == "robot" else 1
+    read = vars(parser.parse_args(with_settings(parser, [*words[:depth], "--config", str(tmp_path / "run.toml")])))
+    typed = vars(parser.parse_args(words))
+    assert {key: value for key, value in read.items() if key != "config"} == {
+        key: value for key, value in typed.items() if key != "config"
+    }
+
+
+@pytest.mark.parametrize(
+    ("table", "what"),
+    [
+        ({"robott": "rx90"}, "did you mean robot?"),
+        ({"command": "weigh"}, "is for 'dynident weigh'"),
+        ({"details": 3}, "give true or false"),
+        ({"robot": {"a": 1}}, "give a text"),
+    ],
+)
+def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], what: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.toml"
+    path.write_text(
+        "\n".join(f"{k} = {'{a = 1}' if isinstance(v, dict) else json.dumps(v)}" for k, v in table.items())
+    )
+    with pytest.raises(InputError, match=r"run\.toml") as error:
+        with_settings(_parser(["payload"]), ["payload", "--config", str(path)])
+    assert what in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "number"), [("known-robot", "1"), ("change", "2"), ("difference", "3"), ("global", "4")]
+)
+def test_methods_have_names(name: str, number: str) -> None:
+    line = ["payload", "--robot", "rx90", "--loaded", "a.csv", "--method"]
+    assert (
+        _parser(line).parse_args([*line, name]).method == _parser(line).parse_args([*line, number]).method == number
+    )
+
+
+def test_an_option_of_another_name_says_which(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "--robot", "rx90", "--csv", "m.csv"]) == 2
+    assert "dynident design --robot rx90 --samples m.csv" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    assert main(["check", "--robot", "rx90", log, "--quiet", "--json", "/dev/full"]) == 2
+    told = capsys.readouterr().err
+    assert "/dev/full" in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("after", [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
+def test_an_interruption_is_one_line(after: float, log: str) -> None:
+    line = [*PROGRAM, "check", "--robot", "rx90", log]
+    with subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        started = time.monotonic()
+        while process.poll() is None and time.monotonic() < started + after:
+            time.sleep(0.005)
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGINT)
+        told = process.communicate()[1]
+    if process.returncode == 130:
+        assert told.strip().splitlines()[-1:] == ["dynident: interrupted"]
+    assert "Traceback" not in told or after == 0.0, told
+
+
+def test_a_shell_can_complete(tmp_path: Path) -> None:
+    pytest.importorskip("argcomplete")
+    line = "dynident payload --robot-par"
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    answer = {"_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "fits"), "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
+    given = {**os.environ, **asked, **answer}
+    subprocess.run(PROGRAM, env=given, check=False, capture_output=True)
+    assert "--robot-parameters" in (tmp_path / "fits").read_text()

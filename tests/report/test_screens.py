@@ -1,0 +1,74 @@
+"""A screen is 25 lines of 80 columns, whatever is in it; the details hold the rest."""
+
+import re
+
+import pytest
+from dynident.report.blocks import Column, Notes, Remarks, Screen, Table, columns
+from dynident.report.render.terminal import COLUMNS, LINES, screen_text
+from rich.cells import cell_len
+
+LONG = "a reason that goes on and on, " * 40
+WIDE = Table("wide", columns(("", "unit"), [f"method {k}" for k in range(20)]), [("M", "kg", *["-1234.567"] * 20)])
+FOLDING = Table(
+    "words", (*columns(("",), ("value",)), Column("rests on", folds=True)), [("joint 1", "1.25", "gravity " * 40)]
+)
+SEVEN = Table("seven", columns(("",), ("value",)), [(f"row {k}", "1.0") for k in range(7)], style="tight")
+
+
+def within(text: str) -> bool:
+    return max(map(cell_len, text.split("\n"))) <= COLUMNS
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 40])
+@pytest.mark.parametrize("line", ["short", LONG, "/a/path/" + "x" * 200])
+def test_a_screen_never_grows_beyond_its_lines(count: int, line: str) -> None:
+    screen = Screen(
+        [Notes(["Verdict: use."]), Remarks([line] * count), SEVEN, Notes(["Next: go."])], [WIDE], "more"
+    )
+    lines = screen_text(screen).split("\n")
+    assert len(lines) <= LINES
+    assert within("\n".join(lines))
+    assert any(line.startswith("Next") for line in lines), "what must be seen is not pushed out by remarks"
+    assert lines[-1].startswith("--details: ")
+
+
+def test_what_is_left_out_is_counted() -> None:
+    screen = Screen([Remarks([LONG] * 40)])
+    shown = screen_text(screen)
+    left_out = int(re.search(r"--details: (\d+) more notes", shown)[1])  # type: ignore[index]
+    assert shown.count("a reason that goes") - 2 * (40 - left_out) <= 40
+    assert 0 < left_out < 40
+
+
+def test_details_hold_every_word() -> None:
+    screen = Screen([Remarks([f"{LONG} {k}" for k in range(40)])], [WIDE])
+    words = screen_text(screen, details=True).split()
+    assert words.count("goes") == 40 * 40
+    assert words.count("-1234.567") == 20
+    assert "--details:" not in words
+
+
+@pytest.mark.parametrize("table", [WIDE, FOLDING, SEVEN], ids=["wide", "folding", "narrow"])
+@pytest.mark.parametrize("style", ["", "roomy", "bare", "tight"])
+def test_a_table_is_as_wide_as_the_terminal_at_most(table: Table, style: str) -> None:
+    shown = screen_text(Screen([Table(table.title, table.columns, table.rows, style=style)]))  # type: ignore[arg-type]
+    assert within(shown)
+    for row in table.rows:
+        for cell in row:
+            assert str(cell).split()[0] in shown
+    assert "…" not in shown
+
+
+def test_parts_of_a_table_repeat_the_names_of_its_rows() -> None:
+    lines = screen_text(Screen([WIDE])).split("\n")
+    parts = [line for line in lines if "-1234.567" in line]
+    assert len(parts) > 1
+    assert all(line.split()[:2] == ["M", "kg"] for line in parts)
+
+
+@pytest.mark.parametrize("name", ["[/x]", "[bold]x", ":warning:", "[red", "a\\[b", "{x}"])
+def test_names_are_text(name: str) -> None:
+    """Brackets and colons of names of robots and files are no markup."""
+    table = Table(f"Robot {name}", (Column(name), Column(f"[{name}]", numeric=True)), [(name, "1")])
+    shown = screen_text(Screen([Notes([f"{name}: read"]), Remarks([f"note of {name}"]), table], [], name))
+    assert shown.count(name) == 7
