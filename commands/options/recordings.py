@@ -37,8 +37,8 @@ class Setup:
     told: set[str] = field(default_factory=set)
 
     def read(self, paths: Sequence[str]) -> list[model.Recording]:
-        """Read recordings; what a file says about unused columns is told once."""
-        recordings = [estimation.read_recording(path, self.robot, self.gains, self.log_map) for path in paths]
+        """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
+        recordings = [piece for path in paths for piece in self.pieces(path)]
         for recording in recordings:
             for text in recording.notes:
                 about = text.split(": ", 1)[1]
@@ -46,6 +46,10 @@ class Setup:
                     self.told.add(about)
                     note(text)
         return recordings
+
+    def pieces(self, path: str) -> tuple[model.Recording, ...]:
+        """A recording, split where rows are missing."""
+        return estimation.recordings.read_recordings(path, self.robot, self.gains, self.log_map, self.processing)
 
     def in_words(self) -> dict[str, str]:
         """Robot and processing for the report."""

@@ -5,7 +5,7 @@ following error falls. The torque itself does not tell: the same motion needs th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -18,7 +18,9 @@ from ...model import Motion, Recording, Robot
 from ..fit.robust import student95
 from ..recordings.columns import Naming
 from ..recordings.map import LogMap
-from ..recordings.read import open_log, read_recording
+from ..recordings.opening import opened
+from ..recordings.pieces import cut, pieces
+from ..recordings.read import read_beside, read_recording
 from ..signals.alignment import aligned
 from ..signals.rows import moving_parts
 
@@ -93,20 +95,21 @@ def read_following(
         InputError: if it cannot be read, or holds a reference of some joints only.
     """
     log_map = log_map or LogMap()
-    recording = read_recording(path, robot, drive_gains, log_map)
-    raw = open_log(path, log_map)
+    raw = opened(path, robot, log_map)
     for wanted, kind in _REFERENCES:
-        names = list(Naming(raw, log_map, robot).columns(wanted))
+        names = Naming(raw, log_map, robot).columns(wanted)
         there = [name for name in names if name in raw.names]
         if not there and not getattr(log_map, wanted):
             continue
         _check_all_there(path, names, there)
-        table = np.vstack(list(raw.blocks(names)))
-        _check_finite(path, names[0], table)
-        values = log_map.si(wanted, table)
+        recording, values = read_beside(path, robot, drive_gains, log_map, wanted)
         missed = values - recording.q if kind == "following error" else recording.torque - values
-        return Following(kind, Recording(recording.t, recording.q, missed, None, recording.source))
-    return Following("torque", recording)
+        recording = replace(recording, torque=missed, qd=None, fingerprint="")
+        found = pieces(recording.t, robot.processing.cutoff, recording.source)
+        if len(found.rows) > 1:
+            raise InputError(f"{path}: {found.notes[-1]}: give a log without gaps")
+        return Following(kind, next(cut(recording, found)))
+    return Following("torque", read_recording(path, robot, drive_gains, log_map))
 
 
 def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str]) -> None:
@@ -114,12 +117,6 @@ def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str
     if len(there) < len(names):
         missing = ", ".join(name for name in names if name not in there)
         raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
-
-
-def _check_finite(path: str | Path, first: str, table: Array) -> None:
-    """Refuse a reference with cells that are no numbers."""
-    if not np.isfinite(table).all():
-        raise InputError(f"{path}: {first} .. hold cells that are not finite numbers: mend or remove the rows")
 
 
 def following_change(

@@ -2,11 +2,12 @@ from .map import FilePart as FilePart
 from .map import Gears as Gears
 from .map import Time as Time
 from .map import with_flags as with_flags
+from .opening import open_log as open_log
+from .planned import read_trajectory as read_trajectory
 from .poses import read_tool_poses as read_tool_poses
 from .quantity import Quantity as Quantity
 from .quantity import ToolColumns as ToolColumns
 from .read import holds_currents_only as holds_currents_only
 from .read import holds_torques as holds_torques
-from .read import open_log as open_log
-from .read import read_trajectory as read_trajectory
+from .read import read_recordings as read_recordings
 from .table import Layout as Layout

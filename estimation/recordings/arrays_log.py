@@ -215,16 +215,48 @@ def parquet_log(path: Path, layout: Layout) -> RawLog:
     with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
         schema = data.schema_arrow
     types = arrow.types
-    numeric = [
-        field.name
-        for field in schema
-        if types.is_integer(field.type) or types.is_floating(field.type) or types.is_decimal(field.type)
-    ]
+
+    def number(kind: Any) -> bool:
+        return bool(types.is_integer(kind) or types.is_floating(kind) or types.is_decimal(kind))
+
+    def listing(kind: Any) -> bool:
+        lists = types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind)
+        return bool(lists and number(kind.value_type))
+
+    places: dict[str, tuple[str, int]] = {entry.name: (entry.name, -1) for entry in schema if number(entry.type)}
+    lists = [entry.name for entry in schema if listing(entry.type)]
+    for name, width in _list_widths(path, parquet, lists).items():
+        places |= {f"{name}{k + 1}": (name, k) for k in range(width)}
 
     def blocks(columns: Sequence[str]) -> Iterator[Array]:
+        needed = sorted({places[name][0] for name in columns})
         with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
-            for batch in data.iter_batches(batch_size=BLOCK, columns=list(columns)):
-                numbers = (batch.column(name).cast(arrow.float64()) for name in columns)
-                yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in numbers])
+            for batch in data.iter_batches(batch_size=BLOCK, columns=needed):
+                arrays = {name: _numbers(arrow, batch, name) for name in needed}
+                yield np.column_stack(
+                    [arrays[name] if k < 0 else arrays[name][:, k] for name, k in map(places.__getitem__, columns)]
+                )
 
-    return RawLog(path, tuple(numeric), blocks)
+    return RawLog(path, tuple(places), blocks)
+
+
+def _list_widths(path: Path, parquet: Any, lists: Sequence[str]) -> dict[str, int]:
+    """How many numbers each list of the first row holds."""
+    with _reading(path, "a Parquet file"), parquet.ParquetFile(path) as data:
+        first = next(data.iter_batches(batch_size=1, columns=list(lists)), None) if lists else None
+        return {name: len(first.column(name)[0].as_py() or ()) for name in lists} if first is not None else {}
+
+
+def _numbers(arrow: Any, batch: Any, name: str) -> Array:
+    """A column of a batch, lists as rows of a matrix.
+
+    Raises:
+        ValueError: if the lists are not of one length.
+    """
+    column = batch.column(name)
+    if not hasattr(column, "flatten") or not hasattr(column.type, "value_type"):
+        return np.asarray(column.cast(arrow.float64()).to_numpy(zero_copy_only=False))
+    flat = np.asarray(column.flatten().cast(arrow.float64()).to_numpy(zero_copy_only=False))
+    if len(flat) % max(len(column), 1) or column.null_count:
+        raise ValueError(f"lists of column {name} differ in length")
+    return flat.reshape(len(column), -1)

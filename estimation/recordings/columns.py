@@ -10,17 +10,11 @@ from typing import NamedTuple
 
 from ...common.errors import InputError
 from ...model import Robot
+from .known import NAMED, PLAIN, Known, Recognised, recognised, time_column, time_unit
 from .map import LogMap
-from .quantity import REFERENCES, standard_pose
+from .quantity import QUANTITIES, REFERENCES, standard_pose
 from .table import RawLog, listed, repeated
 
-_STANDARD = {"position": "q", "velocity": "qd", "torque": "tau", "current": "i"}
-_BY_NAME = {
-    "position": ("{joint}.position", "{joint}_position", "{joint}_pos", "q_{joint}", "position_{joint}"),
-    "velocity": ("{joint}.velocity", "{joint}_velocity", "{joint}_vel", "qd_{joint}", "velocity_{joint}"),
-    "torque": ("{joint}.effort", "{joint}_effort", "{joint}_torque", "tau_{joint}", "effort_{joint}"),
-    "current": ("{joint}.current", "{joint}_current", "i_{joint}", "current_{joint}"),
-}
 _ALIASES = {
     "time": "t", "timestamp": "t", "position": "q", "pos": "q", "velocity": "qd", "vel": "qd", "speed": "qd",
     "dq": "qd", "qdot": "qd", "torque": "tau", "tq": "tau", "current": "i", "cur": "i",
@@ -30,11 +24,12 @@ _ALIASES = {
 class Columns(NamedTuple):
     """Names of the columns that are used, and what to tell the user about the choice.
 
-    ``time`` is empty where the log has a rate instead; ``velocity`` where it has none; ``load`` are torques or,
-    with ``kind`` "current", currents.
+    ``time`` is empty where the log has a rate instead, ``time_unit`` where it is to be found out;
+    ``velocity`` where it has none; ``load`` are torques or, with ``kind`` "current", currents.
     """
 
     time: str
+    time_unit: str
     position: tuple[str, ...]
     velocity: tuple[str, ...]
     load: tuple[str, ...]
@@ -55,19 +50,43 @@ class Naming:
     log_map: LogMap
     robot: Robot
 
+    @cached_property
+    def layout(self) -> Recognised | None:
+        """The recorder whose columns these are, where it is known."""
+        return recognised(self.raw.names)
+
+    @property
+    def known(self) -> Known:
+        """The table of columns that counts: the recorder's, or that of plain logs."""
+        if self.raw.joints or (self.log_map.joints and not (self.layout and self.layout.known.by_name)):
+            return NAMED
+        return self.layout.known if self.layout else PLAIN
+
     def columns(self, kind: str) -> tuple[str, ...]:
         """Names that the columns of a quantity or reference must have, one for each joint."""
-        reference = REFERENCES.get(kind)
-        named = listed((self.log_map.reference(kind) if reference else self.log_map.quantity(kind)).columns)
+        named = listed(
+            (self.log_map.reference(kind) if kind in REFERENCES else self.log_map.quantity(kind)).columns
+        )
         if len(named) == 1 and "{" in named[0]:
             return self._expanded(named[0])
         if named:
             return named
-        if reference or not self.joints:
-            prefix = f"{_STANDARD[reference]}ref" if reference else _STANDARD[kind]
-            return tuple(f"{prefix}{j}" for j in range(1, self.robot.n + 1))
-        candidates = [self._expanded(pattern) for pattern in _BY_NAME[kind]]
+        known = self.known
+        patterns = known.columns.get(kind) or PLAIN.columns[kind]
+        candidates = [self._expanded(pattern) for pattern in patterns]
         return next((names for names in candidates if set(names) & set(self.raw.names)), candidates[0])
+
+    @property
+    def time(self) -> str:
+        """The column of time; empty where the log has a rate instead."""
+        if self.log_map.time.rate is not None:
+            return ""
+        return self.log_map.time.column or time_column(self.raw.names, self.known)
+
+    @property
+    def time_unit(self) -> str:
+        """The unit of time as it is told; empty where it is to be found out."""
+        return self.log_map.time.unit or self.raw.units.get(self.time, "") or time_unit(self.time, self.known)
 
     def holds(self, kind: str) -> bool:
         """Whether the log has some of these columns."""
@@ -80,7 +99,7 @@ class Naming:
         Raises:
             InputError: if the log names joints whose order cannot be told.
         """
-        names = self.raw.joints
+        names = self.raw.joints or (self.layout.joints if self.layout else ())
         if self.log_map.joints or not names:
             return listed(self.log_map.joints)
         known = (*self.robot.joint_names, *((self.robot.links.joints,) if self.robot.links else ()))
@@ -94,15 +113,18 @@ class Naming:
         )
 
     def _expanded(self, pattern: str) -> tuple[str, ...]:
-        joints = self.joints
+        joints = self.joints if "{joint}" in pattern else ()
         if "{joint}" in pattern and not joints:
             raise InputError(
                 f"{self.log_map.source}: columns {pattern!r}: name the joints by joints = [...] or --joints"
             )
-        return tuple(
-            pattern.replace("{joint}", joints[j] if joints else "").replace("{}", str(j + 1)).replace("{0}", str(j))
-            for j in range(self.robot.n)
-        )
+        layout = self.layout or Recognised(PLAIN, (), (), 0)
+        if "*" in pattern and len(layout.prefixes) > 1:
+            raise InputError(
+                f"{self.raw.path}: holds several arms or topics ({', '.join(layout.prefixes)}): name one's columns "
+                "in a log map"
+            )
+        return layout.expanded(pattern, joints, self.robot.n)
 
 
 def _by_number(names: Sequence[str], n: int) -> tuple[str, ...]:
@@ -129,21 +151,43 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     Raises:
         InputError: names what is missing, doubtful or there twice.
     """
-    if repeated(raw.names):
-        raise InputError(f"{raw.path}: column {repeated(raw.names)!r} stands in the header twice: rename one")
     naming = Naming(raw, log_map, robot)
     kind, notes = _load(naming, gains)
     speeds = naming.holds("velocity") or log_map.velocity.columns
     velocity = naming.columns("velocity") if speeds else ()
-    chosen = Columns(log_map.time.column, naming.columns("position"), velocity, naming.columns(kind), kind, ())
-    if not naming.joints and not any(log_map.quantity(kind).columns for kind in _STANDARD):
-        _check_near_misses(raw, robot)
+    chosen = Columns(
+        naming.time, naming.time_unit, naming.columns("position"), velocity, naming.columns(kind), kind, ()
+    )
+    if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
+        notes = [*_check_layout(naming), *notes]
+    twice = repeated([name for name in raw.names if name in chosen.all])
+    if twice:
+        raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
     check_missing(raw, chosen.all)
     pose = log_map.pose or standard_pose(raw.names)
     ignored = [name for name in raw.names if name not in (*chosen.all, *(pose.all if pose else ()))]
     if ignored:
-        notes.append(f"{raw.path.name}: columns not used: {_listed(ignored)}")
+        notes.append(f"columns not used: {_listed(ignored)}")
     return chosen._replace(notes=tuple(notes))
+
+
+def _check_layout(naming: Naming) -> list[str]:
+    """What to tell the user about columns that were recognised.
+
+    Raises:
+        InputError: if they are of another number of joints, or near-misses of plain columns.
+    """
+    raw, robot, layout, known = naming.raw, naming.robot, naming.layout, naming.known
+    if known is PLAIN:
+        _check_near_misses(raw, robot)
+    if layout is None or layout.known is not known or known in (PLAIN, NAMED):
+        return []
+    if layout.size > robot.n and not known.by_name and not known.more:
+        raise InputError(
+            f"{raw.path}: holds {layout.size} joints ({known.title}), but robot {robot.name!r} has {robot.n}: is "
+            "it the right robot?"
+        )
+    return [f"columns of: {known.title}"]
 
 
 def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]]:
@@ -151,6 +195,8 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
     raw, n = naming.raw, naming.robot.n
     torques, currents = naming.columns("torque"), naming.columns("current")
     if gains is None:
+        if not naming.holds("torque") and not naming.holds("current"):
+            _check_computed(naming)
         if not naming.holds("torque") and naming.holds("current"):
             raise InputError(
                 f"{raw.path}: carries currents ({currents[0]}..{currents[-1]}) but no torques: "
@@ -168,13 +214,29 @@ def _load(naming: Naming, gains: Sequence[float] | None) -> tuple[str, list[str]
             f"{currents[0]}..{currents[-1]}: leave them out"
         )
     both = set(torques) <= set(raw.names)
-    return "current", [f"{raw.path.name}: has torques too; currents and drive gains are used"] * both
+    return "current", ["has torques too; currents and drive gains are used"] * both
+
+
+def _check_computed(naming: Naming) -> None:
+    """Refuse the controller's own prediction in the place of a measured torque.
+
+    Raises:
+        InputError: if the log has nothing else.
+    """
+    computed = naming.columns("torque_reference") if naming.known is not PLAIN else ()
+    if computed and set(computed) <= set(naming.raw.names):
+        raise InputError(
+            f"{naming.raw.path}: {computed[0]} and so on are what the controller computes, not what was measured: "
+            f"record {naming.columns('current')[0]} and so on as well"
+        )
 
 
 def _check_near_misses(raw: RawLog, robot: Robot) -> None:
-    known = {"t"} | {f"{prefix}{j}" for prefix in _STANDARD.values() for j in range(1, robot.n + 1)}
+    patterns = [PLAIN.columns[kind][0] for kind in QUANTITIES]
+    known = {"t"} | {pattern.replace("{}", str(j)) for pattern in patterns for j in range(1, robot.n + 1)}
+    time = time_column(raw.names, PLAIN)
     for name in raw.names:
-        if name in known:
+        if name in known or name == time:
             continue
         meant = _meant(name)
         if meant in known and (meant not in raw.names or meant == name.strip().lower()):

@@ -1,6 +1,7 @@
 """How a log becomes a recording: its layout, columns, units, sides and signs, by a file or the command line."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from msgspec.structs import force_setattr, replace
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.schema import Real, Table, WrongKeyError, at, read_toml
-from .quantity import QUANTITIES, REFERENCES, Quantity, Reference, ToolColumns, factor
+from .quantity import QUANTITIES, REFERENCES, SI, Quantity, Reference, ToolColumns, factor
 from .table import Layout, Texts, listed
 
 _SHORT = {"t": "time", "q": "position", "qd": "velocity", "tau": "torque", "i": "current"}
@@ -24,7 +25,10 @@ class FilePart(Layout, frozen=True, kw_only=True):
 
 
 class Time(Table, frozen=True):
-    """The column of time and its unit ("s", "ms", "us" or "ns"), or the even sampling rate of a log without one."""
+    """The column of time and its unit ("s", "ms", "us" or "ns"), or the even sampling rate of a log without one.
+
+    Empty: the column is found by its name, the unit by name or steps.
+    """
 
     column: str = ""
     unit: str = ""
@@ -33,9 +37,8 @@ class Time(Table, frozen=True):
     def __post_init__(self) -> None:
         """Refuse unknown units and rates without meaning."""
         if self.rate is None:
-            force_setattr(self, "column", self.column or "t")
-            force_setattr(self, "unit", self.unit or "s")
-            factor("time", self.unit)
+            if self.unit:
+                factor("time", self.unit)
         elif self.column or self.unit:
             raise ValueError("give rate_hz, or column and unit")
         elif not 0.0 < self.rate < 1e9:
@@ -176,6 +179,28 @@ def read_log_map(path: str | Path) -> LogMap:
     return replace(read_toml(path, LogMap), source=str(path))
 
 
+def with_units(log_map: LogMap, kind: str, names: Sequence[str], units: Mapping[str, str], source: str) -> LogMap:
+    """A log map with the units that the file itself tells of a quantity's columns, where the map says none.
+
+    Raises:
+        InputError: if a unit is not known.
+    """
+    told = tuple(units.get(name, "") for name in names)
+    quantity = log_map.quantity(kind)
+    if quantity.unit or not any(told):
+        return log_map
+    short = next(name for name, of in _SHORT.items() if of == kind)
+    try:
+        for unit in told:
+            factor(kind, unit or SI[kind])
+        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in told))
+    except ValueError as error:
+        raise InputError(
+            f"{source}: column {names[0]!r}: {error} (--units {short}={SI[kind]} takes another one)"
+        ) from None
+    return replace(log_map, **{kind: changed})
+
+
 def with_flags(
     log_map: LogMap,
     joints: Sequence[str] = (),
@@ -188,7 +213,7 @@ def with_flags(
     Args:
         log_map: from a file, or the standard.
         joints: names, base to tip.
-        units: "q=deg", "tau=mN·m", "t=ms", ...
+        units: "q=deg", "tau=mN·m", "t=ms", ...; "t=500Hz" where a log has no time but that rate.
         signs: 1 or -1 for each joint, of positions, speeds, torques and currents alike: its sense is turned.
         topic: of a ROS bag.
 
@@ -200,7 +225,9 @@ def with_flags(
             name, _, unit = entry.partition("=")
             if name not in _SHORT or not unit:
                 raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
-            changed = replace(getattr(log_map, _SHORT[name]), unit=unit)
+            rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
+            before = getattr(log_map, _SHORT[name])
+            changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
             log_map = replace(log_map, **{_SHORT[name]: changed})
         for kind in QUANTITIES if signs else ():
             log_map = replace(log_map, **{kind: _turned(log_map.quantity(kind), signs)})

@@ -10,8 +10,8 @@ from ...common.errors import InputError
 from ...model import Robot
 from .columns import Naming, check_missing
 from .map import LogMap
+from .opening import opened
 from .quantity import ToolColumns, factor, standard_pose
-from .read import opened
 from .table import RawLog
 
 

@@ -1,6 +1,7 @@
 """What a log holds of each joint and of the tool, in which columns and units, and what makes them SI."""
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from typing import ClassVar, Literal
 
@@ -28,10 +29,13 @@ _UNITS = {
     "torque": {"N·m": 1.0, "mN·m": 1e-3, "N": 1.0, "percent": 0.01},
     "current": {"A": 1.0, "mA": 1e-3, "percent": 0.01},
 }
-_SPELLINGS = {"Nm": "N·m", "N*m": "N·m", "N m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us", "revolution":
-              "rev", "degree": "deg", "degrees": "deg", "rad/sec": "rad/s", "°": "deg", "°/s": "deg/s"}  # fmt: skip
+_SPELLINGS = {
+    "Nm": "N·m", "N*m": "N·m", "N m": "N·m", "N.m": "N·m", "N-m": "N·m", "mNm": "mN·m", "%": "percent", "µs": "us",
+    "sec": "s", "seconds": "s", "msec": "ms", "revolution": "rev", "degree": "deg", "degrees": "deg", "°": "deg",
+    "radian": "rad", "radians": "rad", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s", "amp": "A",
+}  # fmt: skip
 _Numbers = tuple[Real, ...]
-_SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
+SI = {"position": "rad", "velocity": "rad/s", "torque": "N·m", "current": "A"}
 
 
 class Quantity(Table, frozen=True):
@@ -82,7 +86,7 @@ class Quantity(Table, frozen=True):
 
     def factors(self, kind: str, n: int) -> Array:
         """What each column is multiplied by, shape (n,)."""
-        factors = np.array([factor(kind, unit) for unit in self.unit or (_SI[kind],)]) * np.ones(n)
+        factors = np.array([factor(kind, unit) for unit in self.unit or (SI[kind],)]) * np.ones(n)
         for values in (self.sign, self.rated):
             if values:
                 factors = factors * values
@@ -186,6 +190,17 @@ def factor(quantity: str, unit: str) -> float:
     if unit not in known:
         raise InputError(f"unit {unit!r} of {quantity}: give one of {', '.join(known)}")
     return known[unit]
+
+
+def known_unit(text: str) -> bool:
+    """Whether a text is a unit of time or of anything that a log holds of a joint."""
+    return any(_SPELLINGS.get(text, text) in units for units in _UNITS.values())
+
+
+def with_unit(name: str) -> tuple[str, str]:
+    """A column's name and the unit in brackets behind it, "q1 [deg]"; no unit where there is none that is known."""
+    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\])]*?)\s*[\])]", name)
+    return (match[1], match[2]) if match and known_unit(match[2]) else (name, "")
 
 
 def is_share(unit: str) -> bool:

@@ -1,91 +1,33 @@
-"""From a log of any format, by its ending, to a recording or to a planned motion in SI units, block by block."""
+"""From an open log to a recording in SI units, block by block."""
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
-from itertools import zip_longest
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.paged import collected, parts
-from ...model import Recording, Robot
-from .arrays_log import mat_log, npz_log, parquet_log
+from ...model import Processing, Recording, Robot
+from .clock import Clock, check_rate
 from .columns import Columns, Naming, choose
-from .csv_log import csv_log
-from .map import LogMap
-from .quantity import factor
-from .ros_bag import ros_bag
-from .table import Layout, RawLog
+from .map import LogMap, with_units
+from .opening import opened
+from .pieces import cut, pieces
+from .table import RawLog
 
-_READERS: dict[str, Callable[[Path, Layout], RawLog]] = {
-    ".npz": npz_log,
-    ".mat": mat_log,
-    ".parquet": parquet_log,
-    ".mcap": ros_bag,
-    ".db3": ros_bag,
-}
-"""By ending; everything else is text."""
+_MOVES = 1e-3  # rad or m: a joint that covers less does not move
 
 
-def open_log(path: str | Path, log_map: LogMap) -> RawLog:
-    """Open a file, a ROS 2 bag's folder, or with ``LogMap.files`` a folder of files that belong together.
-
-    Raises:
-        InputError: if there is no such file, or it cannot be read.
-    """
-    path = Path(path)
-    folder = not log_map.files and (path / "metadata.yaml").is_file()
-    reader = ros_bag if folder else _READERS.get(path.suffix.lower(), csv_log)
-    if log_map.layout.topic and reader is not ros_bag and path.exists():
-        raise InputError(f"{path}: is no ROS 2 bag and has no topics: leave --topic, or topic in the log map, out")
-    if log_map.files:
-        return _joined(path, log_map)
-    if not folder:
-        _check_file(path)
-    return reader(path, log_map.layout)
-
-
-def _check_file(path: Path) -> None:
-    if not path.exists():
-        raise InputError(f"{path}: no such file")
-    if not path.is_file():
-        raise InputError(f"{path}: is not a regular file: give the path of a log file or of a ROS 2 bag")
-
-
-def _joined(folder: Path, log_map: LogMap) -> RawLog:
-    """Files side by side, row by row."""
-    if not folder.is_dir():
-        raise InputError(f"{folder}: {log_map.source} needs the folder that holds {log_map.files[0].name}")
-    logs = []
-    for part in log_map.files:
-        path = folder / part.name
-        if not path.is_file():
-            raise InputError(f"{path}: no such file; {log_map.source} needs it")
-        logs.append(_READERS.get(path.suffix.lower(), csv_log)(path, part))
-
-    def blocks(columns: Sequence[str]) -> Iterator[Array]:
-        shares = [(log, [name for name in columns if name in log.names]) for log in logs]
-        used = [(log, names) for log, names in shares if names]
-        order = [[name for _, names in used for name in names].index(name) for name in columns]
-        for side_by_side in zip_longest(*(log.blocks(names) for log, names in used), fillvalue=np.empty((0, 0))):
-            if len({len(part) for part in side_by_side}) > 1:
-                files = ", ".join(log.path.name for log, _ in used)
-                raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
-            yield np.hstack(side_by_side)[:, order]
-
-    return RawLog(folder, tuple(name for log in logs for name in log.names), blocks)
-
-
-_MEDIAN_OF = 1_000_000
-
-
-def read_recording(
-    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
-) -> Recording:
-    """Read one log: CSV, TSV (plain or gzip), NPZ, MAT, Parquet or a ROS 2 bag.
+def read_recordings(
+    path: str | Path,
+    robot: Robot,
+    drive_gains: Sequence[float] | None = None,
+    log_map: LogMap | None = None,
+    processing: Processing | None = None,
+) -> tuple[Recording, ...]:
+    """Read one log: CSV, TSV (plain or gzip), NPZ, MAT, Parquet or a ROS 2 bag, split where rows are missing.
 
     Blocks of rows go straight to their place: a long log takes the memory of its recording and little more.
 
@@ -94,10 +36,53 @@ def read_recording(
         robot: tells how many joints there are.
         drive_gains: torque per current of each motor, on the joint side [N·m/A or N/A], if currents are to be used;
             of coupled drives motor j's and motor k's torques act on joint j, as (9) says.
-        log_map: which columns, units, side and signs; by default t, q1, tau1 or i1 and so on in SI units.
+        log_map: which columns, units, side and signs; by default those of a recorder that is known, else t, q1,
+            tau1 or i1 and so on in SI units.
+        processing: settings, of which the cut-off says what a gap is; the robot's own by default.
 
     Returns:
-        The recording; its notes list the columns that were ignored.
+        The recording, or its pieces between gaps; notes tell how it was read and which columns were ignored.
+
+    Raises:
+        InputError: names the file, line and column of whatever cannot be used.
+    """
+    recording, _ = read_beside(path, robot, drive_gains, log_map)
+    found = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
+    return tuple(cut(recording, found))
+
+
+def read_recording(
+    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+) -> Recording:
+    """Read a log without gaps, as ``read_recordings``.
+
+    Raises:
+        InputError: names the file, line and column of whatever cannot be used; if gaps split it.
+    """
+    first, *others = read_recordings(path, robot, drive_gains, log_map)
+    if others:
+        raise InputError(f"{path}: {first.notes[-1]}: read_recordings gives them, or split the file")
+    return first
+
+
+def read_beside(
+    path: str | Path,
+    robot: Robot,
+    drive_gains: Sequence[float] | None = None,
+    log_map: LogMap | None = None,
+    reference: str = "",
+) -> tuple[Recording, Array]:
+    """Read one log whole, perhaps with what the controller wanted.
+
+    Args:
+        path: the file or folder.
+        robot: as of ``read_recordings``, like ``drive_gains`` and ``log_map``.
+        drive_gains: torque per current.
+        log_map: which columns, units, side and signs.
+        reference: of ``REFERENCES``; empty for none.
+
+    Returns:
+        The recording, gaps in it, and the reference [rad, m, N·m or N], N x n, or N x 0 without one.
 
     Raises:
         InputError: names the file, line and column of whatever cannot be used.
@@ -105,22 +90,55 @@ def read_recording(
     log_map = log_map or LogMap()
     raw = opened(path, robot, log_map)
     columns = choose(raw, log_map, robot, drive_gains)
+    log_map, units = _stated(raw, columns, log_map)
+    beside = Naming(raw, log_map, robot).columns(reference) if reference else ()
+    clock = Clock(raw, columns.time, columns.time_unit) if columns.time else None
     read = hashlib.blake2b(digest_size=16)
 
-    def pieces() -> Iterator[tuple[Array, ...]]:
-        for t, q, load, *speeds in _pieces(raw, columns, log_map):
+    def rows() -> Iterator[tuple[Array, ...]]:
+        for t, q, load, *rest in _rows(raw, columns, log_map, clock, beside):
             # Row by row, so that the size of blocks does not matter.
             read.update(np.column_stack([t, q, load]).tobytes())
-            yield t, q, _torques(load, robot, drive_gains) if columns.kind == "current" else load, *speeds
+            yield t, q, _torques(load, robot, drive_gains) if columns.kind == "current" else load, *rest
 
-    widths = [1, robot.n, robot.n] + [robot.n] * bool(columns.velocity)
-    times, q, torque, *speeds = collected(pieces(), widths)
-    t = times.reshape(-1)
+    speeds = [robot.n] * bool(columns.velocity)
+    times, q, torque, *rest = collected(rows(), [1, robot.n, robot.n, *speeds, *([len(beside)] if beside else [])])
+    t, qd = times.reshape(-1), rest[0] if columns.velocity else None
+    notes = [*raw.notes(), *units, *(clock.notes() if clock else []), *columns.notes]
     if len(t) < 2:
         raise InputError(f"{raw.path}: {len(t)} rows of numbers: a recording needs many")
-    _check_time(raw, columns.time, t)
-    qd = speeds[0] if speeds else None
-    return Recording(t, q, torque, qd, str(raw.path), columns.notes, read.hexdigest())
+    check_rate(raw, columns.time, t)
+    if qd is not None and (dead := _without_speed(q, qd)):
+        qd, told = None, f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions"
+        notes.append(told)
+    noted = tuple(f"{raw.path.name}: {note}" for note in notes)
+    wanted = log_map.si(reference, rest[-1]) if reference else q[:, :0]
+    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest()), wanted
+
+
+def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
+    """A log map with the units that the file itself tells, and what to say of these."""
+    told = []
+    for kind, names in (
+        ("position", columns.position),
+        ("velocity", columns.velocity),
+        (columns.kind, columns.load),
+    ):
+        changed = with_units(log_map, kind, names, raw.units, str(raw.path))
+        if changed is not log_map:
+            told.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
+        log_map = changed
+    return log_map, [f"units as the file tells them: {'; '.join(told)}"] if told else []
+
+
+def _without_speed(q: Array, qd: Array) -> list[int]:
+    """Numbers of the joints that move although their speeds are all zero."""
+    some, low, high = np.zeros(q.shape[1], dtype=bool), q[0].copy(), q[0].copy()
+    for part in parts(len(q)):
+        for j in range(q.shape[1]):
+            some[j] = some[j] or bool(qd[part, j].any())
+            low[j], high[j] = min(low[j], q[part, j].min()), max(high[j], q[part, j].max())
+    return [int(j) + 1 for j in np.flatnonzero(~some & (high - low > _MOVES))]
 
 
 def holds_currents_only(path: str | Path, robot: Robot, log_map: LogMap | None = None) -> bool:
@@ -145,118 +163,27 @@ def holds_torques(path: str | Path, robot: Robot, log_map: LogMap | None = None)
     return naming.holds("torque") or naming.holds("current")
 
 
-def opened(path: str | Path, robot: Robot, log_map: LogMap) -> RawLog:
-    """A log open for reading, by a map that fits the robot.
-
-    Raises:
-        InputError: if the map is another robot's, or the log cannot be opened.
-    """
-    log_map.check(robot.n)
-    return open_log(path, log_map)
-
-
 def _torques(currents: Array, robot: Robot, gains: Sequence[float] | None) -> Array:
     """Joint torques of motor currents."""
     motors = currents * (1.0 if gains is None else np.array(gains, dtype=float))
     return robot.coupling.joint_torques(motors) if robot.coupling else motors
 
 
-def _pieces(raw: RawLog, columns: Columns, log_map: LogMap) -> Iterator[tuple[Array, ...]]:
-    """Rows in SI units: time, positions, torques or the motors' currents in their place, perhaps speeds."""
+def _rows(
+    raw: RawLog, columns: Columns, log_map: LogMap, clock: Clock | None, beside: Sequence[str]
+) -> Iterator[tuple[Array, ...]]:
+    """Rows in SI units: time, positions, torques or the motors' currents in their place, perhaps speeds; others."""
     row, n, first = 0, len(columns.position), len(columns.all[: bool(columns.time)])
-    for values in raw.finite_blocks(columns.all):
-        time, position, velocity, load = np.split(values, [first, first + n, values.shape[1] - n], axis=1)
-        if columns.time:
-            t = time[:, 0] * factor("time", log_map.time.unit)
+    ends = [first, first + n, len(columns.all) - n, len(columns.all)]
+    for values in raw.finite_blocks([*columns.all, *beside]):
+        if clock:
+            t, later = clock.seconds(values[:, 0])
+            if not later.all():
+                t, values = t[later], values[later]
         else:
             t = (row + np.arange(len(values))) / (log_map.time.rate or 1.0)
+        _, position, velocity, load, others = np.split(values, ends, axis=1)
         speeds = [log_map.si("velocity", velocity)] if columns.velocity else []
-        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds
+        wanted = [others] if beside else []
+        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *wanted
         row += len(values)
-
-
-def _check_time(raw: RawLog, column: str, t: Array) -> None:
-    """Refuse times [s] that do not rise, leave a gap, or are in another unit.
-
-    Raises:
-        InputError: says where.
-    """
-    typical = _typical_step(t)
-    for part in parts(len(t) - 1):
-        steps = np.diff(t[part.start : part.stop + 1])
-        if (steps <= 0.0).any():
-            k = int(np.argmax(steps <= 0.0))
-            what, row = "stands still" if steps[k] == 0.0 else "runs back", part.start + k
-            raise InputError(
-                f"{raw.path}: {raw.place(row + 1)}, column {column!r}: time {what} ({t[row]:g} s, then "
-                f"{t[row + 1]:g} s): remove the repeated rows or split the file"
-            )
-    if typical > 0.5:
-        raise InputError(
-            f"{raw.path}: column {column!r}: {typical:g} s from row to row: t must be in seconds; is it in ms? "
-            "(--units t=ms)"
-        )
-    for part in parts(len(t) - 1):
-        steps = np.diff(t[part.start : part.stop + 1])
-        gap = int(np.argmax(steps))
-        if steps[gap] > max(10.0 * typical, 0.25):
-            row = part.start + gap
-            raise InputError(
-                f"{raw.path}: {raw.place(row + 1)}, column {column!r}: {steps[gap]:g} s missing after {t[row]:g} "
-                "s: split the file there and give both parts"
-            )
-
-
-def _typical_step(t: Array) -> float:
-    """Median time between rows [s]; of a long log that of a million rows all over it."""
-    thin = max(1, len(t) // _MEDIAN_OF)
-    return float(np.median(t[1::thin] - t[:-1:thin])) if len(t) > 1 else 0.0
-
-
-class TrajectoryTable(NamedTuple):
-    """A planned motion as a file holds it: times [s], positions, and speeds and accelerations where it has them."""
-
-    t: Array
-    q: Array
-    qd: Array | None
-    qdd: Array | None
-
-
-def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
-    """Read a planned motion: columns ``t``, ``q1..qn``, ``qd1..qdn`` and ``qdd1..qddn`` or without the last ones.
-
-    Other columns are not used; SI units.
-
-    Args:
-        path: the file.
-        robot: tells how many joints there are.
-
-    Raises:
-        InputError: names the file, line and column of whatever cannot be used.
-    """
-    n, raw = robot.n, open_log(path, LogMap())
-    wanted = ["t", *_numbered("q", n)]
-    for kind in ("qd", "qdd"):
-        if not set(_numbered(kind, n)) & set(raw.names):
-            break
-        wanted += _numbered(kind, n)
-    missing = [name for name in wanted if name not in raw.names]
-    if missing:
-        raise InputError(
-            f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found "
-            f"{', '.join(raw.names)}"
-        )
-    if f"q{n + 1}" in raw.names:
-        raise InputError(
-            f"{path}: column 'q{n + 1}', but robot {robot.name!r} has {n} joints: is it the right robot?"
-        )
-    values = raw.whole(wanted)
-    if len(values) < 2:
-        raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
-    _check_time(raw, "t", values[:, 0])
-    q, qd, qdd = (values[:, 1 + k * n : 1 + (k + 1) * n] for k in range(3))
-    return TrajectoryTable(values[:, 0], q, qd if qd.shape[1] else None, qdd if qdd.shape[1] else None)
-
-
-def _numbered(prefix: str, n: int) -> list[str]:
-    return [f"{prefix}{joint}" for joint in range(1, n + 1)]

@@ -1,7 +1,8 @@
 """What every reader gives: named columns of numbers, block by block; and how a text file is laid out."""
 
+import dataclasses
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -36,6 +37,8 @@ class RawLog:
         blocks: gives the columns that are asked for, in that order, at most ``BLOCK`` rows at a time.
         place: tells where a row stands, "line 7"; rows count from 0.
         joints: names of joints, where the format has them.
+        units: of columns, where the file tells them.
+        notes: what a user should know about how it was read; after its rows were read, about these too.
     """
 
     path: Path
@@ -43,6 +46,8 @@ class RawLog:
     blocks: Callable[[Sequence[str]], Iterator[Array]]
     place: Callable[[int], str] = lambda row: f"row {row + 1}"
     joints: tuple[str, ...] = ()
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    notes: Callable[[], tuple[str, ...]] = tuple
 
     def finite_blocks(self, columns: Sequence[str]) -> Iterator[Array]:
         """Blocks of the columns, rows x ``len(columns)``.
@@ -72,8 +77,8 @@ class Layout(Table, frozen=True):
     """The layout of a text file, and what else a reader must be told.
 
     Attributes:
-        delimiter: of ``DELIMITERS``; empty: tab for .tsv, comma otherwise.
-        decimal: "." or ",".
+        delimiter: of ``DELIMITERS``; empty: it is found out.
+        decimal: "." or ","; empty: it is found out.
         names: names of the columns in the order of the file, instead of a header line; "q1..6" stands for six.
         skip: lines before the header, or before the numbers where ``names`` are given.
         per_row: numbers of one sample where the file has one number a line; 0 for a file with rows.
@@ -81,7 +86,7 @@ class Layout(Table, frozen=True):
     """
 
     delimiter: str = ""
-    decimal: str = "."
+    decimal: str = ""
     names: Texts = ()
     skip: _Count = field(default=0, name="skip_lines")
     per_row: _Count = field(default=0, name="numbers_per_row")
@@ -92,9 +97,9 @@ class Layout(Table, frozen=True):
         force_setattr(self, "names", spread(self.names))
         if self.delimiter and self.delimiter not in DELIMITERS:
             raise ValueError(f"delimiter {self.delimiter!r}: give one of {', '.join(DELIMITERS)}")
-        if self.decimal not in (".", ","):
+        if self.decimal not in ("", ".", ","):
             raise ValueError(f"decimal {self.decimal!r}: give '.' or ','")
-        if self.decimal == "," and self.delimiter in ("", "comma"):
+        if self.decimal == "," and self.delimiter == "comma":
             raise ValueError("decimal ',' needs a delimiter other than comma")
         if self.per_row and self.per_row != len(self.names):
             raise ValueError(f"numbers_per_row is {self.per_row}, but {len(self.names)} names are given")

@@ -54,7 +54,7 @@ def _write_logs(folder: Path) -> None:
     paths["mirrored_loaded"] = write_csv(folder / "ml.csv", Recording(bare.t, bare.q * mirror, loaded.torque))
     paths["dead"] = write_csv(folder / "dead.csv", Recording(bare.t, bare.q, bare.torque * [1, 1, 1, 0, 1, 1]))
     paths["milli"] = write_csv(folder / "milli.csv", Recording(bare.t, bare.q, 1e3 * bare.torque))
-    late = bare.t + 20.0 * (bare.t > 10.0)
+    late = bare.t + 20.0 * np.floor(bare.t / 1.5)
     paths["gap"] = write_csv(folder / "gap.csv", Recording(late, bare.q, bare.torque))
     constant = Recording(bare.t, bare.q, 50.0 + 1e-3 * bare.q)
     paths["constant"] = write_csv(folder / "constant.csv", constant)

@@ -44,7 +44,7 @@ def test_files_side_by_side_must_fit(tmp_path: Path, arm: Robot, signals: dict[s
         ("[time]\nrate_hz = -1", "rate_hz must be positive"),
         ('[time]\nrate_hz = 100\ncolumn = "t"', "give rate_hz, or column"),
         ('[time]\nunit = "h"', "'h' of time"),
-        ('[file]\ndecimal = ","', "needs a delimiter"),
+        ('[file]\ndelimiter = "comma"\ndecimal = ","', "needs a delimiter"),
         ('[file]\nnames = ["q6..1"]', "a range must rise"),
         ('[file]\nnames = ["q1", "q1"]', "'q1' is given twice"),
         ('joints = ["a", "a"]', "named twice"),

@@ -66,7 +66,7 @@ def test_every_way_to_write_a_number_is_read_alike(tmp_path: Path, arm: Robot, c
     assert np.array_equal(np.column_stack([recording.q, recording.torque]), numbers)
 
 
-@pytest.mark.parametrize("row", ["1,2", "1,2,[4]", "1,2,true", "1,2,null", '1,2,"4"', "1,2,", "1,2,nan"])
+@pytest.mark.parametrize("row", ["1,2", "1,2,[4]", "1,2,true", "1,2,null", '1,2,"x"', "1,2,", "1,2,nan"])
 def test_rows_that_are_not_plain_numbers_are_refused(tmp_path: Path, row: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text(f"t,q1,tau1\n0,1,2\n{row}\n")

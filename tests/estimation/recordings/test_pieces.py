@@ -1,0 +1,133 @@
+"""Gaps: short ones are interpolated and counted, at long ones a recording is split, short pieces are left out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import read_recording
+from dynident.estimation.recordings import read_recordings
+from dynident.estimation.recordings.pieces import longest_step, pieces
+from dynident.model import Processing, Robot
+from dynident.tests.estimation.recordings.log_files import as_csv
+
+T: Array = 0.01 * np.arange(2000)
+"""20 s at 100 Hz."""
+
+
+def log(path: Path, t: np.ndarray, rows: np.ndarray, **changed: np.ndarray) -> Path:
+    """Some rows of a smooth motion."""
+    draw = np.random.default_rng(0)
+    speed, phase = draw.uniform(1.0, 2.0, 6), draw.uniform(0.0, 6.0, 6)
+    angle = np.outer(T, speed) + phase
+    signals = {"t": t, "q": np.sin(angle), "qd": speed * np.cos(angle), "tau": np.cos(angle)} | changed
+    return as_csv(path, {kind: values[rows] for kind, values in signals.items()})
+
+
+def without(*missing: slice) -> np.ndarray:
+    keep = np.ones(len(T), dtype=bool)
+    for part in missing:
+        keep[part] = False
+    return keep
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_percent_of_packets_lost_is_no_gap(tmp_path: Path, arm: Robot, seed: int) -> None:
+    lost = np.random.default_rng(seed).uniform(size=len(T)) < 0.01
+    (whole,) = read_recordings(log(tmp_path / "a.csv", T, ~lost), arm)
+    assert len(whole.t) == len(T) - lost.sum()
+    (note,) = whole.notes
+    assert f"{lost[1:-1].sum()} rows are missing" in note
+    assert "interpolated" in note
+
+
+def test_0_22_s_missing_is_a_gap(tmp_path: Path, arm: Robot) -> None:
+    """The cut-off of this arm is 5 Hz, of which half a period is 0.1 s."""
+    path = log(tmp_path / "a.csv", T, without(slice(900, 921)))
+    first, second = read_recordings(path, arm)
+    assert second.t[0] - first.t[-1] == pytest.approx(0.22)
+    assert len(first.t) + len(second.t) == len(T) - 21
+    assert first.fingerprint != second.fingerprint
+    assert "split at 1 gap (after 8.99 s; 0.22 s at most) into 2 pieces" in first.notes[0]
+    assert "(0 to 8.99 s)" in first.source
+    with pytest.raises(InputError, match="read_recordings gives them"):
+        read_recording(path, arm)
+
+
+@pytest.mark.parametrize(("cutoff", "longest"), [(5.0, 0.1), (20.0, 0.05), (2.0, 0.25), (None, 0.05)])
+@pytest.mark.parametrize("over", [False, True])
+def test_both_sides_of_the_threshold(cutoff: float | None, longest: float, over: bool) -> None:
+    """Five median steps, or half a period of the cut-off, whichever is longer."""
+    assert longest_step(T, cutoff) == pytest.approx(longest)
+    t = T + (longest - 0.01 + (1e-3 if over else -1e-3)) * (T >= 9.995)
+    assert len(pieces(t, cutoff, "log").rows) == 1 + over
+
+
+def test_the_cut_off_that_is_asked_for_counts(tmp_path: Path, arm: Robot) -> None:
+    path = log(tmp_path / "a.csv", T, without(slice(900, 921)))
+    assert len(read_recordings(path, arm, processing=Processing(cutoff=2.0))) == 1
+
+
+@pytest.mark.parametrize("rows", [1, 150])
+def test_what_is_short_before_a_gap_is_left_out(tmp_path: Path, arm: Robot, rows: int) -> None:
+    (rest,) = read_recordings(log(tmp_path / "a.csv", T, without(slice(rows, rows + 300))), arm)
+    assert len(rest.t) == len(T) - 300 - rows
+    assert "1 shorter than 2 s left out" in rest.notes[0]
+    assert read_recording(tmp_path / "a.csv", arm).fingerprint == rest.fingerprint
+
+
+@pytest.mark.parametrize(("lasts", "kept"), [(1.99, 1), (2.01, 2)])
+def test_two_seconds_are_enough(tmp_path: Path, arm: Robot, lasts: float, kept: int) -> None:
+    rows = round(100 * lasts) + 1
+    path = log(tmp_path / "a.csv", T, without(slice(rows, rows + 300)))
+    assert len(read_recordings(path, arm)) == kept
+
+
+def test_gaps_everywhere_leave_nothing(tmp_path: Path, arm: Robot) -> None:
+    holes = [slice(start, start + 30) for start in range(100, 2000, 180)]
+    with pytest.raises(InputError, match=r"leave no 2 s without one: record without losing rows"):
+        read_recordings(log(tmp_path / "a.csv", T, without(*holes)), arm)
+
+
+def test_speeds_that_are_zero_are_taken_from_positions(tmp_path: Path, arm: Robot) -> None:
+    path = log(tmp_path / "a.csv", T, without(), qd=np.zeros((len(T), 6)))
+    recording = read_recording(path, arm)
+    assert recording.qd is None
+    assert "speeds of joint 1, 2, 3, 4, 5, 6 are zero throughout: taken from positions" in recording.notes[0]
+
+
+def test_a_joint_at_rest_has_no_speed(tmp_path: Path, arm: Robot) -> None:
+    """Zero speeds of a joint that does not move are right."""
+    still = np.ones((1, 6))
+    still[0, 3] = 0.0
+    angle = np.outer(T, np.arange(1.0, 7.0))
+    path = log(tmp_path / "a.csv", T, without(), q=np.sin(angle) * still, qd=np.cos(angle) * still)
+    assert read_recording(path, arm).qd is not None
+
+
+@pytest.mark.parametrize(
+    ("scale", "start", "unit"),
+    [(1e3, 0.0, "ms"), (1e6, 0.0, "us"), (1e9, 0.0, "ns"), (1e9, 1.7e18, "ns"), (1.0, 1.7e9, "")],
+)
+def test_units_of_time_are_found_out(tmp_path: Path, arm: Robot, scale: float, start: float, unit: str) -> None:
+    recording = read_recording(log(tmp_path / "a.csv", start + T * scale, without()), arm)
+    assert np.allclose(recording.t, T, atol=1e-6)
+    assert (f"time is in {unit}" in " ".join(recording.notes)) == bool(unit)
+
+
+def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
+    from dynident.estimation import LogMap
+    from dynident.estimation.recordings import with_flags
+
+    path = log(tmp_path / "a.csv", np.arange(2000.0), without())
+    with pytest.raises(InputError, match=r"counts by ones: --units t=500Hz .* --units t=ms for milliseconds"):
+        read_recording(path, arm)
+    for flag, step in (("t=100Hz", 0.01), ("t=ms", 0.001)):
+        recording = read_recording(path, arm, None, with_flags(LogMap(), units=[flag]))
+        assert np.allclose(np.diff(recording.t), step)
+
+
+def test_time_with_too_few_digits_is_refused(tmp_path: Path, arm: Robot) -> None:
+    with pytest.raises(InputError, match=r"time stands still in 9\d % of the rows: write it with more digits"):
+        read_recording(log(tmp_path / "a.csv", np.floor(T), without()), arm)
