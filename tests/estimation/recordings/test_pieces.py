@@ -12,7 +12,7 @@ from dynident.estimation.recordings.pieces import longest_step, pieces
 from dynident.model import Processing, Robot
 from dynident.tests.estimation.recordings.log_files import as_csv
 
-T: Array = 0.01 * np.arange(2000)
+T: Array = np.asarray(0.01 * np.arange(2000), dtype=np.float64)
 """20 s at 100 Hz."""
 
 
