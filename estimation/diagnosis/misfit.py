@@ -181,9 +181,9 @@ def _stuck(recording: Recording, t: Array) -> Mask:
     for j, q in enumerate(recording.q.T):
         edges = np.flatnonzero(np.diff(q) != 0.0) + 1
         starts, stops = np.append(0, edges), np.append(edges - 1, len(q) - 1)
-        for start, stop in zip(recording.t[starts], recording.t[stops], strict=True):
-            if stop - start > _STUCK:
-                result[:, j] |= (t >= start) & (t <= stop)
+        long = recording.t[stops] - recording.t[starts] > _STUCK
+        for start, stop in zip(recording.t[starts[long]], recording.t[stops[long]], strict=True):
+            result[:, j] |= (t >= start) & (t <= stop)
     return result
 
 
