@@ -50,7 +50,7 @@ def _run(words: tuple[str, ...]) -> int:
     if any(word.startswith("--config") for word in words):
         words = import_module(".commands.settings", __package__).with_settings(parser, words)
     arguments = parser.parse_args(words)
-    arguments.argv = words
+    arguments.argv, arguments.parser = words, parser
     with warnings.catch_warnings():
         warnings.showwarning = _note
         return int(arguments.run(arguments))

@@ -80,11 +80,13 @@ def main() -> None:
     simulator = Simulator(robot)
     motions = [random_via_points(robot, 14, seed=k).motion(250.0) for k in range(18)]
     records = [simulator.record(m, None, RX90_NOISE, [0, k, 0], f"trajectory {k}") for k, m in enumerate(motions)]
-    report(console, identify(robot, records), repeat)
+    report(console, identify(robot, records, robust=False), repeat)
     folder = os.environ.get("DYNIDENT_DATA")
     if folder:
         tx40 = load_robot("tx40")
-        report(console, identify(tx40, [read_recording(Path(folder) / "tx40/tx40.csv.gz", tx40)]), repeat)
+        report(
+            console, identify(tx40, [read_recording(Path(folder) / "tx40/tx40.csv.gz", tx40)], robust=False), repeat
+        )
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import estimation, report
+from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED, DO_NOT_USE
 from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
@@ -17,11 +18,25 @@ class _Logs(ResultOptions):
     """The logs, and where their signals are drawn."""
 
     logs: tuple[str, ...] = option(
-        "logs", reads="logs", nargs="+", metavar="LOG", help="recordings, with or without payload"
+        "logs", reads="logs", nargs="*", metavar="LOG", help="recordings, with or without payload"
+    )
+    data: tuple[str, ...] = option(
+        reads="logs", action="append", default=[], metavar="LOG", help="recording, as a word alone; repeatable"
     )
     plots: str | None = option(
         writes="folder", metavar="DIR", help="draw the signals there, PNG and SVG; made if missing"
     )
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """All logs.
+
+        Raises:
+            InputError: without any.
+        """
+        if not (self.logs or self.data):
+            raise InputError("give a log: dynident check LOG --robot NAME")
+        return (*self.logs, *self.data)
 
 
 def add_parser(commands: Any) -> None:
@@ -42,7 +57,7 @@ def add_parser(commands: Any) -> None:
 def run(robot: RobotOptions, processing: ProcessingOptions, files: _Logs) -> int:
     """Run it."""
     setup = processing.setup(robot.load())
-    checks = [_checked(path, setup) for path in files.logs]
+    checks = [_checked(path, setup) for path in files.paths]
     for number, check in enumerate(checks, 1):
         files.show(report.check_screen(setup.robot, check))
         if files.plots:

@@ -19,7 +19,7 @@ from dynident.model import load_robot
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("common", "model", "estimation", "trajectories", "report")
-HANDS = ("cli.py", "commands")
+HANDS = ("__main__.py", "cli.py", "commands")
 """What hands values from room to room."""
 MAY_IMPORT: dict[str, set[str]] = {
     "common": set(),

@@ -32,7 +32,7 @@ class NoiseOptions(Options):
     GROUP: ClassVar[str] = "noise"
 
     torque_noise: float | tuple[float, ...] | None = option(
-        type=_noise_level, metavar="S1,S2,..", help="sigma per joint [N·m or N], or 10%% of the limits"
+        type=_noise_level, metavar="S|S1,S2,..", help="sigma per joint [N·m or N], or 10%% of the limits"
     )
     independent_rate: float | None = option(
         type=positive_number, metavar="HZ", help="independent samples a second (default: 100)"
@@ -46,7 +46,8 @@ class NoiseOptions(Options):
                     "--torque-noise as a percentage needs a torque limit of every joint: --torque-limits"
                 )
             return np.asarray(self.torque_noise * bounds.torque)
-        return None if self.torque_noise is None else np.array(self.torque_noise)
+        noise = self.torque_noise
+        return None if noise is None else np.array(noise * len(bounds.torque) if len(noise) == 1 else noise)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from ... import estimation, model, trajectories
 from ..values import gains_list, number
-from .reading import Options, in_si, option
+from .reading import Options, each_joint, in_si, option
 
 
 def _acceleration_limit(text: str) -> Any:
@@ -41,11 +41,11 @@ class LimitOptions(Options):
     speed_override: float = option(type=number, default=1.0, metavar="SHARE", help="of the speed (default: 1)")
     acceleration: float | tuple[float, ...] | None = option(
         type=_acceleration_limit,
-        metavar="A1,A2,..",
+        metavar="A|A1,A2,..",
         help="[deg/s² or m/s²], or 3x: three times the speed limit per second",
     )
     torque_limits: str | tuple[float, ...] | None = option(
-        type=_torque_list, metavar="T1,T2,..", help="[N·m or N], or none: not even those of the robot's file"
+        type=_torque_list, metavar="T|T1,T2,..", help="[N·m or N], or none: not even those of the robot's file"
     )
     robot_parameters: str | None = option(
         reads="robot's parameters", metavar="JSON", help="of identify: for torques and relative sigma"
@@ -73,8 +73,9 @@ class LimitOptions(Options):
         if isinstance(self.acceleration, float):
             given = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            given = in_si(self.acceleration, robot).tolist()
+            given = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
+        torque = torque and each_joint(torque, robot, "--torque-limits")
         return trajectories.JointBounds.of(robot, override=self.speed_override, acceleration=given, torque=torque)
 
     def read_scene(self) -> trajectories.Scene | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import shlex
 import sys
 from collections.abc import Callable, Mapping
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ... import estimation, report
 from ...common.files import write_text
 from ..progress import quiet
+from ..settings import settings_text
 from .reading import Options, option
 
 if TYPE_CHECKING:
@@ -49,10 +51,17 @@ class ResultOptions(Options):
 
 @dataclass(frozen=True)
 class PageOptions(ResultOptions):
-    """The result as JSON, and as an HTML report with its figures; ``argv``: the command line that repeats it."""
+    """The result as JSON, and as an HTML report with its figures.
+
+    Attributes:
+        argv, parser: the command line that repeats it, and what reads it.
+        config: file of options that was read.
+    """
 
     report: str | None = option(
-        writes="file", metavar="F.html", help="write a report, one self-contained HTML file"
+        writes="file",
+        metavar="F.html",
+        help="write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config",
     )
     plots: str | None = option(
         writes="folder",
@@ -60,6 +69,8 @@ class PageOptions(ResultOptions):
         help="write its figures as PNG, SVG and PDF, a moving arm as SVG; made if missing",
     )
     argv: tuple[str, ...] = ()
+    parser: argparse.ArgumentParser | None = None
+    config: str | None = None
 
     def write_page(self, page: Callable[[], Page]) -> None:
         """Write report and figures; the page is made only if one of them was asked for."""
@@ -68,8 +79,14 @@ class PageOptions(ResultOptions):
         made = page()
         if self.report:
             report.write_report(self.report, made)
+            self._write_settings(Path(self.report).with_suffix(".run.toml"))
         if self.plots:
             report.write_plots(self.plots, made)
+
+    def _write_settings(self, path: Path) -> None:
+        """The file that repeats the run by ``--config``, unless it was made from that very file."""
+        if self.parser is not None and not (self.config and Path(self.config).resolve() == path.resolve()):
+            write_text(path, settings_text(self.parser, self.argv))
 
     def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
         """What the report was made from.

@@ -196,6 +196,18 @@ def about(*options: str) -> Iterator[None]:
         raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
 
 
+def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
+    """A number for each joint, where one may stand for all.
+
+    Raises:
+        InputError: for any other count; names the option.
+    """
+    if len(values) not in (1, robot.n):
+        count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
+        raise InputError(f"{option}: {count}: give one for all, or one each")
+    return values * robot.n if len(values) == 1 else values
+
+
 def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:
     """Degrees of turning joints in radians; metres of sliding ones as they are."""
     if len(values) != robot.n:

@@ -91,7 +91,7 @@ class LogOptions(Options):
     drive_gains: tuple[float, ...] | str | None = option(
         reads="drive gains",
         type=gains_or_file,
-        metavar="K1,K2,..|JSON",
+        metavar="K|K1,K2,..|JSON",
         help="torque per current [N·m/A], or the --json of 'dynident gains'",
     )
 
@@ -103,7 +103,8 @@ class LogOptions(Options):
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
         """Torque per current, and what a file of gains says besides."""
         if not isinstance(self.drive_gains, str):
-            return self.drive_gains, None
+            gains = self.drive_gains
+            return gains and (gains * robot.n if len(gains) == 1 else gains), None
         stored = estimation.files.read_stored_gains(self.drive_gains)
         stored.check(robot, self.drive_gains)
         return stored.values, stored

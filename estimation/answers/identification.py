@@ -100,7 +100,7 @@ def identify(
     processing: Processing | None = None,
     validation: Sequence[Recording] = (),
     progress: Progress = silent,
-    robust: bool = False,
+    robust: bool = True,
     essential: StopRule | None = None,
     gains: Gains | None = None,
 ) -> Identification:

@@ -31,7 +31,7 @@ def payload_problem(
     known: Estimate | None = None,
     processing: Processing | None = None,
     progress: Progress = silent,
-    robust: bool = False,
+    robust: bool = True,
     friction_change: float = FRICTION_CHANGE,
     scale_sigma: float = 0.0,
 ) -> PayloadProblem:

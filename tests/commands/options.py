@@ -140,6 +140,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
         "logs": "rx_near_unloaded.csv",
+        "--data": "--data rx_near_unloaded.csv",
         "--plots": "--plots .",
         "--json": "--json a.json",
     },

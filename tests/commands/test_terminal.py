@@ -19,7 +19,7 @@ from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.trajectories import Simulator, random_via_points
 
-PROGRAM = [sys.executable, "-c", "import sys; from dynident.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "dynident"]
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +184,7 @@ def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("after", [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
+@pytest.mark.parametrize("after", [0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 1.6, 3.0])
 def test_an_interruption_is_one_line(after: float, log: str) -> None:
     line = [*PROGRAM, "check", "--robot", "rx90", log]
     with subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
@@ -194,9 +194,10 @@ def test_an_interruption_is_one_line(after: float, log: str) -> None:
         if process.poll() is None:
             os.kill(process.pid, signal.SIGINT)
         told = process.communicate()[1]
+    assert process.returncode in (0, 1, 130)
     if process.returncode == 130:
         assert told.strip().splitlines()[-1:] == ["dynident: interrupted"]
-    assert "Traceback" not in told or after == 0.0, told
+    assert "Traceback" not in told
 
 
 def test_a_shell_can_complete(tmp_path: Path) -> None:

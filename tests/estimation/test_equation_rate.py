@@ -31,7 +31,7 @@ def fast(
 
 def sigma(pair: list[Recording], processing: Processing) -> tuple[float, float]:
     """Sigma of the mass by method 1, and the mass [kg]."""
-    problem = payload_problem(load_robot("ur10e"), [pair[1]], [pair[0]], processing=processing)
+    problem = payload_problem(load_robot("ur10e"), [pair[1]], [pair[0]], processing=processing, robust=False)
     estimate = identify_payload(problem, 1).estimate
     return float(estimate.sigma[-1]), estimate["M_L"]
 

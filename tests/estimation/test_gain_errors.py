@@ -64,12 +64,12 @@ def test_intervals_hold_what_wrong_gains_do(
     hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
     for run in range(RUNS):
         bare, loaded = (record(run, 0.02) for record in recorders)
-        found = identify(robot, [bare], SETTINGS, gains=GAINS)
+        found = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False)
         estimate, truth = found.estimate, found.base.value(dict(source.robot.parameters))
         assert estimate.interval95_with_gains is not None
         for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
-        problem = payload_problem(robot, [loaded], [], estimate, SETTINGS)
+        problem = payload_problem(robot, [loaded], [], estimate, SETTINGS, robust=False)
         free = identify_payload(problem, 1)
         for name, gains in (("payload", GAINS), ("payload exact", None)):
             model = error_model(free.estimate, gains)
@@ -85,11 +85,11 @@ def test_intervals_hold_what_wrong_gains_do(
 def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorders: tuple[Record, Record]) -> None:
     """Robot and payload apart would be several times less sure of the mass: 2 % of the robot's torques."""
     bare, loaded = (record(0, 0.0) for record in recorders)
-    known = identify(robot, [bare], SETTINGS, gains=GAINS).estimate
+    known = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False).estimate
     assert known.covariance_by_gains is not None
 
     def mass_sigma(known: Estimate, gains: Gains | None) -> float:
-        problem = payload_problem(robot, [loaded], [], known, SETTINGS)
+        problem = payload_problem(robot, [loaded], [], known, SETTINGS, robust=False)
         return float(constrain_payload(identify_payload(problem, 1), gains=gains).sigma[9])
 
     once, plain = mass_sigma(known, GAINS), mass_sigma(known, None)
@@ -131,7 +131,7 @@ def test_stored_robot_keeps_the_gains_uncertainty(
 ) -> None:
     """Read back, the distance of the nearest robot that can exist is the same, gains included."""
     gains = Gains((0.02,), 0.01, (1e-4 * np.eye(6)).tolist())
-    result = identify(robot, [recorders[0](2, 0.02)], SETTINGS, gains=gains)
+    result = identify(robot, [recorders[0](2, 0.02)], SETTINGS, gains=gains, robust=False)
     path = tmp_path / "robot.json"
     write_json(path, identification_document(result, SETTINGS, None))
     stored = read_stored_robot(path)

@@ -31,12 +31,12 @@ ALL_ROWS = replace(load_robot("ur10e").processing, slow_speed=0.0)
 
 def ur10e_pair(folder: Path, processing: Processing) -> PayloadProblem:
     loaded, unloaded = (ur10e_recording(folder, name) for name in ("loaded_2.805kg", "unloaded"))
-    return payload_problem(load_robot("ur10e"), [loaded], [unloaded], processing=processing)
+    return payload_problem(load_robot("ur10e"), [loaded], [unloaded], processing=processing, robust=False)
 
 
 def ur10e_identified(folder: Path, processing: Processing) -> Identification:
     unloaded, other = (ur10e_recording(folder, name) for name in ("unloaded", "validation_unloaded"))
-    return identify(load_robot("ur10e"), [unloaded], processing, validation=[other])
+    return identify(load_robot("ur10e"), [unloaded], processing, validation=[other], robust=False)
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,7 @@ def test_ur10e_pair_is_aligned(ur10e: PayloadProblem) -> None:
 def tx40(recordings: Path) -> dict[str, Identification]:
     robot = load_robot("tx40")
     recording = read_recording(recordings / "tx40" / "tx40.csv.gz", robot)
-    return {form: identify(robot.with_coulomb(form), [recording]) for form in ("sum", "paper")}
+    return {form: identify(robot.with_coulomb(form), [recording], robust=False) for form in ("sum", "paper")}
 
 
 def test_tx40_has_the_papers_structure(tx40: dict[str, Identification]) -> None:

@@ -1,0 +1,98 @@
+"""Answers show themselves: a line, the screen, a page, a frame, a format; and no answer imports the report."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
+from dynident.common.errors import InputError
+from dynident.common.speech import Speaks
+from dynident.estimation import Identification, PayloadAnswer
+from dynident.report.render.terminal import COLUMNS, LINES
+from dynident.trajectories import RX90_NOISE, random_via_points
+
+LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.035])
+
+
+@pytest.fixture(scope="module")
+def answers() -> dict[str, PayloadAnswer | Identification]:
+    """A payload and a robot, from one pair of recordings."""
+    robot = load_robot("rx90")
+    arm, motion = Simulator(robot), random_via_points(robot, count=10, seed=0).motion(rate=200.0)
+    unloaded, loaded = (arm.record(motion, load, RX90_NOISE, seed=k) for k, load in enumerate((None, LOAD)))
+    problem = payload_problem(robot, [loaded], [unloaded])
+    return {"payload": answer_payload(problem), "robot": identify(robot, [unloaded])}
+
+
+KINDS = ("payload", "robot")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_answer_is_a_line_and_a_screen(kind: str, answers: dict[str, Speaks]) -> None:
+    answer = answers[kind]
+    assert "\n" not in repr(answer)
+    assert len(repr(answer)) < 2 * COLUMNS
+    lines = str(answer).split("\n")
+    assert len(lines) <= LINES
+    assert max(map(len, lines)) <= COLUMNS
+    assert str(answer) == answer.summary()
+    assert len(answer.summary(details=True)) > len(str(answer))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks], tmp_path: Path) -> None:
+    answer = answers[kind]
+    assert json.loads(json.dumps(answer.to_dict()))["robot"] == "rx90"
+    answer.report(tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert page.startswith("<!DOCTYPE html>")
+    block = answer._repr_html_()
+    assert "<table" in block
+    assert "Verdict" in block
+    assert answer.plot().axes
+    with pytest.raises(InputError, match="there are "):
+        answer.plot("no such figure")
+
+
+def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:
+    answer = answers["payload"]
+    payload, best = answer.payload, answer.recommended
+    assert (payload.mass.low, payload.mass.high) == tuple(best.intervals.parameters[9])
+    assert payload.mass.low < payload.mass.value < payload.mass.high
+    assert payload.com.z.value == best.body.com[2]
+    assert (payload.inertia.xz.low, payload.inertia.xz.high) == tuple(best.intervals.inertia_com[0, 2])
+    assert payload.mass.use == (answer.verdict.level != "do_not_use")
+    assert payload.inertia.xx.use == (answer.verdict.level == "use")
+    assert float(payload.mass) == answer.mass
+
+
+def test_a_frame_holds_numbers(answers: dict[str, PayloadAnswer]) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = answers["payload"].to_frame()
+    assert isinstance(frame, pandas.DataFrame)
+    assert math.isclose(frame.loc["mass", "low"], answers["payload"].payload.mass.low)
+    assert len(answers["robot"].to_frame()) == len(answers["robot"].base.names)  # type: ignore[attr-defined]
+
+
+def test_a_payload_in_a_controllers_format(answers: dict[str, PayloadAnswer]) -> None:
+    assert "set_target_payload" in answers["payload"].export("ur", despite_verdict=True)
+    with pytest.raises(InputError, match="there is no format 'abc'"):
+        answers["payload"].export("abc")
+
+
+def test_the_line_for_the_controller_stands_at_the_flange(answers: dict[str, PayloadAnswer]) -> None:
+    """The RX90's payload frame is at its wrist, 85 mm behind the flange."""
+    answer = answers["payload"]
+    line = next(line for line in answer.summary().split("\n") if line.startswith("For the controller"))
+    told = float(line.partition("(")[2].partition(")")[0].split(",")[2])
+    assert told == pytest.approx(1e3 * answer.com[2] - 85.0, abs=1.0)
+
+
+def test_no_answer_imports_the_report() -> None:
+    code = "from dynident.estimation import PayloadAnswer, Identification\nimport sys\nprint(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+    assert "dynident.common.speech" in loaded
+    assert not [name for name in loaded if name.startswith("dynident.report")]
