@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
+from .common import interruption
 from .common.errors import InputError
 
 
@@ -21,6 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its status: 0 answered, 1 do not use, 2 the input cannot be used, 3 our fault."""
     words = tuple(sys.argv[1:] if argv is None else argv)
     try:
+        interruption.release()
         return _run(words)
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -32,6 +32,7 @@ def matplotlib() -> Any:
     import matplotlib.backends.backend_agg
     import matplotlib.figure
     import matplotlib.patches
+    import matplotlib.text
     import matplotlib.ticker
 
     return matplotlib
@@ -108,6 +109,7 @@ def mark_interval(axis: Axes, low: float, high: float) -> None:
 def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
     """Write a figure as PNG, SVG or PDF by the path's ending; the same figure gives the same bytes."""
     ending, content = Path(path).suffix.lower(), io.BytesIO()
+    _names_are_text(figure)
     with matplotlib().rc_context({"svg.hashsalt": "dynident"}):
         figure.savefig(content, format=ending[1:], dpi=dpi, metadata=_METADATA.get(ending))
     write_bytes(path, content.getvalue())
@@ -116,6 +118,21 @@ def save_figure(figure: Figure, path: str | Path, dpi: int = 130) -> None:
 def svg_text(figure: Figure, name: str) -> str:
     """A figure as an SVG document whose text stays text; ``name`` makes its identifiers its own."""
     stream = io.StringIO()
+    _names_are_text(figure)
     with matplotlib().rc_context({"svg.hashsalt": name, "svg.fonttype": "none", "axes.unicode_minus": True}):
         figure.savefig(stream, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
     return stream.getvalue()
+
+
+def _names_are_text(figure: Figure) -> None:
+    """Names of robots and files are no formulas, whatever dollars they hold; those of powers at the axes are."""
+    lines = (axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis))
+    ticks = {
+        id(label)
+        for axis in lines
+        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+        for label in (tick.label1, tick.label2)
+    }
+    for text in figure.findobj(matplotlib().text.Text):
+        if id(text) not in ticks:
+            text.set_parse_math(False)

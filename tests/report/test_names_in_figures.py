@@ -1,0 +1,17 @@
+"""Names in figures are text, whatever they hold."""
+
+import pytest
+from dynident.report.figures.canvas import new_figure, svg_text
+
+
+@pytest.mark.parametrize("name", ["a $x_$ b", "$\\frac$", "[/x]", "50 % _of_ ^it^", "<b>&amp;"])
+def test_a_name_is_no_formula(name: str) -> None:
+    figure = new_figure(4.0, 3.0)
+    axis = figure.add_subplot()
+    axis.semilogy([1, 2], [1e-3, 1e3], label=name)
+    axis.set_title(name)
+    axis.legend()
+    drawn = svg_text(figure, "names")
+    escaped = name.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    assert drawn.count(escaped) >= 2
+    assert "<tspan" in drawn, "powers at the axis are still set as powers"
