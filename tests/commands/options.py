@@ -267,5 +267,5 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if "--json" in _entries and _name not in ("verify", "robot check"):
+    if _name == "demo" or ("--json" in _entries and _name not in ("verify", "robot check")):
         _entries["--details"] = "--details"
