@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import model
-from . import ANSWERED, COMMANDS, robot_check, robot_new, robot_show, robot_urdf
+from . import ANSWERED, COMMANDS, robot_check, robot_new, robot_show, robot_simulator
 from .options import add_command
 
 
@@ -14,8 +14,9 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser("robot", help=COMMANDS["robot"])
     below = parser.add_subparsers(required=True, metavar="what")
     add_command(below, "list", run_list, help="the shipped robots")
-    for command in (robot_show, robot_new, robot_check, robot_urdf):
+    for command in (robot_show, robot_new, robot_check):
         command.add_parser(below)
+    robot_simulator.add_parsers(below)
 
 
 def run_list() -> int:

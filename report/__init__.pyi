@@ -9,8 +9,7 @@ from . import provenance as provenance
 from . import recordings as recordings
 from . import render as render
 from . import sections as sections
-from . import urdf as urdf
-from . import urdf_origins as urdf_origins
+from . import simulators as simulators
 from .blocks import Block as Block
 from .blocks import Cell as Cell
 from .blocks import Drawing as Drawing

@@ -227,9 +227,11 @@ def random_parameters(random_bodies: Callable[[int, int], Bodies]) -> Callable[[
         values = {name: float(draw.uniform(0.2, 2.0)) for name in standard_columns(robot)}
         for link, body in enumerate(random_bodies(robot.n, seed), start=1):
             values |= body.named(str(link))
-        if robot.coupling:  # IA5 = K5^2 JA5 + K6^2 JA6 is larger than IA6
+        if robot.coupling:  # IA5 = K5^2 JA5 + K6^2 JA6 is larger than IA6, and FV5, FV6 hold FVM6
             first, second = robot.coupling.joints
             values[f"IA{first}"] += values[f"IA{second}"]
+            for joint in (first, second):
+                values[f"FV{joint}"] += values[f"FVM{second}"]
         return values
 
     return make

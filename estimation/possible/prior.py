@@ -5,14 +5,14 @@ to a prior in entropic distance is one definite answer. The weight of the distan
 stated budget above that of the nearest robot that can exist: the prior never costs more than that.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
-from ...model.stand_in import cylinder_radius, cylinders
+from ...model.stand_in import MOVING, can_stand_in, cylinder_radius, cylinders
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
@@ -55,19 +55,26 @@ class RobotPrior:
 
 
 def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
-    """The prior of a robot: the inertial parameters of its file, or cylinders of a stated total mass.
+    """The prior of a robot: the inertial parameters of its file, or cylinders of a total mass.
+
+    Without a stated mass, and where the file has no parameters, it is the share ``MOVING`` of the maker's mass of
+    the whole arm, for that holds the base.
 
     Args:
         robot: the robot.
         total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
-        InputError: if neither is there, or the file holds only some of the parameters.
+        InputError: if none of them is there, or the file holds only some of the parameters.
     """
     if total_mass is not None:
         return cylinder_prior(robot, total_mass)
     names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
     missing = [name for name in names if name not in robot.parameters]
+    if len(missing) == len(names) and robot.mass is not None:
+        prior, doubt = cylinder_prior(robot, MOVING * robot.mass), robot.assumed("mass").get("mass", "")
+        share = f"{100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
+        return replace(prior, source=f"{prior.source}: {share}{f' (assumed: {doubt})' if doubt else ''}")
     if len(missing) == len(names):
         raise InputError(
             f"robot {robot.name!r} has no inertial parameters in its file to serve as prior: give them under "
@@ -80,6 +87,11 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
         )
     vectors = np.array([robot.parameters[name] for name in names]).reshape(robot.n, 10)
     return RobotPrior(tuple(map(InertialParameters, vectors)), f"the robot file of {robot.name}")
+
+
+def has_prior(robot: Robot) -> bool:
+    """Whether the robot's own file gives ``robot_prior`` something to start from."""
+    return can_stand_in(robot)
 
 
 def cylinder_prior(robot: Robot, total_mass: float) -> RobotPrior:
@@ -218,8 +230,8 @@ def _inside(problem: RobotProgram, z0: Array) -> Array:
             raise InputError("the bounds of the total mass leave no room: give low < high, high above 0 kg")
         z[places] *= factor
     z[list(problem.rules.signed)] = 1.0
-    if problem.rules.rotors:
-        z[problem.rules.rotors[0]] = 2.0
+    for j, k in problem.rules.shared:
+        z[j] = max(z[j], 1.0 + z[k] * problem.scale[k] / problem.scale[j])
     return z
 
 

@@ -28,6 +28,8 @@ _LARGEST = 1e3
 """R with larger entries is scaled down: the norm of exact data is zero, at the tip of its cone."""
 _BALL = 1e3
 """Radius of z where the program must be closed: a thousand times the size of each parameter."""
+_ABOVE = 1.0 + 4.0 * np.finfo(float).eps
+"""Factor by which a larger number is above a smaller one, whatever rounding a change of scale leaves."""
 _UNSEEN = 1e-3
 """In standard deviations: what a repair may change."""
 
@@ -109,9 +111,8 @@ class RobotProgram(NamedTuple):
             raise SolverError("friction, rotor inertia or mass missed by more than rounding", self.program)
         signed = list(self.rules.signed)
         result[signed] = np.maximum(result[signed], 0.0)
-        if self.rules.rotors:
-            j, k = self.rules.rotors
-            result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j])
+        for j, k in self.rules.shared:
+            result[j] = max(result[j], result[k] * self.scale[k] / self.scale[j] * _ABOVE)
         if float(np.linalg.norm(self.program.R @ (result - z))) > _UNSEEN:
             raise SolverError("constraints missed by more than the data's accuracy", self.program)
         return np.asarray(result)
@@ -122,7 +123,7 @@ def solve_constrained_base(
 ) -> PossibleRobot:
     """The nearest base parameters of a robot that can exist.
 
-    Every link can exist, friction and rotor inertias are not negative, and of coupled rotors IA_j >= IA_k. Nearest
+    Every link can exist, friction and rotor inertias are not negative, and coupled drives share some. Nearest
     by robust standard deviations where the estimate has them (``error_model``).
 
     Args:

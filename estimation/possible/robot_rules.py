@@ -20,14 +20,14 @@ class RobotRules(NamedTuple):
     """Rows A z + b >= 0 in scaled parameters z, and what each says.
 
     ``A`` r x N_s, ``b`` (r,), ``texts`` r; ``signed``: positions of parameters that must not be negative;
-    ``rotors``: positions (IA_j, IA_k) of coupled rotors, if there are any.
+    ``shared``: positions (whole, part) of what coupled drives share: (IA_j, IA_k), (FV_j, FVM_k), (FV_k, FVM_k).
     """
 
     A: Array
     b: Array
     texts: tuple[str, ...]
     signed: tuple[int, ...]
-    rotors: tuple[int, int] | None
+    shared: tuple[tuple[int, int], ...]
 
     @property
     def mass_rows(self) -> list[int]:
@@ -38,15 +38,15 @@ class RobotRules(NamedTuple):
     def of(robot: Robot, standard: Sequence[str], scale: Array, total_mass: MassBounds | None) -> "RobotRules":
         """Friction and rotor inertias are not negative.
 
-        Of coupled rotors IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k.
+        Of coupled drives IA_j = K_j^2 JA_j + K_k^2 JA_k is at least IA_k = K_k^2 JA_k, and FV_j and FV_k hold the
+        viscous friction FVM_k of rotor k beside the joint's own.
         """
         units = np.eye(len(standard))
         signed = tuple(k for k, name in enumerate(standard) if parameter_kind(name) in _NOT_NEGATIVE)
         rows, b, texts = [units[k] for k in signed], [0.0] * len(signed), [f"{standard[k]} >= 0" for k in signed]
-        rotors = None
-        if robot.coupling:
-            j, k = rotors = _rotors(robot.coupling, standard)
-            rows.append(units[j] - units[k])
+        shared = _shared(robot.coupling, standard) if robot.coupling else ()
+        for j, k in shared:
+            rows.append(units[j] - scale[k] / scale[j] * units[k])
             b.append(0.0)
             texts.append(f"{standard[j]} >= {standard[k]}")
         masses = sum(units[standard.index(f"M{link}")] for link in range(1, robot.n + 1))
@@ -55,12 +55,13 @@ class RobotRules(NamedTuple):
             rows.append(sign * masses)
             b.append(-sign * bound / unit)
             texts.append(f"total mass {relation} {bound:g} kg")
-        return RobotRules(np.array(rows).reshape(-1, len(standard)), np.array(b), tuple(texts), signed, rotors)
+        return RobotRules(np.array(rows).reshape(-1, len(standard)), np.array(b), tuple(texts), signed, shared)
 
 
-def _rotors(coupling: Coupling, standard: Sequence[str]) -> tuple[int, int]:
+def _shared(coupling: Coupling, standard: Sequence[str]) -> tuple[tuple[int, int], ...]:
     j, k = coupling.joints
-    return standard.index(f"IA{j}"), standard.index(f"IA{k}")
+    pairs = ((f"IA{j}", f"IA{k}"), (f"FV{j}", f"FVM{k}"), (f"FV{k}", f"FVM{k}"))
+    return tuple((standard.index(whole), standard.index(part)) for whole, part in pairs)
 
 
 def _bounds(total_mass: MassBounds | None) -> list[tuple[float, float, str]]:

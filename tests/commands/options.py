@@ -81,7 +81,7 @@ LINES = {
     "robot show": "--robot rx90",
     "robot new": "--name arm --joint=z,0,0,0 --joint=y,0,0,0.3 --flange 0,0,0.6,z,x",
     "robot check": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
-    "robot urdf": "--robot tx40 --robot-parameters tx_robot.json --out a.urdf",
+    **{f"robot {name}": f"--robot six_axis.toml --out a.{name}" for name in ("mjcf", "usd", "urdf", "sdf")},
     "codegen": "--robot rx90 --function base_regressor --out code",
     "design": f"{_BRIEF} --via-points 4",
     "near": _NEAR,
@@ -182,12 +182,13 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data": "--data rx_near_unloaded.csv",
         "--json": "--json a.json",
     },
-    "robot urdf": ROBOT | {
+    **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
         "--robot": "--robot rx90",
-        "--robot-parameters": "--robot-parameters other.json",
+        "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
         "--gauge": "--gauge prior",
-        "--out": "--out b.urdf",
-    },
+        "--despite-verdict": "--robot heavy.toml | --despite-verdict",
+        "--out": "--out b.xml",
+    }),
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
     "design": ROBOT | PAGE | LIMITS | MOTIONS | {
         "--via-points": "--via-points 5",

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
+from dynident.model import INERTIAL
 from dynident.tests.commands.options import LINES, OPTIONS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
@@ -23,6 +24,13 @@ TEXTS = {
     "degrees.toml": '[position]\nunit = "deg"\n',
     "scene.toml": '[[surfaces]]\nname = "floor"\noffset = -0.3\n[[bodies]]\nname = "tool"\nlink=6\nradius = .1\n',
 }
+HEAVY = "\n".join(
+    [
+        'name = "heavy"\nmass_kg = 5\n[[joints]]\nalpha_deg = 0\n[[joints]]\nalpha_deg = 90\n[parameters]',
+        *(f"{kind}{j} = {9 * (kind in ('XX', 'YY', 'ZZ', 'M'))}" for j in (1, 2) for kind in INERTIAL),
+    ]
+)
+"""A robot whose links weigh more than the arm."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 """What differs from one run to the next."""
 
@@ -56,6 +64,7 @@ def inputs() -> Iterator[Path]:
             follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
+        (folder / "heavy.toml").write_text(HEAVY)
         yield folder
 
 

@@ -23,6 +23,7 @@ from dynident.model import (
     robot_names,
     with_tool,
 )
+from dynident.model.files.robot_file import robot_toml
 from dynident.model.names import parameter_kind
 from dynident.report.figures.stick import outline
 from dynident.tests.commands.runs import Run
@@ -136,10 +137,7 @@ BAD = {
     "mount": (["robot", "show", "--robot", "panda", "--mount", "table"], "'table' is not 3 finite numbers"),
     "tool": (["robot", "show", "--robot", "panda", "--tool-frame", "1,2,3"], "not 6 finite numbers"),
     "no bodies": (["robot", "urdf", "--robot", "panda", "--out", "x.urdf"], "bodies need all ten"),
-    "gauge of nothing": (
-        ["robot", "urdf", "--robot", "rx90", "--gauge", "base", "--out", "x.urdf"],
-        "belongs to --robot-parameters",
-    ),
+    "gauge": (["robot", "sdf", "--robot", "rx90", "--gauge", "base", "--out", "x.sdf"], "--gauge is gone"),
 }
 
 
@@ -213,30 +211,73 @@ def bare_log(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(write_csv(tmp_path_factory.mktemp("bare") / "d.csv", log, np.ones(6)))
 
 
-def test_whole_robot_as_urdf(run: Run, tmp_path: Path, bare_log: str) -> None:
-    """From its own description, and from an identification with the gauge in a comment."""
+def test_whole_robot_for_a_simulator(run: Run, tmp_path: Path, bare_log: str) -> None:
+    """From its own description, and from an identification, whose default are links that can exist."""
     robot = load_robot("rx90")
     out, parameters = tmp_path / "rx90.urdf", tmp_path / "r.json"
     assert run("robot", "urdf", "--robot", "rx90", "--out", str(out))[0] == 0
     own = load_robot(out)
     assert own.parameters["M3"] == pytest.approx(robot.parameters["M3"])
     identify = ("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
-    assert run(*identify)[0] == 0
-    urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
-    status, text, error = run(*urdf)
-    assert status == 0, error
-    assert "one choice of many" in text
-    assert "one choice of many" in out.read_text()
-    assert " M1 " in out.read_text()
-    assert " convention 0.000 none" in out.read_text()
-    again = load_robot(out)
-    bodies = [np.array([again.parameters[f"{kind}{j}"] for kind in ("XX", "M")]) for j in range(1, 7)]
-    assert min(body[1] for body in bodies) > 0.0
+    status, text, error = run(*identify)
+    assert (status, "Standard parameters of" in text) == (0, False)
+    assert "Single links stand in the --json" in " ".join(text.split())
+    for form in ("mjcf", "usd", "urdf", "sdf"):
+        out = tmp_path / f"rx90.{form}"
+        export = ("robot", form, "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
+        status, text, error = run(*export)
+        assert status == 0, error
+        assert "54 base parameters identified" in text
+        assert "the data allow at least" in text
+        assert "Prior: the robot file of rx90." in out.read_text()
     out.unlink()
-    status, _, error = run(*urdf, "--gauge", "prior")
+    status, _, error = run(*export, "--gauge", "base")
     assert (status, error.count("\n")) == (2, 1)
-    assert "run 'dynident identify --constrained prior'" in error
+    assert "--gauge is gone" in error
+    assert "'dynident identify --constrained prior --prior-mass KG --json F'" in error
+    assert run(*identify, "--constrained", "base")[0] == 0
+    status, _, error = run(*export)
+    assert (status, error.count("\n")) == (2, 1)
+    assert "run 'dynident identify --prior-mass KG'" in error
     assert not out.exists()
+
+
+def test_a_robot_that_is_not_to_be_used_is_not_written(run: Run, tmp_path: Path, bare_log: str) -> None:
+    out, parameters = tmp_path / "rx90.xml", tmp_path / "r.json"
+    run("identify", "--robot", "rx90", "--decimate", "1", "--data", bare_log, "--json", str(parameters))
+    document = json.loads(parameters.read_text())
+    document["reasons_against_use"] = ["the weather"]
+    parameters.write_text(json.dumps(document))
+    export = ("robot", "mjcf", "--robot", "rx90", "--robot-parameters", str(parameters), "--out", str(out))
+    status, _, error = run(*export)
+    assert (status, out.exists()) == (1, False)
+    assert "not written: the weather" in error
+    assert run(*export, "--despite-verdict")[0] == 0
+    assert out.exists()
+
+
+def test_a_link_heavier_than_the_arm_is_not_written(run: Run, tmp_path: Path) -> None:
+    text = "\n".join(f"{kind}{j} = {int(kind == 'M') * 100}" for j in range(1, 7) for kind in INERTIAL)
+    description = robot_toml(replace(load_robot("ur10e"), parameters={}))
+    (tmp_path / "heavy.toml").write_text(f"{description}\n[parameters]\n{text}\n")
+    out = tmp_path / "a.xml"
+    status, _, error = run("robot", "mjcf", "--robot", str(tmp_path / "heavy.toml"), "--out", str(out))
+    assert (status, out.exists()) == (1, False)
+    assert "link1 would weigh 100 kg, the whole arm weighs 33.5 kg" in error
+
+
+def test_without_a_mass_one_line_names_the_option(run: Run, tmp_path: Path, bare_log: str) -> None:
+    """A description without parameters and mass: base parameters, unless a mass is told."""
+    path, out = tmp_path / "bare.toml", tmp_path / "r.json"
+    path.write_text(robot_toml(replace(load_robot("rx90"), parameters={}, mass=None)))
+    identify = ("identify", "--robot", str(path), "--decimate", "1", "--data", bare_log, "--json", str(out))
+    status, _, error = run(*identify)
+    assert status == 0
+    assert len([line for line in error.splitlines() if "--prior-mass KG" in line]) == 1
+    assert json.loads(out.read_text())["constrained"]["gauge"] == "base"
+    status, _, error = run(*identify, "--prior-mass", "50")
+    assert (status, "--prior-mass" in error) == (0, False)
+    assert json.loads(out.read_text())["constrained"]["gauge"] == "prior"
 
 
 @pytest.mark.long
@@ -267,16 +308,12 @@ def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: 
         assert re.search(rf"^ *{name} .* {label[:20]}", terminal, flags=re.MULTILINE), name
     out = tmp_path / "rx90.urdf"
     urdf = ("robot", "urdf", "--robot", "rx90", "--robot-parameters", str(files["json"]), "--out", str(out))
-    for gauge in ((), ("--gauge", "prior")):
-        status, text, error = run(*urdf, *gauge)
-        assert status == 0, error
-        assert "gauge 'prior'" in text
-        again = load_robot(out)
-        for name in again.parameters:
-            if parameter_kind(name) in INERTIAL:
-                assert again.parameters[name] == pytest.approx(stored[name]["value"], abs=1e-9)
-    assert run(*urdf, "--gauge", "base")[0] == 0
-    assert "gauge 'base'" in out.read_text()
+    status, _, error = run(*urdf)
+    assert status == 0, error
+    again = load_robot(out)
+    for name in again.parameters:
+        if parameter_kind(name) in INERTIAL:
+            assert again.parameters[name] == pytest.approx(stored[name]["value"], abs=1e-9)
     del document["constrained"]["parameters"][0]
     files["json"].write_text(json.dumps(document))
-    assert "other standard parameters" in run(*urdf)[2]
+    assert "other parameters than this robot's" in run(*urdf)[2]

@@ -30,6 +30,10 @@ def noisy_estimate(base: BaseParameters, truth: Array, seed: int, size: float = 
     return Estimate(base.columns, values, root @ root.T, np.inf, NOTHING, np.ones(1))
 
 
+SHARED = (("IA5", "IA6"), ("FV5", "FVM6"), ("FV6", "FVM6"))
+"""What holds a share of rotor 6, and that share."""
+
+
 @pytest.fixture(scope="module")
 def rx90_base(rx90: Robot) -> BaseParameters:
     return base_parameters(rx90)
@@ -48,7 +52,7 @@ def test_some_robot_exists(
         assert PossibleBody().violation(ten) <= 0.0
     kinds = ("IA", "FV", "FS", "FVM", "FSM")
     assert min(v for name, v in result.parameters.items() if name.rstrip("0123456789") in kinds) >= 0.0
-    assert result.parameters["IA5"] >= result.parameters["IA6"]
+    assert all(result.parameters[whole] >= result.parameters[part] for whole, part in SHARED)
     assert result.values == pytest.approx(rx90_base.value(result.parameters), rel=1e-12)
     error = result.values - estimate.values
     assert result.chi2_rise == pytest.approx(error @ np.linalg.solve(estimate.covariance, error), rel=1e-6)
@@ -63,7 +67,7 @@ def test_cvxpy_agrees(rx90: Robot, rx90_base: BaseParameters, random_parameters:
     result = solve_constrained_base(rx90, rx90_base, estimate)
     x = cvxpy.Variable(len(rx90_base.standard))
     place = rx90_base.standard.index
-    rules = [x[place("IA5")] >= x[place("IA6")]]
+    rules = [x[place(whole)] >= x[place(part)] for whole, part in SHARED]
     for link in range(1, 7):
         ten = [x[place(f"{kind}{link}")] for kind in INERTIAL]
         rules.append(sum(v * J for v, J in zip(ten, PSEUDO_INERTIA, strict=True)) >> 0)

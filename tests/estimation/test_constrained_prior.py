@@ -17,6 +17,7 @@ from dynident.estimation.possible import (
     PriorRobot,
     RobotPrior,
     cylinder_prior,
+    has_prior,
     hidden_directions,
     origins,
     robot_prior,
@@ -186,8 +187,7 @@ def test_who_decides_on_the_rx90(rx90: Robot, rx90_base: BaseParameters) -> None
     assert (found["MX2"].kind, found["MX2"].base) == ("combination", ("MX2R",))
     assert found["M3"].base == ("ZZ1R", "XX2R", "ZZ2R", "MX2R")
     assert found["M3"].decided_by() == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
-    assert found["M3"].decided_by("base") == "convention within ZZ1R, XX2R, ZZ2R, MX2R"
-    assert (found["M1"].decided_by("base"), found["XY3"].decided_by("base")) == ("convention", "data")
+    assert (found["M1"].decided_by(), found["XY3"].decided_by()) == ("prior", "data")
     assert found["M1"] == ("prior", (), 0.0)
     for name in ("XY3", "IA3", "FV1", "FSM6", "MX6", "ZZ6"):
         assert (found[name].kind, found[name].share) == ("identified", 1.0)
@@ -254,8 +254,14 @@ def test_where_the_prior_comes_from(rx90: Robot, rx90_base: BaseParameters) -> N
     assert "robot file of rx90" in robot_prior(rx90).source
     assert robot_prior(rx90).bodies[2].mass == rx90.parameters["M3"]
     assert "50 kg" in robot_prior(rx90, 50.0).source
+    tx40 = load_robot("tx40")
+    assert tx40.mass is not None
+    assert robot_prior(tx40).total_mass == pytest.approx(0.5 * tx40.mass)
+    assert robot_prior(tx40).source.endswith("50 % of the maker's 27 kg, which holds the base")
+    assert "holds the base (assumed: " in robot_prior(load_robot("ur10e")).source
     with pytest.raises(InputError, match="--prior-mass"):
-        robot_prior(load_robot("tx40"))
+        robot_prior(replace(tx40, mass=None))
+    assert [has_prior(robot) for robot in (rx90, tx40, replace(tx40, mass=None))] == [True, True, False]
     some = {name: value for name, value in rx90.parameters.items() if name != "YZ4"}
     with pytest.raises(InputError, match="YZ4 missing"):
         robot_prior(replace(rx90, parameters=some))

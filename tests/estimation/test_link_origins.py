@@ -4,14 +4,23 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.possible import RobotOrigins, origins, robot_origins
-from dynident.estimation.possible.origin import BODY_NUMBERS
-from dynident.model import INERTIAL, Robot, base_parameters, load_robot
+from dynident.estimation import Estimate
+from dynident.estimation.fit import Fit
+from dynident.estimation.possible import WholeRobot, origins, whole_robot
+from dynident.estimation.possible.labelled import BODY_NUMBERS
+from dynident.model import INERTIAL, BaseParameters, Robot, base_parameters, load_robot
 from dynident.model.frames import bodies_in_link_frames
 from dynident.tests.model.urdf_files import dressed_urdf
 
 Parameters = Callable[[Robot, int], dict[str, float]]
+
+
+def exact(base: BaseParameters, values: dict[str, float], sigma: float = 0.1) -> Estimate:
+    """Base parameters as they are, each with the same standard deviation."""
+    C, one = sigma**2 * np.eye(len(base.columns)), np.ones(1)
+    return Estimate(base.columns, base.value(values), C, np.inf, Fit(one, one, (1,)), one)
 
 
 def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
@@ -22,12 +31,12 @@ def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
     return np.array(found)
 
 
-def check(robot: Robot, values: dict[str, float]) -> RobotOrigins:
+def check(robot: Robot, values: dict[str, float]) -> WholeRobot:
     """Labels against differences of the numbers themselves along every hidden direction and parameter."""
     base = base_parameters(robot)
     x = np.array([values[name] for name in base.standard])
-    result = robot_origins(robot, base, values, "prior")
-    labels = [label for link in result.links for label in link.body.values()]
+    result = whole_robot(robot, values, "a table", base, exact(base, values))
+    labels = [label for link in result.links for label in link.numbers.values()]
     np.testing.assert_allclose([label.value for label in labels], numbers(robot, base.standard, x), rtol=1e-12)
 
     def differences(directions: Array) -> Array:
@@ -46,6 +55,14 @@ def check(robot: Robot, values: dict[str, float]) -> RobotOrigins:
         assert (label.origin.kind == "prior") == (not part)
         assert (label.origin.kind == "identified") == (moved < 1e-7 * size)
         assert (label.origin.share == 1.0) == (label.origin.kind == "identified")
+    by_base = differences(np.asarray(np.linalg.pinv(base.grouping).T, dtype=float))
+    for label, slopes in zip(labels, by_base, strict=True):
+        assert (label.sigma is None) == (label.origin.kind != "identified")
+        if label.sigma is not None and label.interval is not None:
+            assert label.sigma == pytest.approx(0.1 * np.linalg.norm(slopes), rel=1e-5, abs=1e-12)
+            assert np.subtract(label.interval, label.value) == pytest.approx(
+                [-1.96 * label.sigma, 1.96 * label.sigma], rel=1e-3, abs=1e-9
+            )
     own = origins(robot, base)
     told = {name: label for link in result.links for name, label in link.parameters.items()}
     assert {name: label.origin for name, label in told.items()} == own
@@ -55,8 +72,8 @@ def check(robot: Robot, values: dict[str, float]) -> RobotOrigins:
 
 def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> None:
     result = check(robot, random_parameters(robot, 2))
-    assert all(tuple(link.body) == BODY_NUMBERS for link in result.links)
-    kinds = {label.origin.kind for link in result.links for label in link.body.values()}
+    assert all(tuple(link.numbers) == BODY_NUMBERS for link in result.links)
+    kinds = {label.origin.kind for link in result.links for label in link.numbers.values()}
     assert "combination" in kinds
 
 
@@ -71,7 +88,8 @@ def test_in_the_frames_of_a_urdf(tmp_path: Path, random_parameters: Parameters) 
 
 def test_a_link_without_mass_has_no_more(rx90: Robot, random_parameters: Parameters) -> None:
     values = random_parameters(rx90, 1) | {f"{kind}1": 0.0 for kind in INERTIAL}
-    result = robot_origins(rx90, base_parameters(rx90), values, "base")
-    assert tuple(result.links[0].body) == ("mass",)
-    assert result.links[0].body["mass"].value == 0.0
+    base = base_parameters(rx90)
+    result = whole_robot(rx90, values, "a table", base, exact(base, values))
+    assert tuple(result.links[0].numbers) == ("mass",)
+    assert result.links[0].numbers["mass"].value == 0.0
     assert result.groupings[0].startswith("ZZ1R = ZZ1 + IA1")

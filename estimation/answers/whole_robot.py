@@ -1,0 +1,40 @@
+"""The whole robot that an identification stored: links that can exist, each number labelled."""
+
+from ...common.errors import InputError
+from ...model import Robot, base_parameters
+from ..files.stored import StoredRobot
+from ..possible.labelled import WholeRobot, whole_robot
+from ..possible.mass_range import mass_ranges
+
+
+def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRobot:
+    """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
+
+    Args:
+        robot: its description.
+        stored: what was identified, of one recording or of several together.
+        path: of the file, for messages.
+
+    Raises:
+        InputError: if the file is another robot's, or holds no links nearest to a prior.
+    """
+    robot = stored.applied_to(robot)
+    base = base_parameters(robot)
+    nearest = stored.nearest_prior
+    if nearest is None:
+        raise InputError(
+            f"{path}: no links in it that can exist: run 'dynident identify --prior-mass KG' again (KG: the moving "
+            "links' mass, as far as it is known)"
+        )
+    if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
+        raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
+    return whole_robot(
+        robot,
+        nearest.standard,
+        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist (chi2 "
+        f"rises by {nearest.chi2_rise:.3g})",
+        base,
+        stored.estimate,
+        nearest.source,
+        mass_ranges(robot, base, stored.estimate),
+    )
