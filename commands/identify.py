@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .. import estimation, report
+from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
 from .options import (
@@ -41,18 +41,17 @@ class _Identify(Options):
     validate: tuple[str, ...] = option(
         reads="held out", action="append", default=[], metavar="LOG", help="another one, held out; repeatable"
     )
-    constrained: str = option(
+    constrained: str | None = option(
         group=_POSSIBLE,
         choices=("none", "base", "prior"),
-        default="base",
-        help="base parameters of the nearest robot that can exist (default), or all standard parameters, those "
-        "that no data show by a prior",
+        help="base parameters of the nearest robot that can exist, or all standard parameters, those that no data "
+        "show by a prior (default: prior where the robot's file or --prior-mass gives a mass, else base)",
     )
     prior_mass: float | None = option(
         group=_POSSIBLE,
         type=float,
         metavar="KG",
-        help="prior: cylinders of this mass instead of the robot's file",
+        help="of the moving links; prior: cylinders of this mass instead of the robot's file",
     )
     prior_budget: float | None = option(
         group=_POSSIBLE, type=float, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
@@ -64,26 +63,46 @@ class _Identify(Options):
     def check(self) -> None:
         """Refuse options that would have no effect."""
         for name, gauges in _GAUGES.items():
-            if self.constrained not in gauges:
+            if self.constrained not in (None, *gauges):
                 self.refuse(name, f"belongs to --constrained {' or '.join(gauges)}, not {self.constrained}")
+
+    def gauge(self, robot: model.Robot) -> str:
+        """What is asked for, or what the robot's file allows; tells where a mass is missing."""
+        if self.constrained is not None:
+            return self.constrained
+        if self.prior_mass is not None or self.prior_budget is not None or estimation.possible.has_prior(robot):
+            return "prior"
+        note(
+            "single links are left open, for their mass is not known: --prior-mass KG (of the moving links) gives "
+            "links that can exist, as simulators need them"
+        )
+        return "base"
 
     def possible(self, result: estimation.Identification) -> estimation.possible.PossibleRobot | None:
         """The robot that can exist, as asked for."""
-        if self.constrained == "none":
+        gauge = self.gauge(result.robot)
+        if gauge == "none":
             return None
-        robot, base, estimate = result.robot, result.base, result.estimate
-        mass = estimation.MassBounds(*self.total_mass) if self.total_mass else None
         try:
-            if self.constrained == "base":
-                return estimation.possible.solve_constrained_base(robot, base, estimate, mass)
-            budget = estimation.possible.BUDGET if self.prior_budget is None else self.prior_budget
-            prior = estimation.possible.robot_prior(robot, self.prior_mass)
-            return estimation.possible.solve_constrained_prior(robot, base, estimate, prior, budget, mass)
+            return self._nearest_prior(result) if gauge == "prior" else self._nearest(result)
         except estimation.SolverError as error:
-            if self.constrained == "base" and mass is None:
-                note(f"no robot that can exist is given: {error}")
-                return None
-            raise InputError(f"{error}; --constrained none leaves it out") from error
+            if self.constrained == "prior" or self.total_mass is not None:
+                raise InputError(f"{error}; --constrained none leaves it out") from error
+            note(f"no robot that can exist is given: {error}")
+            return None
+
+    def _nearest(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:
+        return estimation.possible.solve_constrained_base(result.robot, result.base, result.estimate, self._mass())
+
+    def _nearest_prior(self, result: estimation.Identification) -> estimation.possible.PriorRobot:
+        budget = estimation.possible.BUDGET if self.prior_budget is None else self.prior_budget
+        prior = estimation.possible.robot_prior(result.robot, self.prior_mass)
+        return estimation.possible.solve_constrained_prior(
+            result.robot, result.base, result.estimate, prior, budget, self._mass()
+        )
+
+    def _mass(self) -> estimation.MassBounds | None:
+        return estimation.MassBounds(*self.total_mass) if self.total_mass else None
 
 
 def add_parser(commands: Any) -> None:

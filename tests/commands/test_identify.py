@@ -60,7 +60,7 @@ def test_a_robot_that_can_exist(run: Run, logs: dict[str, str], tmp_path: Path) 
             ("--constrained", "none", "--total-mass", "1", "9"),
             "--total-mass belongs to --constrained base or prior",
         ),
-        (("--prior-mass", "30"), "--prior-mass belongs to --constrained prior, not base"),
+        (("--constrained", "base", "--prior-mass", "30"), "--prior-mass belongs to --constrained prior, not base"),
         (("--constrained", "prior", "--prior-mass", "-3"), "must be positive"),
         (("--constrained", "prior", "--prior-budget", "0"), "budget 0"),
         (("--total-mass", "9", "1"), "give low <= high"),
