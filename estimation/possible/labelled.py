@@ -102,7 +102,7 @@ class WholeRobot:
 
     @property
     def mass(self) -> float:
-        """Of the moving links together [kg]."""
+        """Mass of the moving links together [kg]."""
         return sum(link.body.mass for link in self.links)
 
     @cached_property
