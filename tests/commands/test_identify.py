@@ -35,7 +35,7 @@ def test_a_robot_that_can_exist(run: Run, logs: dict[str, str], tmp_path: Path) 
     target = tmp_path / "robot.json"
     found = {}
     for gauge in ("none", "base", "prior"):
-        status, out, _ = run(*identify_arguments(logs, "--constrained", gauge, "--json", str(target)))
+        status, out, _ = run(*identify_arguments(logs, "--constrained", gauge, "--details", "--json", str(target)))
         assert status == 0
         found[gauge] = json.loads(target.read_text())["constrained"]
         assert ("Constrained: the nearest robot that can exist" in " ".join(out.split())) == (gauge != "none")
