@@ -1,6 +1,7 @@
 """Drive gains of a problem: free, of possible bodies, with covariances, and what to think of them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Gained, KnownWeight
 from ..diagnosis.loaded_rows import Bursts, bursts, scales
 from ..diagnosis.rivals import rivals
+from ..diagnosis.search import likely_causes
 from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
@@ -39,9 +41,10 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         InputError: if the recordings do not determine the gains.
     """
     loads = problem.mountings.loads(load)
-    free = free_gains(problem.equations, problem.weights, loads)
-    held = int(np.argmin(np.diag(free.covariance)))
-    best = possible_gains(problem, problem.equations, loads, free, held)
+    with _explained(problem):
+        free = free_gains(problem.equations, problem.weights, loads)
+        held = int(np.argmin(np.diag(free.covariance)))
+        best = possible_gains(problem, problem.equations, loads, free, held)
     # An error of the mass scales all gains alike.
     scale = max(one.mass_sigma / one.mass for one in loads) ** 2
     robust: RobustCovariance | None = None
@@ -85,6 +88,17 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         by_joints=tuple(one.by_joints for one in seen),
     )
     return replace(gains, verdict=judge(*_evidence(problem.description, gains, seen))) if seen else gains
+
+
+@contextmanager
+def _explained(problem: GainProblem) -> Iterator[None]:
+    """Names what the recordings look like where they give no gains."""
+    try:
+        yield
+    except InputError as error:
+        source = problem.source
+        likely = likely_causes(problem.description, source, apart=True) if source is not None else ()
+        raise InputError("; ".join([str(error), *(cause.finding(cause.source).text for cause in likely)])) from None
 
 
 class _Mounting(NamedTuple):

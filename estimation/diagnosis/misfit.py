@@ -197,12 +197,16 @@ _NOTHING = 1e-10  # of the largest column: rounding
 class Model:
     """The space of torques that a robot can show on a sample's motion, whatever its parameters.
 
+    With joints ``apart`` each has parameters of its own, so that a motor's current of unknown gain is seen as
+    well as a torque: of coupled drives the first motor's row then holds what both joints show.
+
     Attributes:
         robot: as it is taken to be.
         sample: the sample.
         known: torque of a spring, which joins the measured one, N x n.
         scale: norm of each joint's torque [N·m or N], shape (n,).
         Q: orthonormal basis of the weighted columns, rows x rank.
+        apart: whether each joint has parameters of its own.
     """
 
     robot: Robot
@@ -210,16 +214,19 @@ class Model:
     known: Array
     scale: Array
     Q: Array
+    apart: bool = False
 
     @staticmethod
-    def of(robot: Robot, sample: Sample, evaluate: Regressor | None = None) -> "Model":
+    def of(robot: Robot, sample: Sample, evaluate: Regressor | None = None, apart: bool = False) -> "Model":
         """Evaluate the robot's standard regressor, by ``evaluate`` if that is there already."""
         known = np.zeros(sample.torque.shape)
-        if robot.spring is not None:
+        if robot.spring is not None and not apart:
             k = robot.spring.joint - 1
             known[:, k] = robot.spring.torque(sample.q[:, k])
         scale = _norms(sample.torque, sample)
         W = evaluate(sample) if evaluate else _tried_once(robot, sample)
+        if apart:
+            W = _joint_by_joint(robot, W)
         rows = (W / scale[:, None])[sample.keep]
         norms = np.linalg.norm(rows, axis=0)
         there = norms > _NOTHING * norms.max(initial=0.0)
@@ -227,7 +234,11 @@ class Model:
         # A Gram matrix is accurate enough to compare misfits, and fast.
         squares, V = np.linalg.eigh(rows.T @ rows)
         kept = squares > _RANK**2 * squares.max(initial=0.0)
-        return Model(robot, sample, known, scale, rows @ (V[:, kept] / np.sqrt(squares[kept])))
+        return Model(robot, sample, known, scale, rows @ (V[:, kept] / np.sqrt(squares[kept])), apart)
+
+    def beside(self, robot: Robot, sample: Sample) -> "Model":
+        """Another robot or reading of the recording, seen as this one is."""
+        return Model.of(robot, sample, apart=self.apart)
 
     def misfit(self, torque: Array | None = None) -> float:
         """Root mean square over the joints of error norm over torque norm.
@@ -276,6 +287,18 @@ class Model:
         """What the model leaves of torques, N x n, at the rows that are used and in units of each joint's own."""
         y = (torque / self.scale)[self.sample.keep]
         return np.asarray(y - self.Q @ (self.Q.T @ y))
+
+
+def _joint_by_joint(robot: Robot, W: Array) -> Array:
+    """Columns of each joint's own, N x n x (n or more times as many)."""
+    n, count = W.shape[1:]
+    wide = np.zeros((len(W), n, (n + 1) * count))
+    for j in range(n):
+        wide[:, j, j * count : (j + 1) * count] = W[:, j]
+    if robot.coupling is not None:
+        first, second = (joint - 1 for joint in robot.coupling.joints)
+        wide[:, first, n * count :] = W[:, second]
+    return wide[:, :, wide.any(axis=(0, 1))]
 
 
 def _norms(torque: Array, sample: Sample) -> Array:

@@ -65,7 +65,9 @@ class Cause(NamedTuple):
         return Finding("error" if self.after < SERIOUS * self.before else "warning", self.source, text, cause=True)
 
 
-def likely_causes(robot: Robot, source: Source, contradicted: bool = True) -> tuple[Cause, ...]:
+def likely_causes(
+    robot: Robot, source: Source, contradicted: bool = True, apart: bool = False
+) -> tuple[Cause, ...]:
     """What would explain the recordings better, one cause each for those without and with payload.
 
     The most convincing comes first.
@@ -74,9 +76,12 @@ def likely_causes(robot: Robot, source: Source, contradicted: bool = True) -> tu
         robot: as described.
         source: the recordings; of each kind the one that fits worst is looked at.
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
+        apart: whether the recordings hold currents of unknown gains, so that joints share nothing.
     """
     kinds = [
-        likely_cause(robot, [Sample.of(recording, source.processing) for recording in recordings], contradicted)
+        likely_cause(
+            robot, [Sample.of(recording, source.processing) for recording in recordings], contradicted, apart
+        )
         for recordings in (source.unloaded, source.loaded)
     ]
     causes = sorted((cause for cause in kinds if cause is not None), key=lambda cause: cause.after / cause.before)
@@ -84,9 +89,9 @@ def likely_causes(robot: Robot, source: Source, contradicted: bool = True) -> tu
     return tuple(cause for k, cause in enumerate(causes) if cause.words not in words[:k])
 
 
-def likely_cause(robot: Robot, samples: Iterable[Sample], contradicted: bool) -> Cause | None:
+def likely_cause(robot: Robot, samples: Iterable[Sample], contradicted: bool, apart: bool = False) -> Cause | None:
     """What would explain the worst of some samples better; arguments as for ``likely_causes``."""
-    models = [Model.of(robot, sample) for sample in samples if len(sample.t) > 1]
+    models = [Model.of(robot, sample, apart=apart) for sample in samples if len(sample.t) > 1]
     if not models:
         return None
     before, worst = max(((model.misfit(), model) for model in models), key=lambda entry: entry[0])

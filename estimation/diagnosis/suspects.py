@@ -44,7 +44,7 @@ def drifting_clocks(model: Model) -> Iterator[Suspect]:
     if third == 0:
         return
     parts = (sample.part(0, third), sample.part(2 * third, len(sample.t)))
-    first, last = (_best_delay(Model.of(model.robot, part))[0] for part in parts)
+    first, last = (_best_delay(model.beside(model.robot, part))[0] for part in parts)
     if abs(last - first) < _CLOCKS:
         return
     start, stop = (float(np.mean(part.t)) for part in parts)
@@ -133,7 +133,7 @@ def _mounted(model: Model, g: Array, words: str) -> Suspect:
 
 def _described(model: Model, other: Robot, words: str) -> Suspect:
     """The sample seen as another robot's."""
-    return Suspect(words, Model.of(other, model.sample).misfit())
+    return Suspect(words, model.beside(other, model.sample).misfit())
 
 
 def coupled(model: Model) -> Iterator[Suspect]:
@@ -193,7 +193,7 @@ def zeros(model: Model) -> Iterator[Suspect]:
 
 def _read(model: Model, reading: Reading) -> Model:
     """The sample with its joints read in another way."""
-    return Model.of(model.robot, reading.of(model.sample))
+    return model.beside(model.robot, reading.of(model.sample))
 
 
 def frozen(model: Model) -> Iterator[Suspect]:
@@ -205,7 +205,7 @@ def frozen(model: Model) -> Iterator[Suspect]:
             rest = replace(sample, keep=sample.keep & ~still[:, None])
             start, stop = sample.t[still][0], sample.t[still][-1]
             words = f"the encoder of joint {j + 1} is stuck from {start:.3g} s to {stop:.3g} s"
-            yield Suspect(words, Model.of(model.robot, rest).misfit())
+            yield Suspect(words, model.beside(model.robot, rest).misfit())
 
 
 def _at(n: int, j: int, value: float) -> Array:

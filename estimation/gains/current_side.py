@@ -101,7 +101,10 @@ def gauss_newton(
         if np.abs(step[len(free) :] / k[moving]).max() < _ENOUGH:
             break
     else:
-        raise InputError("the drive gains do not settle: check units, signs and order of the currents")
+        raise InputError(
+            "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
+            "nothing"
+        )
     J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:

@@ -5,6 +5,7 @@ held while the linearised problem, a cone program, is solved; the load's known m
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from ...model import INERTIAL
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations, triangular
-from ..possible.cone import ConeProgram, SolverError, solve_cone
+from ..possible.cone import ConeProgram, ConeSolution, SolverError, solve_cone
 from ..possible.robot_rules import POWERS, RobotRules, link_places, typical_length
 from .current_side import CurrentFit
 from .known_load import KnownLoad
@@ -23,6 +24,8 @@ from .problem import GainProblem
 
 _MOST = 50  # linearisations
 _ENOUGH = 1e-5  # relative change of a gain
+_WAYS = ((None, None), (None, 1e3), (None, 1e2), (1e3, 1e2), (1e2, 1e2), (1e2, 30.0))
+"""Largest entry, and radius of the scaled unknowns: what no current shows has no least value, and may run away."""
 _LENGTH = 0.1  # m: size of a payload, for scaling only
 
 
@@ -67,7 +70,7 @@ def possible_gains(
         bodies[:, :, :m] = variables.bodies
         top = factor[: m + len(k)]  # below it stands what no unknown explains
         try:
-            solution = solve_cone(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
+            solution = _solved(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
         ratio = np.insert(solution.z[m:], held, 1.0)
@@ -82,6 +85,18 @@ def possible_gains(
     raise InputError(
         "the gains of bodies that can exist do not settle: check units, signs and order of the currents"
     )
+
+
+def _solved(program: ConeProgram) -> ConeSolution:
+    """The program's solution, closed only where it must be.
+
+    Raises:
+        SolverError: if it is found in no way.
+    """
+    for largest, ball in _WAYS[:-1]:
+        with suppress(SolverError):
+            return solve_cone(program, largest, ball)
+    return solve_cone(program, *_WAYS[-1])
 
 
 def _variables(problem: GainProblem, loads: Sequence[KnownLoad], x: Array) -> _Variables:

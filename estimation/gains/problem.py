@@ -7,6 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.linear import least_squares
 from ...common.paged import empty, parts
 from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
@@ -15,12 +16,13 @@ from ...model.names import parameter_kind
 from ..equations.equations import Equations, each, merged
 from ..fit.drive_gains import Fingerprints, fingerprints
 from ..payload.long_motion import payload_problem, with_friction
-from ..payload.problem import PayloadProblem
+from ..payload.problem import PayloadProblem, Source
 from ..payload.result import in_payload_frame
 from .current_side import CurrentFit, current_weights, gauss_newton
 from .known_load import KnownLoad, known_mass, known_values, payload_columns
 from .mounting import Mountings
 
+_SHOWN = 0.05  # of a joint's squared residual: what a payload that is there takes off at least
 _USUAL = 10.0  # N·m/A: the size of an arm's gains, so that checks of torques see torques; divided out again
 
 
@@ -43,6 +45,7 @@ class GainProblem:
         without_blocks: why there are none.
         recordings: by which later recordings are known for the same.
         mountings: which recordings have the weight where.
+        source: the recordings of currents, in which causes are looked for.
         posed: each mounting's payload problem, its torques those that the gains ``posed_with`` give; what the
             verdict looks at.
     """
@@ -57,6 +60,7 @@ class GainProblem:
     without_blocks: str = ""
     recordings: Fingerprints = field(default_factory=dict)
     mountings: Mountings = Mountings()
+    source: Source | None = None
     posed: tuple[PayloadProblem, ...] = ()
     posed_with: tuple[float, ...] = ()
 
@@ -101,8 +105,11 @@ def gain_problem(
     weights = current_weights(both)
     # How long residuals remember shows only once the joints' torques are to scale; all of them by one factor is
     # enough.
-    K = 1.0 / free_gains(both, weights, mountings.loads(load or known_mass(1.0))).k
-    K *= _USUAL / K.mean()
+    try:
+        K = 1.0 / free_gains(both, weights, mountings.loads(load or known_mass(1.0))).k
+        K *= _USUAL / K.mean()
+    except NoGainsError:  # told when the gains are asked for
+        K = usual
     posed = _posed(robot, unloaded, loaded, mountings, K, processing, progress, robust=True)
     return GainProblem(
         robot,
@@ -113,33 +120,55 @@ def gain_problem(
         *_without_blocks(posed, mountings, K),
         fingerprints(unloaded, loaded),
         mountings,
+        Source(tuple(loaded), tuple(unloaded), processing or robot.processing),
         posed,
         tuple(K.tolist()),
     )
+
+
+class NoGainsError(InputError):
+    """The currents give no gains, or such as cannot be."""
 
 
 def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad]) -> CurrentFit:
     """Gains, base parameters and what is unknown of the payload, without constraints.
 
     Raises:
-        InputError: if the recordings leave a gain undetermined, or one is negative.
+        NoGainsError: if the recordings leave a gain undetermined, or one is negative.
     """
     values = known_values(loads) | {name: 1.0 for name in equations.columns if parameter_kind(name) == SPRING}
     free = [k for k, name in enumerate(equations.columns) if name not in values]
     known = np.array([values.get(name, 0.0) for name in equations.columns])
-    found = gauss_newton(equations, weights, free, known)
+    if _hidden(equations):
+        raise NoGainsError("the payload does not show in the currents: is it in the loaded recording?")
+    try:
+        found = gauss_newton(equations, weights, free, known)
+    except InputError as error:
+        raise NoGainsError(str(error)) from None
     wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
     if not wrong:
         return found
     if len(wrong) == len(found.k) and _brakes(equations.columns, found.x) < 0:
-        raise InputError(
+        raise NoGainsError(
             "the recordings with and without the payload look exchanged: the known weight comes out negative; "
             "exchange --loaded and --unloaded"
         )
-    raise InputError(
+    raise NoGainsError(
         f"the current of motor {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
         "in a log map), or check the order of joints"
     )
+
+
+def _hidden(equations: Equations) -> bool:
+    """Whether no joint's current, seen alone, is explained any better with a payload."""
+    payload = [name for name in equations.columns if "_L" in name]
+    base = [k for k, name in enumerate(equations.columns) if name not in payload]
+    for factor in equations.factors:
+        W, current = factor[:, :-1], factor[:, -1]
+        less, more = (float(np.sum((current - A @ least_squares(A, current)) ** 2)) for A in (W[:, base], W))
+        if less - more > _SHOWN * less:
+            return False
+    return True
 
 
 def _brakes(columns: Sequence[str], x: Array) -> int:

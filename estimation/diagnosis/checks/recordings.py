@@ -201,4 +201,5 @@ def causes(evidence: Evidence, findings: Sequence[Finding]) -> list[Finding]:
     fits += [evidence.robot_fit] if evidence.robot_fit is not None else []
     if not contradicted and not any(np.nanmax(told_per_joint(fit)) > SUSPICIOUS for fit in fits):
         return []
-    return [cause.finding(cause.source) for cause in likely_causes(evidence.robot, evidence.source, contradicted)]
+    likely = likely_causes(evidence.robot, evidence.source, contradicted, evidence.gained is not None)
+    return [cause.finding(cause.source) for cause in likely]

@@ -1,0 +1,150 @@
+"""What is wrong with recordings for drive gains is named; good ones are answered at the level their sigma says."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dynident.common.errors import InputError
+from dynident.estimation import identify_gains
+from dynident.estimation.answers import DriveGains
+from dynident.estimation.diagnosis.evidence import KNOWN_WELL
+from dynident.estimation.gains import KnownLoad, Mountings, gain_problem, known_mass
+from dynident.model import InertialParameters, Motion, Recording, load_robot, robot_names
+from dynident.tests.estimation.gains import made
+
+ARMS = ("ur10e", "rx90", "panda", "irb120")
+"""One of each kind: no coupling, coupled drives, seven axes with sensors on the link side, next to no noise."""
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def expected(gains: DriveGains) -> str:
+    known = gains.larger_relative_sigma <= KNOWN_WELL
+    return "use" if known.all() else "identified_only" if known.any() else "do_not_use"
+
+
+def check_good(name: str, seed: int, noise: float) -> None:
+    bare, heavy, mass = made.pair(name, seed, noise)
+    gains = made.answered(name, bare, heavy, mass)
+    assert gains.verdict.level == expected(gains), gains.verdict.reasons
+    error = np.log(gains.values / made.truth(name, seed)) / gains.larger_relative_sigma
+    assert np.abs(error).max() < 4.5
+
+
+@pytest.mark.parametrize("name", ["irb120", pytest.param("rx90", marks=pytest.mark.long)])
+def test_good_recordings_are_answered(name: str) -> None:
+    check_good(name, 1, 0.05)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("noise", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("name", robot_names())
+def test_good_recordings_of_every_arm_are_answered(name: str, noise: float) -> None:
+    """54 in all: none is refused, and none spoken against."""
+    check_good(name, int(1000 * noise), noise)
+
+
+Mistake = Callable[[Recording, Recording, float], tuple[Recording, Recording, float]]
+
+
+def in_both(change: made.Change) -> Mistake:
+    return lambda bare, heavy, mass: (change(bare), change(heavy), mass)
+
+
+def in_loaded(change: made.Change) -> Mistake:
+    return lambda bare, heavy, mass: (bare, change(heavy), mass)
+
+
+def same_twice(bare: Recording, heavy: Recording, mass: float) -> tuple[Recording, Recording, float]:
+    return bare, replace(made.scaled(1.0005)(bare), source="loaded"), mass
+
+
+MISTAKES: dict[str, tuple[Mistake, str]] = {
+    "loaded on another scale": (in_loaded(made.scaled(1.06)), "with payload are on another scale"),
+    "one gain off in one recording": (in_loaded(made.scaled(1.15, 3)), "joint 3"),
+    "a mass ten times too large": (lambda bare, heavy, mass: (bare, heavy, 10.0 * mass), "by its data sheet"),
+    "recordings exchanged": (lambda bare, heavy, mass: (heavy, bare, mass), "with and without the payload look"),
+    "currents exchanged": (in_both(made.exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
+    "currents exchanged in one": (in_loaded(made.exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
+    "joint counted backwards": (in_both(made.counted_backwards(4)), "joint 4 is counted the other way"),
+    "all currents negative": (in_both(made.scaled(-1.0)), "turn its sign"),
+    "one recording twice": (same_twice, "the payload does not show in the currents"),
+}
+"""What is done to the recordings or the mass, and what is then said."""
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize("name", ["irb120", *(pytest.param(name, marks=pytest.mark.long) for name in ARMS[:3])])
+def test_a_mistake_is_named_and_not_used(name: str, mistake: str) -> None:
+    change, words = MISTAKES[mistake]
+    level, why = made.said(name, *change(*made.pair(name, 1)))
+    assert level in ("do_not_use", "refused"), why
+    assert words in why
+
+
+def test_contact_is_not_used() -> None:
+    bare, heavy, mass = made.pair("ur10e", 1)
+    level, why = made.said("ur10e", bare, made.struck(heavy), mass)
+    assert level == "do_not_use"
+    assert "with payload unexplained" in why
+
+
+@pytest.mark.parametrize("joint", [1, 4])
+def test_a_joint_that_does_not_move_is_named(joint: int) -> None:
+    motion, load = made.moved("irb120", 1), made.weight("irb120", 1)
+    q, qd, qdd = (np.array(x) for x in (motion.q, motion.qd, motion.qdd))
+    q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = q[0, joint - 1], 0.0, 0.0
+    still = Motion(motion.t, q, qd, qdd)
+    bare, heavy = (made.recorded("irb120", still, body, (1, k)) for k, body in enumerate((None, load)))
+    level, why = made.said("irb120", bare, heavy, load.mass)
+    assert level == "refused"
+    assert f"joint {joint} never moves" in why
+
+
+def test_one_weights_mass_is_taken_on_trust() -> None:
+    """10 % on the mass are 10 % on every gain, and no more residual: nothing but the scale knows it."""
+    bare, heavy, mass = made.pair("irb120", 1)
+    right, wrong = (made.answered("irb120", bare, heavy, factor * mass) for factor in (1.0, 1.1))
+    assert np.log(wrong.values / right.values) == pytest.approx(np.log(1.1), abs=1e-4)
+    assert wrong.fit.relative == pytest.approx(right.fit.relative, rel=1e-3)
+    assert wrong.verdict.level == right.verdict.level
+
+
+def several(masses: tuple[float, ...], told: tuple[float, ...], mounting: tuple[int, ...]) -> DriveGains:
+    """Gains by weights of some masses, each mounted a quarter turn farther, and what was told of them [kg]."""
+    name, motion = "irb120", made.moved("irb120", 1, 10)
+    first, turn, bodies = made.weight(name, 1), np.eye(3), list[InertialParameters]()
+    for mass in masses:
+        bodies.append(InertialParameters(first.moved(turn, [0.0, 0.0, 0.0]).vector * (mass / first.mass)))
+        turn = QUARTER @ turn
+    logs = [made.recorded(name, motion, body, (1, k)) for k, body in enumerate((None, *bodies))]
+    loads = [known_mass(mass) for mass in told]
+    problem = gain_problem(load_robot(name), logs[:1], logs[1:], load=loads, mounting=mounting)
+    return identify_gains(problem, loads)
+
+
+def test_two_weights_tell_a_mass_that_is_wrong() -> None:
+    right = several((2.0, 1.0), (2.0, 1.0), (1, 2))
+    assert right.verdict.level == expected(right), right.verdict.reasons
+    wrong = several((2.0, 1.0), (2.0, 1.1), (1, 2))
+    assert wrong.verdict.level == "do_not_use"
+    assert any("the weights do not go together" in reason for reason in wrong.verdict.reasons)
+
+
+def test_a_weight_mounted_anew_has_a_centre_of_mass_for_each_mounting() -> None:
+    gains = several((2.0, 2.0), (2.0, 2.0), (4, 2))
+    first, second = gains.payloads
+    assert second.com == pytest.approx(QUARTER @ first.com, abs=0.03)
+    assert np.abs(np.log(gains.values / made.truth("irb120", 1)) / gains.larger_relative_sigma).max() < 4.5
+    assert gains.mountings.names == (4, 2)
+
+
+@pytest.mark.parametrize("numbers", [(1,), (1, 2, 3)])
+def test_another_count_of_mountings_is_refused(numbers: tuple[int, ...]) -> None:
+    with pytest.raises(InputError, match=r"for 2 loaded recordings: give one number for each.*1,2,2"):
+        Mountings.of(numbers, 2, 2)
+
+
+def test_one_centre_of_mass_does_not_hold_in_two_mountings() -> None:
+    with pytest.raises(InputError, match="cannot hold in several mountings"):
+        Mountings.of((1, 2), 2, 2).loads(KnownLoad(mass=2.0, com=(0.0, 0.0, 0.1)))
