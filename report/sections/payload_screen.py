@@ -55,7 +55,7 @@ def payload_screen(answer: PayloadAnswer, document: str | None = None, stand_in_
             by_joints_table(answer.by_joints),
             Notes(detail_notes(answer)),
         ]
-        more = "parameters, joints, condition numbers"
+        more = "parameters, joints, residuals"
     else:
         notes = [*(f"Note: {text}." for text in answer.verdict.notes), scale_note(answer)]
         notes += [worst_note(worst_joint(answer.by_joints, answer.mass))]

@@ -16,12 +16,17 @@ QUICK = ("--payload-only", "--via-points", "4", "--starts", "1", "--seed", "2")
 """A design problem of a second."""
 
 
+_WITH_DETAILS = {"payload", "weigh", "identify", "gains", "check", "design", "near", "score", "demo"}
+"""Commands whose screen has a second part."""
+
+
 def runner(capsys: pytest.CaptureFixture[str], *before: str) -> Run:
-    """Runs the command; ``before`` stand before its arguments."""
+    """Runs the command and has it print everything; ``before`` stand before its arguments."""
 
     def run(*arguments: str) -> tuple[int, str, str]:
+        words = [*before, *arguments]
         try:
-            status = main([*before, *arguments])
+            status = main([*words, "--details"] if words[0] in _WITH_DETAILS else words)
         except SystemExit as stop:
             status = int(stop.code or 0)
         captured = capsys.readouterr()
