@@ -10,13 +10,14 @@ from dataclasses import replace
 import numpy as np
 from dynident.common.arrays import Array
 from dynident.model import InertialParameters, Joint, Limits, Motion, Recording, Robot, load_robot, standard_columns
+from dynident.model.stand_in import with_stand_in
 from dynident.trajectories import Simulator, random_via_points
 from scipy.signal import lfilter
 
 NAMES = ("rx90", "ur10e", "tx40")
 PAYLOADS = ("gripper", "disc", "cube", "bar", "offset")
-RATE = {"rx90": 250.0, "ur10e": 125.0, "tx40": 250.0}
-CAPACITY = {"rx90": 6.0, "ur10e": 8.0, "tx40": 1.7}
+RATE = {"rx90": 250.0, "ur10e": 125.0, "tx40": 250.0, "panda": 250.0}
+CAPACITY = {"rx90": 6.0, "ur10e": 8.0, "tx40": 1.7, "panda": 2.0}
 """Mass of a usual payload [kg]."""
 RELATIVE_NOISE = 0.12
 """Standard deviation of white torque noise, of each joint's torque."""
@@ -39,12 +40,14 @@ _TX40_SHARE = {"inertia": 0.08, "moment": 0.15, "mass": 0.3, "drive": 0.06, "fri
 
 @functools.cache
 def robot(name: str) -> Robot:
-    """A shipped robot with standard parameters, and limits of speed where the file has none."""
+    """A shipped robot with standard parameters; one that is none of ``NAMES`` with those of its stand-in."""
     known = load_robot(name)
     if name == "rx90":
         return known
     if name == "ur10e":
         return replace(known, parameters=_ur10e())
+    if name != "tx40":
+        return with_stand_in(known)
     joints = tuple(map(_lively, known.joints, load_robot("rx90").joints))
     return replace(known, joints=joints, parameters=_tx40(), processing=replace(known.processing, decimate=10))
 
@@ -114,9 +117,13 @@ def recorded(
     seed: int,
     noise: float = RELATIVE_NOISE,
     memory: float = 0.0,
+    arm: Simulator | None = None,
 ) -> Recording:
-    """A recording with white noise, or with a third of it that remembers ``memory`` samples (AR(1))."""
-    exact = simulator(name).record(moved, load)
+    """A recording with white noise, or with a third of it that remembers ``memory`` samples (AR(1)).
+
+    By the robot of that name, or by another ``arm`` of its kind.
+    """
+    exact = (arm or simulator(name)).record(moved, load)
     sigma = noise * np.sqrt(np.mean(exact.torque**2, axis=0))
     label = f"{'loaded' if load else 'unloaded'}.csv"
     return Recording(moved.t, moved.q, exact.torque + sigma * _noise(moved.q.shape, memory, seed), None, label)

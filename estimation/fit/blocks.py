@@ -43,9 +43,13 @@ class Remembered(NamedTuple):
 def remembered(recordings: Sequence[Held], equations: Equations) -> Remembered:
     """By what the weighted fit to all recordings of one load leaves; the first columns are the equations'."""
     group = left_over(recordings, equations)
+    return Remembered(_memory(group), tuple(map(span, group)), memory_factors(group))
+
+
+def memory_factors(group: Sequence[Residuals]) -> tuple[float, ...]:
+    """By how much the memory of each joint's errors raises variances, from what is left of the recordings."""
     joints = range(len(group[0].t))
-    factors = (inflation([(left.t[j], left.errors[j]) for left in group]) for j in joints)
-    return Remembered(_memory(group), tuple(map(span, group)), tuple(factors))
+    return tuple(inflation([(left.t[j], left.errors[j]) for left in group]) for j in joints)
 
 
 def length_by_residuals(groups: Sequence[Sequence[Residuals]]) -> float:

@@ -11,13 +11,26 @@ from ...common.arrays import Array
 from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
+from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import PATH, Observer, Pieces, used_pieces
-from ..equations.reduction import Recorded, recorded, reduced_measurement
+from ..equations.reduction import Recorded, Residuals, recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
-from ..fit.blocks import FEWEST, SHORTEST, Remembered, block_edges, block_length, in_blocks, remembered
+from ..fit.blocks import (
+    FEWEST,
+    SHORTEST,
+    Remembered,
+    block_edges,
+    block_length,
+    in_blocks,
+    memory_factors,
+    remembered,
+    weighted_solution,
+)
+from ..fit.estimate import Estimate
 from ..signals.rows import Mask
+from .loaded_scale import FRICTION
 from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together
@@ -116,6 +129,7 @@ def payload_equations(
     pairs: Sequence[PairedMeasurement],
     processing: Processing,
     blocks: bool = True,
+    known: Estimate | None = None,
 ) -> PayloadEquations:
     """Reduce measurements; of long ones the equations are never held whole.
 
@@ -127,6 +141,7 @@ def payload_equations(
         pairs: for method 3; may be empty.
         processing: settings.
         blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
+        known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """
     if not blocks:
         return _whole(robot, base, loaded, unloaded, pairs, processing)
@@ -136,6 +151,10 @@ def payload_equations(
         (used_pieces(data, processing) for data in loaded),
     )
     loads = [remembered(with_pieces, with_payload.select(base.columns))]
+    inflation = loads[0].inflation
+    if known is not None and not unloaded:
+        own = memory_factors(_left_by(known, with_pieces, with_payload))
+        inflation = tuple(max(factor, _memory_of(known)) for factor in own)
     without: Equations | None = None
     difference: Equations | None = None
     if unloaded:
@@ -155,7 +174,27 @@ def payload_equations(
         difference = in_blocks(difference, change_pieces, edges, length)
     stretches = _cut(with_pieces, _long_edges(loads[0].spans))
     loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, loads[0].inflation, few)
+    return PayloadEquations(loaded_blocks, without, difference, stretches, inflation, few)
+
+
+def _memory_of(known: Estimate) -> float:
+    """By how much memory raised the variances of a robot's parameters; a few seconds of load show less of it."""
+    if known.robust is None:
+        return 1.0
+    return float(np.median((known.robust.sigma / np.maximum(known.sigma, 1e-300)) ** 2))
+
+
+def _left_by(known: Estimate, recordings: Sequence[Recorded], loaded: Equations) -> list[Residuals]:
+    """What a robot that is known leaves of the loaded recordings, payload and friction found beside it.
+
+    All of its parameters, found anew in a few seconds, would take up the slow errors for themselves.
+    """
+    rigid = [k for k, name in enumerate(known.names) if parameter_kind(name) not in FRICTION]
+    beside = loaded.minus([known.names[k] for k in rigid], known.values[rigid])
+    values = dict(zip(known.names, known.values, strict=True))
+    values |= zip(beside.columns, weighted_solution(beside), strict=True)
+    chi = np.array([values[name] for name in loaded.columns])
+    return [recording.residuals(chi) for recording in recordings]
 
 
 def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:

@@ -68,7 +68,8 @@ def payload_problem(
     pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)
     no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
     progress("cutting into blocks" if robust else "reducing")
-    equations = payload_equations(robot, base, measured, alone, together, processing, robust and not no_blocks)
+    blocks = robust and not no_blocks
+    equations = payload_equations(robot, base, measured, alone, together, processing, blocks, known)
     if equations.unloaded and equations.unloaded.equations == 0:
         raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
     problem = PayloadProblem(

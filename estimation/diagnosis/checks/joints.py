@@ -20,6 +20,9 @@ WRONG = 0.10
 """Relative difference of one joint's mass from the answer above which nothing should be used."""
 SHARE = 0.15
 """Difference of a joint's share from 1 above which nothing should be used: real joints lie within 0.1."""
+CHANCE = (0.1, 0.01)
+"""Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
+second by all of the disagreement."""
 TOGETHER = 2.5
 """Factor by which all shares together widen the intervals, above which it is told."""
 TOO_FAR = 2.83
@@ -39,7 +42,8 @@ def joints(evidence: Evidence) -> list[Finding]:
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     """Factor on every interval: how much farther the joints' shares lie from 1 than their errors let them.
 
-    Joints that disagree prove an error of some gain, friction or description, of which no residual knows.
+    Joints that disagree prove an error of some gain, friction or description, of which no residual knows. What
+    chance alone brings about widens nothing.
 
     Args:
         by_joints: the payload as single joints see it.
@@ -54,7 +58,17 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     apart = np.eye(len(seen)) * len(seen) / (len(seen) - 1) - 1.0 / (len(seen) - 1)  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(joints, joints)] @ apart.T)
     squares = [(share - 1.0) ** 2 / (sigma**2 + own) for (_, share, sigma), own in zip(seen, variance, strict=True)]
-    return float(np.sqrt(max(1.0, sum(squares) / (len(seen) - 1))))
+    freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
+    proven = _beyond_chance(sum(squares) / len(seen), len(seen), float("inf") if few else freedom)
+    return 1.0 + proven * (float(np.sqrt(max(1.0, sum(squares) / (len(seen) - 1)))) - 1.0)
+
+
+def _beyond_chance(square: float, joints: int, freedom: float) -> float:
+    """Whether a mean square of so many joints' disagreement is more than chance, from 0 to 1 (F test)."""
+    from scipy.special import fdtrc
+
+    first, last = CHANCE
+    return float(np.clip((first - fdtrc(joints, min(freedom, 1e9), square)) / (first - last), 0.0, 1.0))
 
 
 def shares_together(evidence: Evidence) -> list[Finding]:

@@ -23,7 +23,7 @@ from dynident.model import Recording
 from dynident.report.sections.payload import payload_notes
 from dynident.report.sections.recommended import recommended_notes
 from dynident.tests.estimation.payload.recordings import cut
-from dynident.tests.estimation.payload.test_friction import LOAD, NAME, recordings
+from dynident.tests.estimation.payload.test_friction import LOAD, NAME, SEEDS, recordings
 
 ROBOT = invented.robot(NAME)
 
@@ -117,3 +117,18 @@ def test_the_prior_of_a_stored_robot_has_full_rank() -> None:
     root: Array = posed.prior.root
     identity = root @ posed.prior.covariance @ root.T / posed.prior.inflation
     assert identity == pytest.approx(np.eye(len(root)), abs=1e-6)
+
+
+def test_a_stored_robot_does_not_take_up_slow_errors() -> None:
+    """Noise that forgets in 0.2 s, rows 0.1 s apart: its memory raises variances by (1 + r) / (1 - r) = 4.1.
+
+    All parameters found anew in ten seconds explain most of it away.
+    """
+    expected = float((1.0 + np.exp(-0.5)) / (1.0 - np.exp(-0.5)))
+    told, anew = [], []
+    for seed in range(SEEDS):
+        loaded = begun(seed)[1]
+        told += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
+        anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1], robust=True).inflation
+    assert np.median(told) == pytest.approx(expected, rel=0.3)
+    assert np.median(anew) < 0.75 * expected
