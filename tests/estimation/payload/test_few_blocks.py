@@ -125,7 +125,7 @@ def test_a_stored_robot_does_not_take_up_slow_errors() -> None:
     All parameters found anew in ten seconds explain most of it away.
     """
     expected = float((1.0 + np.exp(-0.5)) / (1.0 - np.exp(-0.5)))
-    told, anew = [], []
+    told, anew = list[float](), list[float]()
     for seed in range(SEEDS):
         loaded = begun(seed)[1]
         told += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
