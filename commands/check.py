@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import estimation, report
+from .. import estimation, model, report
 from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED, DO_NOT_USE
@@ -35,8 +35,20 @@ class _Logs(ResultOptions):
             InputError: without any.
         """
         if not (self.logs or self.data):
-            raise InputError("give a log: dynident check LOG --robot NAME")
+            raise InputError("give a log: dynident check LOG")
         return (*self.logs, *self.data)
+
+
+@dataclass(frozen=True)
+class _Robot(RobotOptions):
+    """The robot, which may be left out."""
+
+    robot: str = option(
+        reads="robot",
+        default="",
+        metavar="NAME|FILE",
+        help="a shipped robot, TOML or URDF (default: told which shipped robots fit)",
+    )
 
 
 def add_parser(commands: Any) -> None:
@@ -45,7 +57,7 @@ def add_parser(commands: Any) -> None:
         commands,
         "check",
         run,
-        RobotOptions,
+        _Robot,
         ProcessingOptions,
         _Logs,
         description="Look at logs: what was understood, what looks wrong, and how surely they show each base "
@@ -54,25 +66,47 @@ def add_parser(commands: Any) -> None:
     )
 
 
-def run(robot: RobotOptions, processing: ProcessingOptions, files: _Logs) -> int:
+def run(robot: _Robot, processing: ProcessingOptions, files: _Logs) -> int:
     """Run it."""
-    setup = processing.setup(robot.load())
-    checks = [_checked(path, setup) for path in files.paths]
-    for number, check in enumerate(checks, 1):
-        files.show(report.check_screen(setup.robot, check))
-        if files.plots:
-            _plot(Path(files.plots), number, check)
-    files.write_json(lambda: report.documents.check_document(setup.robot, checks))
-    return ANSWERED if all(check.usable for check in checks) else DO_NOT_USE
+    if not robot.robot:
+        for name in ("mount", "gravity", "base", "tip"):
+            robot.refuse(name, "belongs to --robot: give it as well")
+    setup = processing.setup(robot.load()) if robot.robot else None
+    looks = [_looked(path, number, setup, processing, files) for number, path in enumerate(files.paths, 1)]
+    files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
+    return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
+
+
+def _looked(
+    path: str, number: int, setup: Setup | None, processing: ProcessingOptions, files: _Logs
+) -> report.documents.Look:
+    """Look at one log, by the robot that fits it best where none is named, and show it."""
+    fits = None
+    if setup is None:
+        fits = estimation.diagnosis.robot_fits(path, processing.how())
+        files.show(report.fits_screen(path, fits))
+        if fits.fault:
+            return report.documents.Look(path, None, fits)
+        setup = processing.setup(model.load_robot(fits.fitting[0].robot))
+    check = _checked(path, setup)
+    files.show(report.check_screen(setup.robot, check))
+    if files.plots:
+        _plot(Path(files.plots), number, check)
+    return report.documents.Look(path, check, fits)
 
 
 def _checked(path: str, setup: Setup) -> estimation.diagnosis.LogCheck:
-    """One log; without gains its torques stay currents."""
+    """One log, its longest piece between gaps; without gains its torques stay currents."""
     robot = setup.robot
     currents = setup.gains is None and estimation.recordings.holds_currents_only(path, robot, setup.log_map)
     gains = (1.0,) * robot.n if currents else setup.gains
-    (recording,) = replace(setup, gains=gains, told=set()).read([path])
-    return estimation.diagnosis.check_log(robot, recording, setup.processing, currents)
+    pieces = replace(setup, gains=gains, told=set()).read([path])
+    recording = max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0]))
+    check = estimation.diagnosis.check_log(robot, recording, setup.processing, currents)
+    if len(pieces) == 1:
+        return check
+    text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
+    return check.with_findings([estimation.diagnosis.Finding("note", "recording", text)])
 
 
 def _plot(folder: Path, number: int, check: estimation.diagnosis.LogCheck) -> None:

@@ -45,6 +45,7 @@ from .sections.following import following_screen as following_screen
 from .sections.gains import gains_page as gains_page
 from .sections.gains import gains_screen as gains_screen
 from .sections.log_check import check_screen as check_screen
+from .sections.log_check import fits_screen as fits_screen
 from .sections.near import NearResult as NearResult
 from .sections.near import near_head as near_head
 from .sections.near import near_page as near_page

@@ -99,7 +99,7 @@ class Options:
             if about.get(kind):
                 shown = about["name"].upper() or f"--{entry.name.replace('_', '-')}"
                 for path in (value,) if isinstance(value, str) else value or ():
-                    if isinstance(path, str):
+                    if isinstance(path, str) and (path or kind == "writes"):
                         yield shown, about[kind], path
 
 

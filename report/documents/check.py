@@ -1,12 +1,12 @@
 """The documents of ``check``, ``verify`` and ``robot check``."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from msgspec import UNSET, UnsetType, field, structs
 
 from ...common.schema import Document
-from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck
+from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck, RobotFits
 from ...estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from ...estimation.files.parts import Number
 from ...estimation.payload import FollowingChange
@@ -35,11 +35,29 @@ class LogDocument(Document, frozen=True):
     condition_number_scaled: Number
 
 
-class CheckDocument(Document, frozen=True):
-    """A look at several logs of a robot."""
+class FitDocument(Document, frozen=True):
+    """A shipped robot that a log can be of, and what its model leaves of the torque."""
 
     robot: str
+    residual: Number
+
+
+class FitsDocument(Document, frozen=True):
+    """Shipped robots beside a log of which none was named; ``fault``: why none fits, null where one does."""
+
+    source: str
+    columns: tuple[str, ...]
+    fitting: tuple[FitDocument, ...]
+    others: tuple[str, ...]
+    fault: str | None
+
+
+class CheckDocument(Document, frozen=True):
+    """A look at several logs of a robot, null where none was named: then ``fits`` tells which shipped ones fit."""
+
+    robot: str | None
     logs: tuple[LogDocument, ...]
+    fits: tuple[FitsDocument, ...] | UnsetType = UNSET
 
 
 class ChangeDocument(Document, frozen=True):
@@ -115,18 +133,33 @@ class RobotCheckDocument(Document, frozen=True):
     ranked: tuple[ReadingDocument, ...] | UnsetType = UNSET
 
 
-def check_document(robot: Robot, checks: Sequence[LogCheck]) -> CheckDocument:
+class Look(NamedTuple):
+    """A look at one log: its check, None where no robot fits, and the robots that fit where none was named."""
+
+    path: str
+    check: LogCheck | None
+    fits: RobotFits | None = None
+
+
+def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
     """What ``dynident check --json`` writes."""
     logs = (
         LogDocument.of(
-            check,
-            source=check.recording.source,
-            notes=tuple(check.recording.notes),
-            findings=tuple(map(FindingDocument.of, check.findings)),
+            look.check,
+            source=look.check.recording.source,
+            notes=tuple(look.check.recording.notes),
+            findings=tuple(map(FindingDocument.of, look.check.findings)),
         )
-        for check in checks
+        for look in looks
+        if look.check
     )
-    return CheckDocument(robot.name, tuple(logs))
+    fits = tuple(_fits(look.path, look.fits) for look in looks if look.fits)
+    return CheckDocument(robot.name if robot else None, tuple(logs), fits or UNSET)
+
+
+def _fits(path: str, fits: RobotFits) -> FitsDocument:
+    fitting = tuple(FitDocument(fit.robot, fit.residual) for fit in fits.fitting)
+    return FitsDocument(path, fits.columns, fitting, tuple(name for name, _ in fits.others), fits.fault or None)
 
 
 def following_document(found: FollowingChange) -> FollowingDocument:

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from ...estimation.diagnosis import LogCheck
+from ...estimation.diagnosis import LogCheck, RobotFits
 from ...model import Robot
 from ..blocks import Block, Notes, Remarks, Screen, Table, columns
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _A_ROW = 4  # parameters side by side
+_MOST = 12  # columns that are listed
 
 
 def check_screen(robot: Robot, check: LogCheck) -> Screen:
@@ -25,6 +26,20 @@ def check_screen(robot: Robot, check: LogCheck) -> Screen:
         details,
         "steps of the signals, each parameter's excitation",
     )
+
+
+def fits_screen(path: str, fits: RobotFits) -> Screen:
+    """Which shipped robots a log can be of; without one what is in it, and what to mend first."""
+    if fits.fault:
+        more = len(fits.columns) - _MOST
+        shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
+        return Screen([Notes([f"{path}: columns {shown}", f"Mend first: {fits.fault}"])])
+    told = [name if left is None else f"{name} ({100 * left:.3g} %)" for name, left in fits.fitting]
+    lines = [f"{path}: no --robot is given. It can be of {', '.join(told)}: in brackets what the model leaves"]
+    if fits.others:
+        names = ", ".join(name for name, _ in fits.others)
+        lines.append(f"Not of {names}: positions, speeds or torques are beyond them")
+    return Screen([Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])])
 
 
 def _understood(check: LogCheck) -> list[str]:

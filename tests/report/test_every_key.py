@@ -15,6 +15,7 @@ from dynident.estimation import Verdict
 from dynident.estimation.diagnosis import Finding, robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
+from dynident.estimation.diagnosis.fits import RobotFit, RobotFits
 from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
@@ -519,8 +520,17 @@ def test_check() -> None:
         excitation=(Excited("AR", 1.25, 3.5),), condition_number_scaled=12.5,
     )  # fmt: skip
     robot: Any = made.ROBOT
+    fits = RobotFits(("t", "q1"), (RobotFit("arm", 0.25),), (("other", "too fast"),), "")
+    expected = {
+        "source": "a.csv", "columns": ["t", "q1"], "fitting": [{"robot": "arm", "residual": 0.25}],
+        "others": ["other"], "fault": None,
+    }  # fmt: skip
     same(
-        documents.check_document(robot, [look]),
+        documents.check_document(None, [documents.Look("a.csv", None, fits)]),
+        {"robot": None, "logs": [], "fits": [expected]},
+    )
+    same(
+        documents.check_document(robot, [documents.Look("a.csv", look)]),
         {
             "robot": "arm",
             "logs": [{
