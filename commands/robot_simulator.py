@@ -16,6 +16,8 @@ from .options import Options, RobotOptions, add_command, option
 
 FORMATS = {"mjcf": "MJCF (MuJoCo)", "usd": "USD (Isaac Sim)", "urdf": "URDF", "sdf": "SDFormat (Gazebo, Drake)"}
 """The formats, told again here so that ``--help`` need not load them."""
+INTO = ("mjcf", "urdf")
+"""Formats whose files can get the numbers."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +30,18 @@ class _Bodies(Options):
         help="the --json of 'dynident identify' (default: the parameters of the robot's own file)",
     )
     out: str = option(writes="file", required=True, metavar="F", help="file to write")
+    into: str | None = option(
+        reads="model",
+        metavar="F",
+        help="mjcf, urdf: a model of your own that gets the numbers, matched by names of joints",
+    )
     despite_verdict: bool = option(action="store_true", help="write it whatever the verdict")
     gauge: str | None = option(help=argparse.SUPPRESS)
 
-    def check(self) -> None:
-        """Refuse what there was once, with what to do today."""
+    def check(self, name: str) -> None:
+        """Refuse what the format does not know, and what there was once, with what to do today."""
+        if name not in INTO:
+            self.refuse("into", f"belongs to {' and '.join(INTO)}, not to {name}")
         self.refuse(
             "gauge",
             "is gone: only links that can exist are written, where data say nothing by a prior: 'dynident identify "
@@ -50,7 +59,7 @@ def add_parsers(commands: Any) -> None:
 
 def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:
     """Run it."""
-    bodies.check()
+    bodies.check(name)
     form = report.simulators.FORMATS[name]
     robot = arm.load()
     against: tuple[str, ...] = ()
@@ -66,8 +75,14 @@ def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:
         why = "; ".join(against)
         print(f"dynident: not written: {why} (--despite-verdict writes it all the same)", file=sys.stderr)
         return DO_NOT_USE
-    write_text(bodies.out, form.text(whole))
+    notes = form.notes(whole)
+    if bodies.into is None:
+        write_text(bodies.out, form.text(whole))
+    else:
+        changed = report.simulators.into(name, bodies.into, whole, form.head(whole))
+        write_text(bodies.out, changed.text)
+        notes += changed.notes
     print(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.")
-    for line in form.notes(whole):
+    for line in notes:
         print(f"  {line}")
     return ANSWERED

@@ -54,12 +54,12 @@ def custom_texts(whole: WholeRobot) -> Iterator[str]:
     """Marks as elements that MuJoCo keeps when it writes a model."""
     for name, label in marks(whole).items():
         words = " ".join(f"{key}={word}" for key, word in fields(label).items())
-        yield f"    <text name={quoteattr(name)} data={quoteattr(words)}/>"
+        yield f"  <text name={quoteattr(name)} data={quoteattr(words)}/>"
 
 
 def _custom(whole: WholeRobot) -> Iterator[str]:
     yield "  <custom>"
-    yield from custom_texts(whole)
+    yield from (f"  {line}" for line in custom_texts(whole))
     yield "  </custom>"
 
 

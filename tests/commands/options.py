@@ -185,7 +185,8 @@ OPTIONS: dict[str, dict[str, str]] = {
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
         "--robot": "--robot rx90",
         "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
-        "--gauge": "--gauge prior",
+        "--into": "--into six_axis.urdf",
+                "--gauge": "--gauge prior",
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",
         "--out": "--out b.xml",
     }),
