@@ -84,12 +84,24 @@ class _Identify(Options):
         if gauge == "none":
             return None
         try:
+            if gauge == "prior" and self.constrained is None and self.prior_mass is None:
+                return self._nearest_own_prior(result)
             return self._nearest_prior(result) if gauge == "prior" else self._nearest(result)
         except estimation.SolverError as error:
             if self.constrained == "prior" or self.total_mass is not None:
                 raise InputError(f"{error}; --constrained none leaves it out") from error
             note(f"no robot that can exist is given: {error}")
             return None
+
+    def _nearest_own_prior(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:
+        """By the robot's own file, unless its links cannot exist themselves, as links of CAD often cannot."""
+        try:
+            estimation.possible.robot_prior(result.robot)
+        except InputError as error:
+            self.refuse("prior_budget", f"needs a prior: {error}")
+            note(f"single links are left open: {error}, or --prior-mass KG (of the moving links)")
+            return self._nearest(result)
+        return self._nearest_prior(result)
 
     def _nearest(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:
         return estimation.possible.solve_constrained_base(result.robot, result.base, result.estimate, self._mass())
