@@ -13,7 +13,7 @@ from ...model import BaseParameters, Robot
 from ..equations.equations import PAYLOAD
 from ..fit.essential import Elimination
 from ..fit.estimate import Estimate, error_model
-from ..payload.methods import combined, selected, with_robust
+from ..payload.methods import selected, with_robust
 from ..payload.problem import PayloadProblem
 from ..possible.cone import SolverError
 from ..possible.payload import solve_constrained
@@ -55,11 +55,10 @@ def impossible_payload(elimination: Elimination) -> tuple[str, ...]:
 
 def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> tuple[str, ...]:
     """What speaks against the essential parameters of robot and payload together, by method 4."""
+    full, _ = with_robust(problem, lambda part: selected(part, part.loaded.columns))
     part, _ = with_robust(problem, lambda part: selected(part, elimination.essential), elimination.estimate)
     elimination = replace(elimination, estimate=part)
-    return impossible_payload(elimination) + impossible_robot(
-        problem.robot, problem.base, combined(problem), elimination
-    )
+    return impossible_payload(elimination) + impossible_robot(problem.robot, problem.base, full, elimination)
 
 
 def _on_axis(kind: str, left: Sequence[str]) -> str:
