@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
-_ZOOM = 1.7  # inches: height of the larger view
+_ZOOM = 1.7  # inches: height of an enlargement
 
 
 def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> Drawing:
-    """Two views, x-z and y-z, equal in scale; below, the uncertainty larger.
+    """Three views, x-z, y-z and x-y, equal in scale; beside and below them enlargements of the uncertainty.
 
     Args:
         payload: the recommended one.
@@ -34,22 +34,28 @@ def flange_figure(payload: ConstrainedPayload, inertia: bool, flange: bool) -> D
 
 
 def _drawn(com: Array, bounds: Array, body: Array | None, flange: bool) -> Figure:
+    """From the side and the front, below them from above; at the right of that and below, the enlargements."""
     known = bool(np.isfinite(bounds).all())
     low, high = _extent(com, bounds, body)
     width, height, depth = high - low
     per_mm = min(4.6 / (width + height), 3.0 / depth)
-    size = max((width + height) * per_mm + 1.4, 4.6), depth * per_mm + 0.9 + (_ZOOM + 0.5) * known
-    ratios = {"width_ratios": (width, height)} | ({"height_ratios": (depth * per_mm, _ZOOM)} if known else {})
-    figure, axes = panels(size, 1 + known, 2, (0.75, 0.15, 0.1, 0.8), (0.5, 0.5), **ratios)
-    for k in (0, 1):
-        _overview(axes[0][k], com, bounds, body, (k, 2), flange)
-        axes[0][k].set_xlim(low[k], high[k])
-        axes[0][k].set_ylim(low[2], high[2])
+    rows = [depth * per_mm, height * per_mm, *([_ZOOM] if known else [])]
+    size = max((width + height) * per_mm + 1.4, 4.6), sum(rows) + 0.9 + 0.6 * (len(rows) - 1)
+    figure, axes = panels(
+        size, len(rows), 2, (0.75, 0.15, 0.1, 0.8), (0.65, 0.6), width_ratios=(width, height), height_ratios=rows
+    )
+    views = {(0, 2): (axes[0][0], axes[-1][0]), (1, 2): (axes[0][1], axes[-1][1]), (0, 1): (axes[1][0], axes[1][1])}
+    for (i, k), (view, enlarged) in views.items():
+        _overview(view, com, bounds, body, (i, k), flange)
+        view.set_xlim(low[i], high[i])
+        view.set_ylim(low[k], high[k])
         if known:
-            _larger(axes[1][k], com, bounds, (k, 2))
-        axes[-1][k].set_xlabel(f"{'xyz'[k]} [mm]")
-    for row in axes:
-        row[0].set_ylabel("z [mm]")
+            _enlarged(enlarged, com, bounds, (i, k))
+        for axis in (view, enlarged) if known else (view,):
+            axis.set_xlabel(f"{'xyz'[i]} [mm]", labelpad=1.0)
+            axis.set_ylabel(f"{'xyz'[k]} [mm]", labelpad=1.0)
+    if not known:
+        axes[1][1].set_visible(False)
     legend(figure, [axes[0][0]], "lower center", fontsize=9)
     return figure
 
@@ -57,11 +63,11 @@ def _drawn(com: Array, bounds: Array, body: Array | None, flange: bool) -> Figur
 def _words(com: Array, inertia: bool, flange: bool, known: bool) -> tuple[str, str]:
     where = ", ".join(f"{'xyz'[k]} {com[k]:.1f} mm" for k in range(3))
     origin = "the flange, drawn as a plate of 63 mm (ISO 9409-1-50)" if flange else "the frame's origin"
-    caption = f"Centre of mass seen along y (left) and along x (right), from {origin}, to scale."
+    caption = f"Centre of mass seen along y (left), along x (right) and along z (below), from {origin}, to scale."
     if known:
-        caption += " Bars and ellipse: its 95 % intervals; below, the same larger."
+        caption += " Bars and ellipse: its 95 % intervals, also as enlargements."
     if inertia:
-        caption += " Dashed: homogeneous ellipsoid with the identified inertia."
+        caption += " Dashed: equivalent ellipsoid, homogeneous and of the identified mass and inertia."
     return caption, f"{caption} Centre of mass at {where}."
 
 
@@ -70,8 +76,13 @@ def _overview(
 ) -> None:
     i, k = axes
     if flange:
-        plate = matplotlib().patches.Rectangle(
-            (-_PLATE, -8.0), 2 * _PLATE, 8.0, facecolor="0.85", edgecolor="black", hatch="///"
+        look = {"facecolor": "0.85", "edgecolor": "black", "hatch": "///"}
+        patches = matplotlib().patches
+        side = k == 2
+        plate = (
+            patches.Rectangle((-_PLATE, -8.0), 2 * _PLATE, 8.0, **look)
+            if side
+            else patches.Circle((0.0, 0.0), _PLATE, **look)
         )
         axis.add_patch(plate)
     for direction, name in (((1.0, 0.0), "xyz"[i]), ((0.0, 1.0), "xyz"[k])):
@@ -80,20 +91,20 @@ def _overview(
         axis.annotate(name, tip, xytext=(3, 3), textcoords="offset points", fontsize=9)
     if body is not None:
         axis.plot(*_outline(com[[i, k]], body[np.ix_([i, k], [i, k])]), "--", color="0.35", linewidth=1.2,
-                  label="body of this inertia")  # fmt: skip
+                  label="equivalent ellipsoid")  # fmt: skip
     _uncertain(axis, com, bounds, axes)
     axis.set_aspect("equal")
     axis.locator_params(nbins=6)
     plain(axis)
 
 
-def _larger(axis: Axes, com: Array, bounds: Array, axes: tuple[int, int]) -> None:
+def _enlarged(axis: Axes, com: Array, bounds: Array, axes: tuple[int, int]) -> None:
     """The uncertainty alone."""
     _uncertain(axis, com, bounds, axes)
     axis.margins(0.12)
     axis.set_aspect("equal", adjustable="datalim")
     axis.locator_params(nbins=5)
-    axis.set_title("larger", fontsize=9)
+    axis.set_title("enlargement", fontsize=9)
     plain(axis)
 
 

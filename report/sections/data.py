@@ -34,7 +34,7 @@ def report_page(
             data.append(Table(what, columns(("",), (heading,)), list(words.items()), style="plain"))
     data += [Text("Command that repeats it", "heading"), Code("command", provenance.command)]
     last = Section("data", "Data, settings and how to repeat it", data)
-    return Page(title, subtitle, [*lead, *files], [*sections, last], provenance.foot)
+    return Page(title, subtitle, lead, [*sections, last], provenance.foot)
 
 
 def _files(provenance: Provenance) -> list[Block]:

@@ -12,7 +12,7 @@ from ...model.inertia import payload_spread
 from ...model.names import parameter_kind
 from ...trajectories import Design, DesignProblem, Score
 from ...trajectories.design import Floor
-from ..blocks import Animation, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Animation, Banner, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure, sigma_figure
 from ..motions.written import rests_on
@@ -239,13 +239,34 @@ def design_page(
     if np.isfinite(list(score.learnt.sigma.values())).all():
         drawings.append(sigma_figure(score, f"{title}: what the motion would teach", reference, labels))
     sections = [Section("motion", "Motion and what it would teach", [*screen, *drawings])]
+    moving, how = list[Block](), list[Block]()
     if design is not None:
         plan = design.plan
-        arm = Animation("arm", lambda name: arm_animation(robot, plan, name))
-        sections.append(Section("moving", "The arm in motion", [arm, arm_strip(robot, plan)]))
-    missed = [f"Limit not kept: {limit}" for limit in score.violations]
-    lead: list[Block] = [Notes(missed) if missed else Text("The motion keeps every limit.")]
+        moving = [Animation("arm", lambda name: arm_animation(robot, plan, name))]
+        sections.append(Section("moving", "The arm in motion, pose by pose", [arm_strip(robot, plan)]))
+        how = [Text("How to run it", "heading"), _how_to_run(score)]
+    taught: list[Block] = [Text("What it will teach", "heading"), taught_table(problem, score)]
+    lead: list[Block] = [limits_banner(score), Pair([limits_table(score)], taught), *moving, *how]
     return report_page(f"Motion for the {title}", provenance.day, lead, sections, (), provenance)
+
+
+def limits_banner(score: Score) -> Banner:
+    """Whether the motion may be run: every limit holds, some were not checked, or one does not hold."""
+    words = limits_in_words(score)
+    level = "do_not_use" if not score.feasible else "mass_and_com_only" if "NOT checked" in words else "use"
+    return Banner(level, f"The motion {words}")
+
+
+def _how_to_run(score: Score) -> Block:
+    """From the file to the payload."""
+    steps = [
+        "Write it for the controller: add --samples, --ros2, --urscript or --val3 to the command at the end of the page.",
+        "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
+        f"Record {score.duration:.3g} s of positions and torques or currents, without and with the payload, by the same "
+        "program.",
+        "Look at each recording by 'dynident check LOG', then 'dynident payload --unloaded A --loaded B'.",
+    ]
+    return Notes(steps)
 
 
 def _finite(value: float) -> str:

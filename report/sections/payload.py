@@ -171,13 +171,13 @@ def _lead(
     answer: PayloadAnswer, predictions: Sequence[TorquePrediction], controller: Sequence[Block]
 ) -> list[Block]:
     best, worst = answer.recommended, worst_joint(predictions)
-    body, intervals, diagonal = best.body, best.intervals, range(3)
+    body, intervals = best.body, best.intervals
     quantities = quantities_table(
         best.frame,
         f"; method {best.method}",
         (best.mass, intervals.parameters[9]),
         (body.com, intervals.com),
-        (np.diag(body.inertia_com), intervals.inertia_com[diagonal, diagonal]),
+        (body.inertia_com, intervals.inertia_com),
         VERDICTS[answer.verdict.level].each,
     )
     flange = flange_figure(best, answer.verdict.level == "use", is_flange(best.frame))
@@ -185,8 +185,8 @@ def _lead(
     shown: list[Block] = [Text("The worst joint", "heading"), worst] if worst else []
     return [
         verdict_banner(answer.verdict),
-        Pair([quantities, *agreement(answer), *reason_blocks(answer.verdict)], [flange]),
-        Pair([Text("What to type into the controller", "heading"), *controller], [*shown, *improve]),
+        Pair([quantities, *agreement(answer)], [Text("What to type into the controller", "heading"), *controller]),
+        Pair([*reason_blocks(answer.verdict), *improve, *shown], [flange]),
     ]
 
 

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from ..blocks import Column, Table
 from ..numbers import with_interval
 
+_ENTRIES = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
+"""Places of the six entries in the matrix, moments first."""
 Numbers = tuple[ArrayLike, ArrayLike]
 """Values, and a 95 % interval of each; nan where there is none."""
 
@@ -17,7 +19,7 @@ def quantities_table(
     remark: str,
     mass: Numbers,
     com: Numbers,
-    moments: Numbers,
+    inertia: Numbers,
     uses: Sequence[str],
 ) -> Table:
     """Values with 95 % intervals, and what to do with each.
@@ -27,14 +29,15 @@ def quantities_table(
         remark: behind it.
         mass: [kg].
         com: centre of mass x, y, z [m].
-        moments: inertia XX, YY, ZZ at the centre of mass [kg m^2].
+        inertia: at the centre of mass [kg m^2], 3 x 3.
         uses: of mass, centre of mass and inertia.
     """
     millimetres = 1e3 * np.asarray(com[0]), 1e3 * np.asarray(com[1])
+    six_entries = tuple(np.asarray(part, dtype=float)[_ENTRIES] for part in inertia)
     groups = (
         (("mass",), mass, "kg"),
         (("centre of mass x", "y", "z"), millimetres, "mm"),
-        (("inertia XX", "YY", "ZZ"), moments, "kg m²"),
+        (("inertia XX", "YY", "ZZ", "XY", "XZ", "YZ"), six_entries, "kg m²"),
     )
     rows = []
     for (names, (values, intervals), unit), use in zip(groups, uses, strict=True):

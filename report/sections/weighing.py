@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...estimation import PAYLOAD, PayloadAnswer, PayloadProblem
 from ...estimation.diagnosis import Finding, worst_joint
 from ...estimation.files import StoredPayload
@@ -137,13 +138,19 @@ def _ripple_notes(short: ShortMotion) -> list[str]:
 
 def moment(answer: PayloadAnswer, k: int) -> tuple[float, tuple[float, float]]:
     """Inertia about axis ``k`` at the centre of mass [kg m^2], with its 95 % interval; nan where there is none."""
-    nothing = (float("nan"), float("nan"))
+    values, intervals = _inertia(answer)
+    low, high = intervals[k, k]
+    return float(values[k, k]), (float(low), float(high))
+
+
+def _inertia(answer: PayloadAnswer) -> tuple[Array, Array]:
+    """Inertia at the centre of mass [kg m^2], 3 x 3, with 95 % intervals, 3 x 3 x 2; nan where there is none."""
+    nothing = np.full((3, 3, 2), np.nan)
     if answer.stand_in is not None:
-        return float(answer.stand_in.inertia(answer.mass)[k, k]), nothing
+        return answer.stand_in.inertia(answer.mass), nothing
     if answer.possible is None:
-        return float("nan"), nothing
-    low, high = answer.possible.intervals.inertia_com[k, k]
-    return float(answer.possible.body.inertia_com[k, k]), (float(low), float(high))
+        return nothing[..., 0], nothing
+    return answer.possible.body.inertia_com, answer.possible.intervals.inertia_com
 
 
 def scale_note(answer: PayloadAnswer) -> str:
@@ -223,13 +230,12 @@ def _quantities(answer: PayloadAnswer) -> list[Block]:
     uses: list[str] = [answer.judged[name].use for name in _QUANTITIES]
     if answer.stand_in is not None:
         uses[2] = "ASSUMED, not measured"
-    values, intervals = zip(*(moment(answer, k) for k in range(3)), strict=True)
     table = quantities_table(
         answer.problem.robot.payload_frame,
         "",
         (answer.mass, answer.mass_interval),
         (answer.com, answer.com_interval),
-        (values, intervals),
+        _inertia(answer),
         uses,
     )
     lines = [scale_note(answer), *assumed_notes(answer), *repeat_notes(answer)]
