@@ -260,10 +260,10 @@ def limits_banner(score: Score) -> Banner:
 def _how_to_run(score: Score) -> Block:
     """From the file to the payload."""
     steps = [
-        "Write it for the controller: add --samples, --ros2, --urscript or --val3 to the command at the end of the page.",
+        "Write it for the controller: add --samples, --ros2, --urscript or --val3 to the command below.",
         "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
-        f"Record {score.duration:.3g} s of positions and torques or currents, without and with the payload, by the same "
-        "program.",
+        f"Record {score.duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        "same program.",
         "Look at each recording by 'dynident check LOG', then 'dynident payload --unloaded A --loaded B'.",
     ]
     return Notes(steps)
