@@ -23,10 +23,11 @@ _WITH_DETAILS = {"payload", "weigh", "identify", "gains", "check", "design", "ne
 def runner(capsys: pytest.CaptureFixture[str], *before: str) -> Run:
     """Runs the command and has it print everything; ``before`` stand before its arguments."""
 
-    def run(*arguments: str) -> tuple[int, str, str]:
+    def run(*arguments: str, details: bool = True) -> tuple[int, str, str]:
         words = [*before, *arguments]
+        more = ["--details"] if details and words[0] in _WITH_DETAILS else []
         try:
-            status = main([*words, "--details"] if words[0] in _WITH_DETAILS else words)
+            status = main([*words, *more])
         except SystemExit as stop:
             status = int(stop.code or 0)
         captured = capsys.readouterr()

@@ -106,7 +106,7 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
         (("--speed-override", "1.5"), "speed override is 1.5"),
         (("--acceleration", "0x"), "not a factor such as 3x"),
         (("--acceleration", "1,2"), "2 numbers for the 6 joints"),
-        (("--torque-limits", "1,2"), "needs 6 positive numbers"),
+        (("--torque-limits", "1,2"), "2 numbers for the 6 joints of robot 'rx90'"),
         (("--torque-noise", "10%", "--torque-limits", "none"), "needs a torque limit of every joint"),
         (("--torque-noise", "1,2"), "needs 6 positive numbers"),
         (("--start", "1,2,3"), "3 numbers for the 6 joints"),
@@ -191,6 +191,6 @@ def test_bad_requests_of_score(
 def test_what_moved_is_told_with_the_new_command_line(
     options: tuple[str, ...], today: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    status, out, err = runner(capsys, "design")(*options)
+    status, out, err = runner(capsys)("design", *options, details=False)
     assert (status, out) == (2, "")
     assert err == f"dynident: error: this is a command of its own now: {today}\n"

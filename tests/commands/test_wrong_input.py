@@ -63,7 +63,6 @@ def bad_inputs() -> list[tuple[str, list[str], list[str]]]:
         ("no body", [*rx90, *pair, "--ellipsoid", "0,0,-0.5,0.1,0.1,0.1", "--com-within", "0,1,0,1,0,1",
                      "--mass-min", "5"], ["no body holds all constraints", "mass from 5", "ellipsoid", "box"]),
         ("not JSON", [*rx90, "--robot-parameters", "{bare0}", "--loaded", "{loaded0}"], ["cannot be read as JSON"]),
-        ("no command", [], ["command"]),
         ("unknown option", [*rx90, *pair, "--speed", "3"], ["--speed"]),
     ]  # fmt: skip
 
@@ -137,7 +136,7 @@ def test_as_a_program(logs: dict[str, str]) -> None:
     assert "Traceback" not in bad.stderr
     assert len(bad.stderr.splitlines()) == 1
     good = subprocess.run(
-        [*command, "identify", "--robot", "rx90", "--data", logs["bare0"]],
+        [*command, "identify", "--robot", "rx90", "--data", logs["bare0"], "--details"],
         capture_output=True, text=True, check=False, env=environment,
     )  # fmt: skip
     assert good.returncode == 0
