@@ -85,7 +85,7 @@ class Clock:
             InputError: if rows are counted, or no unit fits.
         """
         rising = steps[steps > 0.0]
-        self._check_repeated(1.0 - len(rising) / max(len(steps), 1))
+        self._check_repeated(float(np.mean(steps == 0.0)) if len(steps) else 0.0)
         typical = float(np.median(rising)) if len(rising) else 0.0
         where = f"{self._raw.path}: column {self._column!r}"
         if len(steps) > 1 and (steps == 1.0).all():

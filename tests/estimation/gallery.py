@@ -240,7 +240,7 @@ def reading(path: Path, t: Callable[[Array], Array]) -> Ending:
     """What reading a file with another column of time ends in."""
     recording = good("rx90")[1]
     try:
-        read_recording(written(path, recording, t(recording.t)), invented.robot("rx90"))
+        read = read_recording(written(path, recording, t(recording.t)), invented.robot("rx90"))
     except InputError as error:
         return Ending("error", str(error))
-    return Ending("read", "")
+    return Ending("read", "; ".join(read.notes))

@@ -37,16 +37,19 @@ def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "spoil"),
+    ("level", "words", "spoil"),
     [
-        ("ms", lambda t: 1000.0 * t),
-        ("runs back", lambda t: t[::-1]),
-        ("stands still", lambda t: np.repeat(t[::2], 2)[: len(t)]),
+        ("read", "time is in ms", lambda t: 1000.0 * t),
+        ("read", "repeat the time of the row before", lambda t: np.repeat(t[::2], 2)[: len(t)]),
+        ("error", "runs back", lambda t: t[::-1]),
+        ("error", "stands still", lambda t: np.full(len(t), t[0])),
     ],
 )
-def test_wrong_columns_of_time_are_refused(tmp_path: Path, words: str, spoil: Callable[[Array], Array]) -> None:
+def test_wrong_columns_of_time_are_told(
+    tmp_path: Path, level: str, words: str, spoil: Callable[[Array], Array]
+) -> None:
     end = gallery.reading(tmp_path / "log.csv", spoil)
-    assert end.level == "error"
+    assert end.level == level
     assert words in end.text
 
 

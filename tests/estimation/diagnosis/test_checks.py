@@ -567,7 +567,7 @@ def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.M
     """Then a smaller gain is told as well."""
     asked: list[bool] = []
 
-    def causes(_: Robot, __: object, contradicted: bool) -> tuple[Cause, ...]:
+    def causes(_: Robot, __: object, contradicted: bool, apart: bool) -> tuple[Cause, ...]:
         asked.append(contradicted)
         return ()
 
