@@ -41,7 +41,7 @@ def test_tables_and_equations(
     }
     files = {option: tmp_path / f"out.{option}" for option in ("json", "csv", "latex", "npz")}
     options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
-    assert main([command, "--robot", "rx90", *given[command], *options]) == 0
+    assert main([command, "--robot", "rx90", *given[command], *options, "--details"]) == 0
     printed = capsys.readouterr().out
     with files["csv"].open(encoding="utf-8", newline="") as stream:
         records = list(csv.DictReader(stream))
@@ -51,7 +51,7 @@ def test_tables_and_equations(
         values = np.linalg.lstsq(data["W"] * weights[:, None], data["Y"] * weights, rcond=None)[0]
         solved = dict(zip((str(name) for name in data["columns"]), values, strict=True))
     if command == "identify":
-        named = {record["name"]: record for record in records}
+        named = {record["name"]: record for record in reversed(records)}  # base parameters stand first
         for parameter, column in zip(document["base_parameters"], document["columns"], strict=True):
             record = named[parameter["name"]]
             larger = max(parameter["sigma"], parameter["sigma_robust"])

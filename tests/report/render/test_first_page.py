@@ -58,7 +58,7 @@ def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str]
     assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == told
     assert "A <b>reason</b>." in page.texts["li"]
     assert ("Nothing is given here" in text) == (level == "do_not_use")
-    assert ("homogeneous ellipsoid" in text) == (level == "use")
+    assert ("equivalent ellipsoid" in text) == (level == "use")
     assert "No recording was held out" in text
 
 

@@ -12,8 +12,8 @@ from .conftest import Made, payload_command, read
 
 SECTIONS = ["payload", "consistency", "methods", "joints", "torques", "excitation", "essential", "data"]
 FIGURES = [
-    "flange",
     "worst_joint",
+    "flange",
     "methods",
     "by_joints",
     "torques_1",
