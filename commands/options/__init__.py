@@ -6,13 +6,14 @@ from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions
 from .reading import Options, add_command, in_si, option
-from .recordings import EssentialOptions, LogOptions, PairOptions, ProcessingOptions, Setup
+from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
 
 __all__ = [
     "ArmOptions",
     "EssentialOptions",
+    "FilterOptions",
     "FramedRobotOptions",
     "FrictionOptions",
     "GainOptions",

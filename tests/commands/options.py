@@ -132,7 +132,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--total-mass": "--total-mass 20 60",
         "--rollout": "--validate rx_near_unloaded.csv | --rollout",
     },
-    "rollout": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
+    "rollout": ROBOT | LOGS | _CURRENTS | _FILTER | PAGE | {
         "--robot-parameters": "--robot-parameters other.json",
         "--data": "--data rx_near_unloaded.csv",
         "--against": "--against six_axis.urdf",
@@ -145,7 +145,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass": "--mass 6",
         "--payload": "--payload box.toml",
         "--mass-sigma": "--mass-sigma 0.1",
-        "--mounting": "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv | --mounting 1,2",
+        "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
     },
     "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {

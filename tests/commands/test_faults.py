@@ -52,6 +52,7 @@ def folder() -> Iterator[Path]:
     with folder_of_inputs() as here:
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
+        run([*words("identify"), "--json", "earlier.json"])
         yield here
 
 

@@ -31,6 +31,8 @@ HEAVY = "\n".join(
     ]
 )
 """A robot whose links weigh more than the arm."""
+TEXTS_ASKED_FOR = ("export", "robot list", "robot show")
+"""Commands whose printed text is the answer itself, which ``--quiet`` leaves as it is."""
 VARYING = re.compile(rb'"cpu_s": [0-9.e-]+')
 """What differs from one run to the next."""
 
@@ -62,6 +64,9 @@ def inputs() -> Iterator[Path]:
             (folder / name).write_text(text)
         for name, share in (("before", 0.9), ("after", 0.95)):
             follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
+        for name in ("unloaded", "loaded"):  # the same numbers twice are refused
+            rows = (folder / f"ur_currents_{name}.csv").read_text().splitlines(keepends=True)
+            (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
         (folder / "heavy.toml").write_text(HEAVY)
@@ -114,4 +119,4 @@ def test_every_option_changes_something_or_is_refused(name: str, inputs: Path) -
     bases = {LINES[name]: run(inputs, line)}
     assert run(inputs, line) == bases[LINES[name]], "a line gives the same twice"
     ignored = [option for option, entry in OPTIONS[name].items() if not differing(inputs, name, entry, bases)]
-    assert not ignored
+    assert ignored == (["--quiet"] if name in TEXTS_ASKED_FOR else [])
