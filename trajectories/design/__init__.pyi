@@ -8,6 +8,7 @@ from .goal import Goal as Goal
 from .near_goal import NearGoal as NearGoal
 from .near_goal import check_mass_visible as check_mass_visible
 from .near_goal import second_pose as second_pose
+from .payloads import PayloadSet as PayloadSet
 from .problem import DesignProblem as DesignProblem
 from .scene import Capsule as Capsule
 from .scene import HalfSpace as HalfSpace

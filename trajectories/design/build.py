@@ -19,6 +19,8 @@ from .goal import Goal
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import Limit, duration_limit, state_limit, torque_limit
 from .near_goal import NearGoal
+from .payload_limit import RobotTorque, payload_limit
+from .payloads import PayloadSet
 from .problem import DesignProblem
 from .scene import Scene
 
@@ -30,11 +32,14 @@ class Loads:
     Attributes:
         parameters: standard or base parameters of the robot by name.
         heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
-            with it.
+            with it. A set: they hold for each of its bodies, and without any.
+        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
+            two standard deviations of the robot's own torque.
     """
 
     parameters: Mapping[str, float]
-    heaviest: InertialParameters | None = None
+    heaviest: InertialParameters | PayloadSet | None = None
+    covariance: Array | None = None
 
 
 def build_design(
@@ -68,7 +73,8 @@ def build_design(
     if isinstance(goal, NearGoal):
         goal = goal.beside_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    kernel = regressor_kernel(model, _regressor_columns(model, goal.names(robot), base))
+    names = (*goal.names(robot), *(payload_columns(robot) if _set_of(loads) is not None else ()))
+    kernel = regressor_kernel(model, _regressor_columns(model, names, base))
     limits = (
         *_joint_limits(family, bounds),
         *(_torque_limits(robot, base, kernel, bounds, loads) if base is not None else ()),
@@ -114,15 +120,51 @@ def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads | None
 ) -> Iterator[Limit]:
     """Torque limits for each load."""
-    values = _base_values(robot, base, robot.parameters if loads is None else loads.parameters)
+    loads = loads or Loads(robot.parameters)
+    values = _base_values(robot, base, loads.parameters)
+    payloads = _set_of(loads)
+    if payloads is not None:
+        own = RobotTorque(_by_column(kernel, base, values), _root(kernel, base, loads))
+        yield payload_limit(kernel, own, bounds.torque, payloads, payload_columns(robot))
+        return
     cases = {"": values}
-    if loads is not None and loads.heaviest is not None:
+    if isinstance(loads.heaviest, InertialParameters):
         change = base.effect_of(payload_columns(robot)) @ loads.heaviest.vector
         cases = {"without payload": values, "with the heaviest payload": values + change}
     for load, chi in cases.items():
-        by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
-        coefficients = np.array([by_name.get(name, 0.0) for name in kernel.columns])
-        yield torque_limit(kernel, coefficients, bounds.torque, load)
+        yield torque_limit(kernel, _by_column(kernel, base, chi), bounds.torque, load)
+
+
+def _set_of(loads: Loads | None) -> PayloadSet | None:
+    """Payloads of which torque limits hold for each."""
+    return loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+
+
+def _by_column(kernel: RegressorKernel, base: BaseParameters, chi: Array) -> Array:
+    """Coefficients of the kernel's columns, the known spring's among them."""
+    by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
+    return np.array([by_name.get(name, 0.0) for name in kernel.columns])
+
+
+def _root(kernel: RegressorKernel, base: BaseParameters, loads: Loads) -> Array:
+    """Root of the covariance of ``_by_column``, c x r; r = 0 without one.
+
+    Raises:
+        InputError: if the covariance is not that of the base parameters.
+    """
+    root = np.zeros((len(kernel.columns), 0))
+    if loads.covariance is None:
+        return root
+    names = list(loads.parameters)
+    if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+        raise InputError(
+            "a covariance of the torques' parameters must be that of all base parameters, in their order"
+        )
+    values, V = np.linalg.eigh(loads.covariance)
+    root = np.zeros((len(kernel.columns), len(names)))
+    for name in base.columns:
+        root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(values, 0.0)))[names.index(name)]
+    return root
 
 
 def _base_values(robot: Robot, base: BaseParameters, known: Mapping[str, float]) -> Array:

@@ -1,5 +1,6 @@
 """How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
-from .limits import LimitCheck, State, check
+from .limits import Limit, LimitCheck, State, check
 from .problem import DesignProblem
 
 FINER = 10
@@ -102,7 +103,7 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     if limits:
         samples = _samples(motion)
         state = State(samples, problem.kernel.entries(samples, 0.0))
-        return {limit.name: limit.values(state) * limit.unit for limit in limits}
+        return {name: torque for limit in limits for name, torque in _by_load(limit, state, motion.q.shape[1])}
     known, names = problem.robot.parameters, standard_columns(problem.robot)
     if not all(name in known for name in names):
         return {}
@@ -110,6 +111,16 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     chi = np.array([known[name] for name in names])
     torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, chi).T
     return {"torque": torque}
+
+
+def _by_load(limit: Limit, state: State, n: int) -> Iterator[tuple[str, Array]]:
+    """Torques of each joint, (N, n), the largest and the smallest where a limit stands for many payloads."""
+    torque = limit.values(state) * limit.unit
+    if torque.shape[1] == n:
+        yield limit.name, torque
+    else:
+        yield f"largest {limit.name}", torque[:, :n]
+        yield f"smallest {limit.name}", torque[:, n:]
 
 
 def _samples(motion: Motion) -> Samples:
