@@ -49,6 +49,9 @@ LIMITS = {
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "--scene": "--scene scene.toml",
+    "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+    "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
+    "--torque-margin": "--torque-margin 5%",
 }
 MOTIONS = {
     "--json": "--json a.json",
@@ -222,7 +225,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
         "--bound": "--bound",
@@ -256,7 +258,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": "--data-length 5",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--bound": "--bound",
         "--seed": "--bound | --seed 3",
         "--json": "--json a.json",

@@ -5,6 +5,7 @@ from .floor import Floor as Floor
 from .floor import floor_under as floor_under
 from .goal import Earlier as Earlier
 from .goal import Goal as Goal
+from .limits import LimitCheck as LimitCheck
 from .near_goal import NearGoal as NearGoal
 from .near_goal import check_mass_visible as check_mass_visible
 from .near_goal import second_pose as second_pose
@@ -15,6 +16,9 @@ from .scene import HalfSpace as HalfSpace
 from .scene import Scene as Scene
 from .scene import read_scene as read_scene
 from .score import Score as Score
+from .score import check_held as check_held
+from .score import checks_of_run as checks_of_run
+from .score import holding_torques as holding_torques
 from .score import load_torques as load_torques
 from .score import score_motion as score_motion
 from .search import Design as Design

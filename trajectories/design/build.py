@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from ...common.arrays import Array
@@ -22,7 +23,9 @@ from .near_goal import NearGoal
 from .payload_limit import RobotTorque, payload_limit
 from .payloads import PayloadSet
 from .problem import DesignProblem
-from .scene import Scene
+from .scene import Capsule, Scene
+
+_WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,22 @@ class Loads:
             with it. A set: they hold for each of its bodies, and without any.
         covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
             two standard deviations of the robot's own torque.
+        margin: share of the torque limits that stays free.
     """
 
     parameters: Mapping[str, float]
     heaviest: InertialParameters | PayloadSet | None = None
     covariance: Array | None = None
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a margin that leaves nothing.
+
+        Raises:
+            InputError: unless it is at least 0 and below 1.
+        """
+        if not 0.0 <= self.margin < 1.0:
+            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
 
 
 def build_design(
@@ -73,15 +87,16 @@ def build_design(
     if isinstance(goal, NearGoal):
         goal = goal.beside_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    names = (*goal.names(robot), *(payload_columns(robot) if _set_of(loads) is not None else ()))
+    payloads = loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+    names = (*goal.names(robot), *(payload_columns(robot) if payloads is not None else ()))
     kernel = regressor_kernel(model, _regressor_columns(model, names, base))
     limits = (
         *_joint_limits(family, bounds),
         *(_torque_limits(robot, base, kernel, bounds, loads) if base is not None else ()),
         *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
-        *((clearance(robot, scene),) if scene is not None else ()),
+        *((clearance(robot, _with_payload(scene, payloads, robot.n)),) if scene is not None else ()),
     )
-    problem = DesignProblem(model, bounds, family, goal, kernel, limits)
+    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads)
     _check_start(problem, pose)
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
@@ -122,22 +137,27 @@ def _torque_limits(
     """Torque limits for each load."""
     loads = loads or Loads(robot.parameters)
     values = _base_values(robot, base, loads.parameters)
-    payloads = _set_of(loads)
-    if payloads is not None:
+    torque = (1.0 - loads.margin) * bounds.torque
+    if isinstance(loads.heaviest, PayloadSet):
         own = RobotTorque(_by_column(kernel, base, values), _root(kernel, base, loads))
-        yield payload_limit(kernel, own, bounds.torque, payloads, payload_columns(robot))
+        yield payload_limit(kernel, own, torque, loads.heaviest, payload_columns(robot))
         return
     cases = {"": values}
     if isinstance(loads.heaviest, InertialParameters):
         change = base.effect_of(payload_columns(robot)) @ loads.heaviest.vector
         cases = {"without payload": values, "with the heaviest payload": values + change}
     for load, chi in cases.items():
-        yield torque_limit(kernel, _by_column(kernel, base, chi), bounds.torque, load)
+        yield torque_limit(kernel, _by_column(kernel, base, chi), torque, load)
 
 
-def _set_of(loads: Loads | None) -> PayloadSet | None:
-    """Payloads of which torque limits hold for each."""
-    return loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+def _with_payload(scene: Scene, payloads: PayloadSet | None, n: int) -> Scene:
+    """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
+    if payloads is None:
+        return scene
+    x, y, z = (float(c) for c in payloads.centre)
+    ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))
+    pairs = tuple((ball.name, body.name) for body in scene.bodies if body.link <= n - _WRIST)
+    return replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
 
 
 def _by_column(kernel: RegressorKernel, base: BaseParameters, chi: Array) -> Array:

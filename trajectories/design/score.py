@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
@@ -91,6 +92,42 @@ class Score:
 def score_motion(problem: DesignProblem, motion: Motion) -> Score:
     """Judge any motion by a problem's goal and limits, such as one read back from a log."""
     return score_samples(problem, _samples(motion))
+
+
+def checks_of_run(problem: DesignProblem, motion: Motion) -> tuple[LimitCheck, ...]:
+    """Torque and clearance limits along all of a run, the ways between poses included, as a controller makes it."""
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    return tuple(check(limit, state) for limit in problem.limits if limit.kind in ("torque", "clearance"))
+
+
+def holding_torques(problem: DesignProblem, poses: Array) -> Array:
+    """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
+
+    It is what brakes have to hold when power is cut there. Zero without torque limits.
+    """
+    state, n = problem.at_rest(poses), problem.robot.n
+    torques = [
+        np.abs(limit.values(state) * limit.unit).reshape(-1, n)
+        for limit in problem.limits
+        if limit.kind == "torque"
+    ]
+    return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))
+
+
+def check_held(problem: DesignProblem, poses: Array) -> None:
+    """Refuse poses (N, n) in which a load breaks a torque limit at rest.
+
+    Raises:
+        InputError: says which joint, and which share of the limit it needs.
+    """
+    state = problem.at_rest(poses)
+    for held in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
+        if held.violation > 0.0:
+            raise InputError(
+                f"at rest in the pose: {held.name} of {held.worst} is {held.value:.4g} against {held.limit:.4g}: "
+                "choose another pose, or a lighter payload"
+            )
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
