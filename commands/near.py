@@ -22,6 +22,7 @@ from .options import (
     NoiseOptions,
     Options,
     RehearsedRobotOptions,
+    ViewOptions,
     add_command,
     in_si,
     option,
@@ -140,11 +141,18 @@ class _NearFiles(MotionFiles):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, LimitOptions, _NearFiles)
+    add_command(
+        commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, LimitOptions, _NearFiles, ViewOptions
+    )
 
 
 def run(
-    arm: RehearsedRobotOptions, options: _Near, noise: NoiseOptions, limits: LimitOptions, files: _NearFiles
+    arm: RehearsedRobotOptions,
+    options: _Near,
+    noise: NoiseOptions,
+    limits: LimitOptions,
+    files: _NearFiles,
+    view: ViewOptions,
 ) -> int:
     """Visibility first, then the design."""
     robot = arm.load()
@@ -152,6 +160,7 @@ def run(
     if noise.torque_noise is None:
         noise.refuse("independent_rate", "has no effect without --torque-noise")
     files.check(robot, "rehearsal")
+    view.check_view()
     known = limits.known(robot)
     robot, bounds = known.robot, limits.bounds(known.robot)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
@@ -177,6 +186,7 @@ def run(
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
     files.write_page(lambda: report.near_page(result, samples, screen.blocks, files.provenance({}, limits, arm)))
+    view.write_view(lambda: report.view.view_of(robot, samples, problem=problem))
     return ANSWERED
 
 

@@ -20,7 +20,9 @@ from .score import check_held as check_held
 from .score import checks_of_run as checks_of_run
 from .score import holding_torques as holding_torques
 from .score import load_torques as load_torques
+from .score import room_over_time as room_over_time
 from .score import score_motion as score_motion
+from .score import taught_over_time as taught_over_time
 from .search import Design as Design
 from .search import Step as Step
 from .search import solve_design as solve_design

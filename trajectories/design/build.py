@@ -89,14 +89,15 @@ def build_design(
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
     payloads = loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
     names = (*goal.names(robot), *(payload_columns(robot) if payloads is not None else ()))
+    around = None if scene is None else _with_payload(scene, payloads, robot.n)
     kernel = regressor_kernel(model, _regressor_columns(model, names, base))
     limits = (
         *_joint_limits(family, bounds),
         *(_torque_limits(robot, base, kernel, bounds, loads) if base is not None else ()),
         *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
-        *((clearance(robot, _with_payload(scene, payloads, robot.n)),) if scene is not None else ()),
+        *((clearance(robot, around),) if around is not None else ()),
     )
-    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads)
+    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads, around)
     _check_start(problem, pose)
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem

@@ -17,6 +17,7 @@ from .goal import Goal
 from .information import RegressorKernel
 from .limits import Limit, LimitCheck, Penalty, State, check
 from .payloads import PayloadSet
+from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,7 @@ class DesignProblem:
         goal: what is to be learnt.
         kernel: the regressor.
         limits: what the motion has to keep.
+        scene: what the motion keeps clear of, the ball of ``payloads`` included.
         payloads: the set for each body of which the torque limits hold, in the last link's frame.
     """
 
@@ -39,6 +41,7 @@ class DesignProblem:
     kernel: RegressorKernel
     limits: tuple[Limit, ...]
     payloads: PayloadSet | None = None
+    scene: Scene | None = None
 
     def __post_init__(self) -> None:
         """Refuse a goal that does not fit the robot."""

@@ -14,7 +14,7 @@ from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
-from .limits import Limit, LimitCheck, State, check
+from .limits import Limit, LimitCheck, State, check, excess
 from .problem import DesignProblem
 
 FINER = 10
@@ -128,6 +128,33 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
                 f"at rest in the pose: {held.name} of {held.worst} is {held.value:.4g} against {held.limit:.4g}: "
                 "choose another pose, or a lighter payload"
             )
+
+
+def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
+    """What each joint leaves of its nearest limit, (N, n), in units of the limit; positions: of half the range."""
+    b, n = problem.bounds, problem.robot.n
+    rooms = [
+        np.minimum(motion.q - b.low, b.high - motion.q) / b.half,
+        1.0 - np.abs(motion.qd) / b.speed,
+        1.0 - np.abs(motion.qdd) / b.acceleration,
+    ]
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    for limit in problem.limits:
+        if limit.kind == "torque":
+            rooms += np.split(-excess(limit, limit.values(state)), len(limit.labels) // n, axis=1)
+    return np.asarray(np.min(rooms, axis=0))
+
+
+def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
+    """What each sample of a motion teaches: its rows' share of the information, summing to the rank; shape (N,).
+
+    It is the trace of the hat matrix, sample by sample.
+    """
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    rows = _rows(problem, state, problem.row_weights(samples, True), False)
+    return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
 
 
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
