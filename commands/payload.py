@@ -17,6 +17,7 @@ from .options import (
     PairOptions,
     Setup,
     TableOptions,
+    ViewOptions,
     add_command,
     option,
 )
@@ -100,6 +101,7 @@ def add_parser(commands: Any) -> None:
         EssentialOptions,
         PairOptions,
         TableOptions,
+        ViewOptions,
     )
     add_command(commands, "payload", run, *parts)
 
@@ -112,8 +114,10 @@ def run(
     essential: EssentialOptions,
     processing: PairOptions,
     files: TableOptions,
+    view: ViewOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     rule = essential.rule()
     asked.check(rule is not None)
     constraints = knowledge.constraints()
@@ -155,6 +159,7 @@ def run(
     files.write_tables(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
+    view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 

@@ -16,6 +16,7 @@ from .options import (
     PairOptions,
     RobotOptions,
     Setup,
+    ViewOptions,
     add_command,
     option,
 )
@@ -60,7 +61,16 @@ class _Weigh(FrictionOptions):
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     add_command(
-        commands, "weigh", run, RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions
+        commands,
+        "weigh",
+        run,
+        RobotOptions,
+        _Weigh,
+        KnowledgeOptions,
+        GainOptions,
+        PairOptions,
+        PageOptions,
+        ViewOptions,
     )
 
 
@@ -71,8 +81,10 @@ def run(
     drives: GainOptions,
     processing: PairOptions,
     files: PageOptions,
+    view: ViewOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if not asked.robot_parameters:
@@ -104,6 +116,7 @@ def run(
         return made
 
     files.write_page(page)
+    view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 

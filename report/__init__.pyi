@@ -10,6 +10,7 @@ from . import recordings as recordings
 from . import render as render
 from . import sections as sections
 from . import simulators as simulators
+from . import view as view
 from .blocks import Block as Block
 from .blocks import Cell as Cell
 from .blocks import Drawing as Drawing

@@ -34,6 +34,7 @@ FLOORS = {
         "simulators",
         "documents",
         "figures",
+        "view",
         "sections",
         "render",
         "speech",

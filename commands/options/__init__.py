@@ -9,6 +9,7 @@ from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
+from .view import ViewOptions
 
 __all__ = [
     "ArmOptions",
@@ -33,6 +34,7 @@ __all__ = [
     "Setup",
     "ShapeOptions",
     "TableOptions",
+    "ViewOptions",
     "add_command",
     "in_si",
     "option",

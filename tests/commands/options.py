@@ -43,12 +43,16 @@ GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma
 STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+VIEW = {"--view": "--view a.html", "--show": "--show"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
     "--acceleration": "--acceleration 2x",
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "--scene": "--scene scene.toml",
+    "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+    "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
+    "--torque-margin": "--torque-margin 5%",
 }
 MOTIONS = {
     "--json": "--json a.json",
@@ -93,7 +97,7 @@ LINES = {
 }
 
 OPTIONS: dict[str, dict[str, str]] = {
-    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | {
+    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | {
         "--json": "--json a.json",
         "--loaded": "--loaded rx_arm_loaded.csv",
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
@@ -111,7 +115,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | {
+    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -165,7 +169,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--despite-verdict": "--despite-verdict",
     },
     "robot list": {},
-    "robot show": ROBOT | {
+    "robot show": ROBOT | VIEW | {
         "--tip": "--robot six_axis.urdf | --tip link_3",
         "--base": "--robot six_axis.urdf | --base link_2",
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
@@ -204,7 +208,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out b.xml",
     }),
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
-    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--via-points": "--via-points 5",
         "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -222,13 +226,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
         "--bound": "--bound",
         "--val3": "--segments trapezoid | --val3 val3",
     },
-    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--pose": "--pose=0,-45,90,0,60,0",
         "--second-pose": "--second-pose=0,-45,90,90,45,90",
         "--joints": "--joints 3,4,5,6",
@@ -243,7 +246,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--starts": "--starts 2",
         "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
     },
-    "score": ROBOT | STAND_IN | PAGE | LIMITS | {
+    "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
@@ -256,12 +259,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": "--data-length 5",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--bound": "--bound",
         "--seed": "--bound | --seed 3",
         "--json": "--json a.json",
     },
-    "simulate": ROBOT | STAND_IN | {
+    "simulate": ROBOT | STAND_IN | VIEW | {
         "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
