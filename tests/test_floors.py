@@ -23,6 +23,7 @@ FLOORS = {
         "answers",
     ),
     "trajectories": ("motions", "design", "simulation"),
+    "live": ("packets", "fields", "client", "record", "script"),
     "report": (
         "blocks",
         "numbers",
@@ -47,7 +48,7 @@ KNOWN: set[tuple[str, str]] = set()
 
 def modules() -> dict[str, Path]:
     """Every module of the product by its dotted name."""
-    paths = [path for room in ("common", "model", "estimation", "trajectories", "report", "commands")
+    paths = [path for room in ("common", "model", "estimation", "trajectories", "live", "report", "commands")
              for path in (ROOT / room).rglob("*.py")]  # fmt: skip
     return {
         ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in paths

@@ -1,6 +1,7 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
 from .goals import GoalOptions, NoiseOptions
+from .hosts import HostOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
@@ -19,6 +20,7 @@ __all__ = [
     "FrictionOptions",
     "GainOptions",
     "GoalOptions",
+    "HostOptions",
     "KnowledgeOptions",
     "LimitOptions",
     "LogOptions",

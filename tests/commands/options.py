@@ -5,6 +5,8 @@ of the command's line. An option without an entry fails the law of ``test_option
 with a value that must change something.
 """
 
+import os
+
 ROBOT = {
     "--robot": "--robot tx40",
     "--base": "--base link_1",
@@ -74,6 +76,11 @@ _SCALE = "--mass 6 --mass-sigma 0.1"
 _NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
 _SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
 
+PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
+"""Of the controller that is played while lines run: others for each process that tests."""
+_PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
+HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
+
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
@@ -81,6 +88,7 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
     "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
     "robot list": "",
@@ -151,6 +159,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass-sigma": "--mass-sigma 0.1",
         "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
+    },
+    "record": HOST | {
+        "maker": "ur",
+        "--seconds": "--seconds 0.2",
+        "--rate": "--rate 25",
+        "--out": "--out a.csv",
     },
     "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
         "logs": "rx_near_unloaded.csv",

@@ -22,9 +22,10 @@ from dynident.commands.options import reading
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
-from dynident.tests.commands.options import LINES
+from dynident.tests.commands.options import LINES, PORTS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.live.played import playing
 
 ODD = Path("odd[") / "bold][red]"
 """A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
@@ -49,7 +50,7 @@ FILES = [(name, option) for name, option, kind in OUTPUTS if kind == "file"]
 @pytest.fixture(scope="module")
 def folder() -> Iterator[Path]:
     """All inputs, in the working folder."""
-    with folder_of_inputs() as here:
+    with folder_of_inputs() as here, playing(**PORTS):
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
         run([*words("identify"), "--json", "earlier.json"])
@@ -150,7 +151,7 @@ def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> 
     line, before = without(words(name), option), contents(folder)
     inputs = [word for word in line if (folder / word).is_file()]
     if not inputs:
-        assert name in {"near", "design", "robot show", "robot new", "demo"}, "its line reads no file"
+        assert name in {"near", "design", "robot show", "robot new", "demo", "record"}, "its line reads no file"
         return
     for path in inputs:
         Path("link").unlink(missing_ok=True)
@@ -269,7 +270,8 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
         outputs = {}
         for other, option, _ in OUTPUTS:
             if other == name:
-                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.svg")
+                ending = "csv" if name == "record" else "svg"
+                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.{ending}")
                 line = [*without(line, option), option, str(outputs[option])]
         status, _, err = run(line)
         assert status in (0, 1), err
