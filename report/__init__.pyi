@@ -52,6 +52,8 @@ from .sections.near import near_page as near_page
 from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
+from .sections.passport import compared_screen as compared_screen
+from .sections.passport import passport_screen as passport_screen
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen

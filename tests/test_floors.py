@@ -23,6 +23,7 @@ FLOORS = {
         "answers",
     ),
     "trajectories": ("motions", "design", "simulation"),
+    "fleet": ("passport", "codec", "files", "answers", "merging"),
     "report": (
         "blocks",
         "numbers",
@@ -46,7 +47,7 @@ KNOWN: set[tuple[str, str]] = set()
 
 def modules() -> dict[str, Path]:
     """Every module of the product by its dotted name."""
-    paths = [path for room in ("common", "model", "estimation", "trajectories", "report", "commands")
+    paths = [path for room in ("common", "model", "estimation", "trajectories", "fleet", "report", "commands")
              for path in (ROOT / room).rglob("*.py")]  # fmt: skip
     return {
         ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in paths

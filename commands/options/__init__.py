@@ -5,6 +5,7 @@ from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions
+from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
@@ -25,6 +26,7 @@ __all__ = [
     "Options",
     "PageOptions",
     "PairOptions",
+    "PassportOptions",
     "ProcessingOptions",
     "RehearsedRobotOptions",
     "ResultOptions",
@@ -34,5 +36,7 @@ __all__ = [
     "TableOptions",
     "add_command",
     "in_si",
+    "logs_of",
     "option",
+    "recipe_of",
 ]

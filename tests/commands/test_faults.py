@@ -22,7 +22,7 @@ from dynident.commands.options import reading
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
-from dynident.tests.commands.options import LINES
+from dynident.tests.commands.options import LINES, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
 
@@ -52,6 +52,7 @@ def folder() -> Iterator[Path]:
     with folder_of_inputs() as here:
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
+        make_passports(here)
         yield here
 
 
@@ -253,7 +254,18 @@ def test_titles_and_frames_are_never_markup(folder: Path) -> None:
         path.unlink()
 
 
-LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
+LIGHT = (
+    "verify",
+    "export",
+    "passport show",
+    "robot show",
+    "robot new",
+    "robot urdf",
+    "check",
+    "robot check",
+    "identify",
+    "gains",
+)
 
 
 @pytest.mark.parametrize(

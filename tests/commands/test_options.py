@@ -14,7 +14,7 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.model import INERTIAL
-from dynident.tests.commands.options import LINES, OPTIONS
+from dynident.tests.commands.options import LINES, OPTIONS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 
@@ -64,6 +64,7 @@ def inputs() -> Iterator[Path]:
             follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
+        make_passports(folder)
         (folder / "heavy.toml").write_text(HEAVY)
         yield folder
 
