@@ -1,8 +1,12 @@
 from . import answers as answers
+from . import catalog as catalog
 from . import codec as codec
+from . import engine as engine
 from . import files as files
 from . import merging as merging
 from . import passport as passport
+from . import reduction as reduction
+from . import store as store
 from .answers import answered as answered
 from .answers import payload_passport as payload_passport
 from .answers import robot_passport as robot_passport
@@ -17,3 +21,6 @@ from .passport import Passport as Passport
 from .passport import PayloadPassport as PayloadPassport
 from .passport import Recipe as Recipe
 from .passport import RobotPassport as RobotPassport
+from .reduction import Reduced as Reduced
+from .reduction import reduce_fleet as reduce_fleet
+from .store import Store as Store

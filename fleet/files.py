@@ -26,13 +26,13 @@ def passport_bytes(passport: Passport) -> bytes:
 
     Members of the archive: ``tree`` (JSON), ``numbers`` and ``places``, see ``codec``.
     """
+    return packed(passport, robot=passport.robot_fingerprint, recipe=passport.recipe.fingerprint)
+
+
+def packed(value: Any, **told: str) -> bytes:
+    """A value of ``codec.KINDS``, or several, as bytes; ``told``: what stands beside it for other programs."""
     encoder = Encoder()
-    tree = {
-        "format": FORMAT,
-        "robot": passport.robot_fingerprint,
-        "recipe": passport.recipe.fingerprint,
-        "passport": encoder.tree(passport),
-    }
+    tree = {"format": FORMAT, **told, "value": encoder.tree(value)}
     numbers, places = encoder.numbers()
     text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     content = io.BytesIO()
@@ -74,6 +74,18 @@ def passport_of(content: bytes) -> Passport:
     Raises:
         InputError: if they are not what was written.
     """
+    made = unpacked(content)
+    if not isinstance(made, Passport):
+        raise InputError("no passport: give a file that --passport or 'dynident fleet reduce' wrote")
+    return made
+
+
+def unpacked(content: bytes) -> Any:
+    """The value that bytes hold.
+
+    Raises:
+        InputError: if they are not what was written.
+    """
     if not content.startswith(b"PK"):
         raise InputError("no passport: give a file that --passport or 'dynident fleet reduce' wrote")
     archive, seal = content[:-_SEAL], content[-_SEAL:]
@@ -86,9 +98,6 @@ def passport_of(content: bytes) -> Passport:
                 raise InputError(
                     f"a passport of form {tree['format']}, this version reads {FORMAT}: update dynident"
                 )
-            made = Decoder(data["numbers"], data["places"]).value(tree["passport"])
+            return Decoder(data["numbers"], data["places"]).value(tree["value"])
     except (KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(f"a passport of another version of dynident ({error}): make it again") from None
-    if not isinstance(made, Passport):
-        raise InputError("no passport")
-    return made

@@ -23,7 +23,7 @@ FLOORS = {
         "answers",
     ),
     "trajectories": ("motions", "design", "simulation"),
-    "fleet": ("passport", "codec", "files", "answers", "merging"),
+    "fleet": ("passport", "codec", "files", "answers", "merging", "catalog", "store", "engine", "reduction"),
     "report": (
         "blocks",
         "numbers",

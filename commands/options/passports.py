@@ -44,4 +44,5 @@ def recipe_of(kind: fleet.passport.Kind, setup: Setup, gains: estimation.Gains |
     """How a command makes its number; ``more``: what its own options say."""
     how = {key: entry for key, entry in given(setup.log_map).items() if key != "title"}
     sure = replace(gains, notes=()) if gains is not None else None  # notes speak of single recordings
-    return fleet.Recipe(kind, setup.processing, setup.gains, sure, json_text(how).decode(), **more)
+    words = json_text(how).decode() if how else ""
+    return fleet.Recipe(kind, setup.processing, setup.gains, sure, words, **more)

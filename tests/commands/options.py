@@ -86,6 +86,8 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
+    "compare": "first.csv second.csv --robot rx90 --json b.json",
     "passport show": "first.npz --json b.json",
     "passport merge": "first.npz second.npz --out merged.npz",
     "passport compare": "first.npz second.npz --json b.json",
@@ -160,6 +162,17 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mounting": "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
     },
+    "fleet reduce": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | {
+        "logs": "second.csv",
+        "--store": "--store other",
+        "--table": "--table robots.csv",
+        "--pattern": "--pattern {arm}.csv",
+        "--workers": "--workers 0",
+        "--scheduler": "--scheduler tcp://127.0.0.1:1",
+        "--batch": "--batch 2",
+        "--json": "--json a.json",
+    },
+    "compare": ROBOT | LOGS | _CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},
     "passport show": {"file": "=--json b.json | second.npz", "--json": "--json a.json"},
     "passport merge": {
         "files": "third.npz",
@@ -310,6 +323,7 @@ def make_passports(folder: Path) -> None:
     """Three passports of one robot: of a recording, of it with other noise, and with still other noise."""
     robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
     header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
+    (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
     for seed, name in enumerate(("first", "second", "third")):
         noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
         np.savetxt(
