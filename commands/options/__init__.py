@@ -6,6 +6,7 @@ from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions
+from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
@@ -29,6 +30,7 @@ __all__ = [
     "Options",
     "PageOptions",
     "PairOptions",
+    "PassportOptions",
     "ProcessingOptions",
     "RehearsedRobotOptions",
     "ResultOptions",
@@ -39,5 +41,7 @@ __all__ = [
     "ViewOptions",
     "add_command",
     "in_si",
+    "logs_of",
     "option",
+    "recipe_of",
 ]

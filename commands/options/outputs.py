@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ... import estimation, report
-from ...common.files import write_text
+from ...common.files import checksum, write_text
+from ...common.versions import versions
 from ..progress import quiet
 from ..settings import settings_text
 from .reading import Options, option
@@ -96,13 +97,13 @@ class PageOptions(ResultOptions):
             parts: options that name files.
         """
         files = tuple(
-            report.SourceFile(role, path, report.provenance.checksum(path))
+            report.SourceFile(role, path, checksum(path))
             for part in parts
             for _, role, path in part.named("reads")
             if Path(path).is_file()
         )
         command = shlex.join(["dynident", *self.argv])
-        date, used = report.provenance.now(), report.provenance.versions()
+        date, used = report.provenance.now(), versions()
         return report.Provenance(command, date, files, used, settings)
 
 

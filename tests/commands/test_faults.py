@@ -22,7 +22,7 @@ from dynident.commands.options import reading
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
-from dynident.tests.commands.options import LINES, PORTS
+from dynident.tests.commands.options import LINES, PORTS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.live.played import playing
@@ -54,6 +54,7 @@ def folder() -> Iterator[Path]:
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
         run([*words("identify"), "--json", "earlier.json"])
+        make_passports(here)
         yield here
 
 
@@ -255,7 +256,18 @@ def test_titles_and_frames_are_never_markup(folder: Path) -> None:
         path.unlink()
 
 
-LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
+LIGHT = (
+    "verify",
+    "export",
+    "passport show",
+    "robot show",
+    "robot new",
+    "robot urdf",
+    "check",
+    "robot check",
+    "identify",
+    "gains",
+)
 
 
 @pytest.mark.parametrize(

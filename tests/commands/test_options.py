@@ -14,7 +14,7 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.model import INERTIAL
-from dynident.tests.commands.options import LINES, OPTIONS, PORTS
+from dynident.tests.commands.options import LINES, OPTIONS, PORTS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 from dynident.tests.live.played import playing
@@ -70,6 +70,7 @@ def inputs() -> Iterator[Path]:
             (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
+        make_passports(folder)
         (folder / "heavy.toml").write_text(HEAVY)
         yield folder
 
