@@ -82,6 +82,11 @@ class FollowingChange:
     total: Change
     lag: float
 
+    @property
+    def tells(self) -> bool:
+        """Whether what is compared tells anything of the number entered."""
+        return self.kind != "torque"
+
 
 def read_following(
     path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None

@@ -176,6 +176,39 @@ def test_no_two_outputs_are_one_file(name: str, folder: Path) -> None:
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize("name", [name for name, option in FILES if option == "--report"])
+def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) -> None:
+    """An input or another output of that name, or a file that no run has written, is refused before any work."""
+    before, line, beside = contents(folder), words(name), folder / "page.run.toml"
+    inputs = [word for word in line if (folder / word).is_file()]
+    other = next((option for other, option in FILES if (other, option) == (name, "--latex")), "--plots")
+    for given in inputs:
+        beside.symlink_to(folder / given)
+        status, out, err = run([*line, "--report", "page.html"])
+        beside.unlink()
+        assert (status, out) == (2, "")
+        assert "page.run.toml" in err
+    if other == "--latex":
+        status, out, err = run([*line, "--report", "page.html", other, "page.run.toml"])
+        assert (status, out) == (2, "")
+        assert f"--report's options 'page.run.toml': {other} names this file too" in err
+    beside.write_text("mine = true\n")
+    status, out, err = run([*line, "--report", "page.html"])
+    assert (status, out) == (2, "")
+    assert "page.run.toml beside it would be overwritten" in err
+    assert beside.read_text() == "mine = true\n"
+    beside.unlink()
+    assert contents(folder) == before
+
+
+def test_a_run_overwrites_the_options_of_an_earlier_one(folder: Path) -> None:
+    (folder / "page.run.toml").write_text("# Options of a run, repeated by: dynident verify --config THIS_FILE\n")
+    assert run([*words("verify"), "--report", "page.html", "--details"])[0] < 2
+    assert "details = true" in (folder / "page.run.toml").read_text()
+    for made in ("page.html", "page.run.toml"):
+        (folder / made).unlink()
+
+
 def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
     """Names within a folder are known late: the write itself refuses."""
     mine, link = tmp_path / "mine.csv", tmp_path / "link.csv"
