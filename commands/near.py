@@ -175,7 +175,7 @@ def run(arm: RehearsedRobotOptions, options: _Near, noise: NoiseOptions, limits:
     files.show(screen)
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen.blocks, files.provenance({}, limits, arm)))
+    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     return ANSWERED
 
 

@@ -563,7 +563,8 @@ def test_verify() -> None:
     joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
     total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
     found: Any = SimpleNamespace(
-        kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),), total=SimpleNamespace(**total)
+        kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),),
+        total=SimpleNamespace(**total),
     )  # fmt: skip
     expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
     same(documents.following_document(found), expected)
