@@ -4,7 +4,7 @@ from .goals import GoalOptions, NoiseOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
-from .outputs import PageOptions, ResultOptions, TableOptions
+from .outputs import PageOptions, ResultOptions, TableOptions, print_lines
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
@@ -35,4 +35,5 @@ __all__ = [
     "add_command",
     "in_si",
     "option",
+    "print_lines",
 ]

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from ...report import Page, Provenance, Screen
 
 
+def print_lines(*lines: str) -> None:
+    """Print lines no wider than the terminal, unless the run is quiet."""
+    if not quiet():
+        report.print_blocks([report.Notes(lines)])
+
+
 @dataclass(frozen=True)
 class ResultOptions(Options):
     """The result as JSON."""

@@ -21,6 +21,7 @@ from ..signals.measurements import measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .loaded_scale import loaded_scale
+from .pairing import cut_alike
 from .problem import FORMULA_ONLY, PayloadProblem, Source
 
 
@@ -40,7 +41,7 @@ def payload_problem(
     Args:
         robot: the robot.
         loaded: recordings with the payload.
-        unloaded: recordings without; for method 3 the k-th is the same trajectory as the k-th of ``loaded``.
+        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
         known: the robot's identified parameters, instead of or beside ``unloaded``.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
@@ -63,6 +64,7 @@ def payload_problem(
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
+    loaded, unloaded = cut_alike(loaded, unloaded, processing)
     alone = filtered(unloaded, processing, progress)
     measured = filtered(loaded, processing, progress)
     pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)

@@ -100,8 +100,9 @@ def near_notes(result: NearResult) -> list[str]:
     two = (
         f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
     )
+    periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
     lines = [
-        f"{motion.duration:.1f} s: {motion.repeats} period{'s' * (motion.repeats > 1)} of {motion.period:.2f} s{two}; "
+        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; "
         f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",

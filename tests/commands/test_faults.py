@@ -22,9 +22,12 @@ from dynident.commands.options import reading
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
+from dynident.report.render.terminal import COLUMNS
+from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
 from dynident.tests.commands.options import LINES
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
+from rich.cells import cell_len
 
 ODD = Path("odd[") / "bold][red]"
 """A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
@@ -286,6 +289,8 @@ def test_titles_and_frames_are_never_markup(folder: Path) -> None:
         path.unlink()
 
 
+LISTINGS = ("robot list", "robot show", "codegen")
+"""What prints a list or a table as long as the robot, not an answer."""
 LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
 
 
@@ -293,7 +298,7 @@ LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "
     "name", [name if name in LIGHT else pytest.param(name, marks=pytest.mark.long) for name in LINES]
 )
 def test_names_are_never_markup(name: str, folder: Path) -> None:
-    """All files of a line in a folder whose name looks like markup, and all outputs too."""
+    """All files of a line in a folder whose name looks like markup, and all outputs too; the answer is a screen."""
     with tempfile.TemporaryDirectory() as there, contextlib.chdir(there):
         ODD.mkdir(parents=True)
         shutil.copytree(folder, ODD, dirs_exist_ok=True)
@@ -303,7 +308,10 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
             if other == name:
                 outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.svg")
                 line = [*without(line, option), option, str(outputs[option])]
-        status, _, err = run(line)
+        status, out, err = run(line)
         assert status in (0, 1), err
+        if name not in LISTINGS:
+            assert len(out.splitlines()) <= LINES_OF_SCREEN
+            assert max(map(cell_len, out.splitlines()), default=0) <= COLUMNS
         assert "internal error" not in err
         assert all(path.exists() for path in outputs.values())
