@@ -64,6 +64,15 @@ def settings_text(parser: argparse.ArgumentParser, words: Sequence[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def unknown_option(parser: argparse.ArgumentParser, words: Sequence[str], word: str) -> str:
+    """What to say of a word that a command does not know, with the option that may be meant."""
+    command, below, _ = _command(parser, words)
+    name = word.partition("=")[0]
+    close = get_close_matches(name, below._option_string_actions, 1) if name.startswith("-") else []
+    kind, hint = "option" if name.startswith("-") else "argument", f": did you mean {close[0]}?" if close else ""
+    return f"'dynident {command}' has no {kind} {name}{hint}"
+
+
 def is_settings_file(path: Path) -> bool:
     """Whether a file was written by a run, as ``settings_text`` gives it."""
     try:
@@ -137,7 +146,10 @@ def _read(path: str, command: str) -> dict[str, Any]:
         raise InputError(f"{_OPTION} {path}: is not TOML: {error}") from None
     told = table.pop("command", command)
     if told != command:
-        raise InputError(f"{_OPTION} {path}: is for 'dynident {told}', not for 'dynident {command}'")
+        raise InputError(
+            f"{_OPTION} {path}: is for 'dynident {told}', not for 'dynident {command}': "
+            f"give a file of {command!r}, or call {told!r}"
+        )
     return table
 
 

@@ -64,10 +64,10 @@ def payload_problem(
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
-    loaded, unloaded = cut_alike(loaded, unloaded, processing)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     alone = filtered(unloaded, processing, progress)
     measured = filtered(loaded, processing, progress)
-    pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)
+    pairs, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
     no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
     progress("cutting into blocks" if robust else "reducing")
     blocks = robust and not no_blocks
@@ -119,6 +119,7 @@ def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
 def _together(
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
+    lags: Sequence[float | None],
     measured: Sequence[Measurement],
     processing: Processing,
     progress: Progress,
@@ -128,7 +129,7 @@ def _together(
         return (), [], "no recordings without payload"
     progress("aligning recordings with and without payload")
     try:
-        pairs = _paired(loaded, unloaded, processing)
+        pairs = _paired(loaded, unloaded, lags, processing)
         return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
     except InputError as error:
         return (), [], str(error)
@@ -151,7 +152,10 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
 
 
 def _paired(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    lags: Sequence[float | None],
+    processing: Processing,
 ) -> tuple[AlignedPair, ...]:
     if len(loaded) != len(unloaded):
         raise InputError(
@@ -159,8 +163,8 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
-        for a, b in zip(unloaded, loaded, strict=True)
+        aligned(a, b, grid_rate(b, processing), processing.max_mismatch, lag)
+        for a, b, lag in zip(unloaded, loaded, lags, strict=True)
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import groupby, pairwise, product
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +18,15 @@ _TRIED = 12
 _Recordings = tuple[Recording, ...]
 
 
-def cut_alike(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
-) -> tuple[_Recordings, _Recordings]:
+class Alike(NamedTuple):
+    """Recordings with and without payload, and the lag of each pair [s] where it is known."""
+
+    loaded: _Recordings
+    unloaded: _Recordings
+    lags: tuple[float | None, ...]
+
+
+def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing) -> Alike:
     """Recordings with and without payload, cut alike where gaps split those of one file into more pieces.
 
     They stay as they are where they form pairs already, or where no pairs can be made of them.
@@ -29,7 +36,7 @@ def cut_alike(
         unloaded: without; the k-th file is of the same trajectory as the k-th of ``loaded``.
         processing: settings.
     """
-    whole = tuple(loaded), tuple(unloaded)
+    whole = Alike(tuple(loaded), tuple(unloaded), (None,) * len(loaded))
     heavy, bare = _by_file(loaded), _by_file(unloaded)
     if len(loaded) == len(unloaded) or len(heavy) != len(bare):
         return whole
@@ -37,25 +44,29 @@ def cut_alike(
         pairs = [pair for a, b in zip(bare, heavy, strict=True) for pair in _pairs(a, b, processing)]
     except InputError:  # no pair of one trajectory: that is told where method 3 is asked for
         return whole
-    return (tuple(b for _, b in pairs), tuple(a for a, _ in pairs)) if pairs else whole
+    bare_pieces, heavy_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
+    return Alike(heavy_pieces, bare_pieces, lags) if pairs else whole
 
 
 def _by_file(recordings: Sequence[Recording]) -> list[_Recordings]:
     return [tuple(pieces) for _, pieces in groupby(recordings, origin)]
 
 
-def _pairs(bare: _Recordings, heavy: _Recordings, processing: Processing) -> list[tuple[Recording, Recording]]:
-    """Pieces of two files between the gaps of either, on the same stretches of the motion."""
+def _pairs(
+    bare: _Recordings, heavy: _Recordings, processing: Processing
+) -> list[tuple[Recording, Recording, float | None]]:
+    """Pieces of two files between the gaps of either, on the same stretches of the motion, and their lag."""
     if len(bare) == len(heavy) == 1:
-        return [(bare[0], heavy[0])]
+        return [(bare[0], heavy[0], None)]
     lag = _lag(bare, heavy, processing)
     gaps = sorted([*_gaps(heavy), *(gap + lag for gap in _gaps(bare))])
-    least, pairs = shortest_piece(processing.cutoff), []
+    least = shortest_piece(processing.cutoff)
+    pairs: list[tuple[Recording, Recording, float | None]] = []
     for low, high in pairwise([-np.inf, *gaps, np.inf]):
         a = _within(bare, low - lag, high - lag, least, heavy[0])
         b = _within(heavy, low, high, least, bare[0])
         if a is not None and b is not None:
-            pairs.append((a, b))
+            pairs.append((a, b, lag))
     return pairs
 
 
