@@ -5,7 +5,7 @@ from .hosts import HostOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
-from .outputs import PageOptions, ResultOptions, TableOptions
+from .outputs import PageOptions, ResultOptions, TableOptions, print_lines
 from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
@@ -43,5 +43,6 @@ __all__ = [
     "in_si",
     "logs_of",
     "option",
+    "print_lines",
     "recipe_of",
 ]

@@ -128,7 +128,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
     },
-    "verify": LINKS | LOGS | _CURRENTS | {
+    "verify": LINKS | LOGS | _CURRENTS | PAGE | {
         "--robot": "--robot panda",
         "--log-map": "--log-map degrees.toml",
         "--signs": "--signs=1,-1",
@@ -197,10 +197,9 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--json": "--json a.json",
     },
     "passport compare": {"files": "third.npz", "--json": "--json a.json"},
-    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
         "logs": "rx_near_unloaded.csv",
         "--data": "--data rx_near_unloaded.csv",
-        "--plots": "--plots .",
         "--json": "--json a.json",
     },
     "export": {
@@ -242,6 +241,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "robot check": ROBOT | LOGS | _CURRENTS | _FILTER | {
         "--data": "--data rx_near_unloaded.csv",
+        "--report": "--report a.html",
         "--json": "--json a.json",
     },
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
@@ -330,7 +330,7 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if _name == "demo" or ("--json" in _entries and _name not in ("verify", "robot check", "passport merge")):
+    if _name == "demo" or ("--json" in _entries and _name != "passport merge"):
         _entries["--details"] = "--details"
 
 
