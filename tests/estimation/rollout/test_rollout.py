@@ -107,7 +107,7 @@ LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side
 def test_friction_of_links_without_rotors_is_refused(name: str) -> None:
     """Friction is 10 % of the torque limits, on joints that only their links hold back."""
     robot = with_stand_in(load_robot(name))
-    t = STEP * np.arange(300)
+    t: Array = STEP * np.arange(300, dtype=float)
     middle = np.array([np.mean(joint.limits.position) for joint in robot.joints])
     q = middle + 0.3 * np.sin(3.0 * t)[:, None] * np.ones(robot.n)
     recording = Recording(t, q, np.zeros_like(q), 0.9 * np.cos(3.0 * t)[:, None] * np.ones(robot.n), "simulated")
