@@ -41,34 +41,45 @@ def guarded(
     problem: PayloadProblem, free: Sequence[PayloadEstimate], gains: Gains | None
 ) -> tuple[list[PayloadEstimate], Guarded]:
     """Estimates less what a tilt does, whose intervals allow for joints that disagree and for bursts."""
-    n, short = problem.robot.n, problem.short is not None
     best = min(free, key=preference)
+    seen = looked_at(problem, best, gains)
+    return [_allowing(estimate, seen) for estimate in free], seen
+
+
+def looked_at(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | None) -> Guarded:
+    """Look at what no residual of a method shows; ``best``: the estimate to be used."""
+    n, short, weights = problem.robot.n, problem.short is not None, best.estimate.weights
     states = states_of(problem.source) if problem.source is not None else None
     system = thinned_problem(problem, states)
-    by_joints = payload_by_joints(problem, best.estimate.weights)
+    by_joints = payload_by_joints(problem, weights)
     told = gains.covariance(n) if gains is not None else np.zeros((n, n))
-    leaning = tilt(system) if system is not None else None
-    outside = bursts(system) if system is not None else None
-    scaled = scales(problem, best.estimate.weights) if not short else ()
-    if system is not None and problem.unloaded is None and problem.known is not None:
-        scaled = scales_of_known(system)
-    seen = Guarded(
+    beside_known = system is not None and problem.unloaded is None and problem.known is not None
+    return Guarded(
         by_joints,
         disagreement(by_joints, told, few=short),
-        scaled,
+        scales_of_known(system)
+        if system is not None and beside_known
+        else ()
+        if short
+        else scales(problem, weights),
         rivals(problem.robot, states),
-        outside,
-        leaning,
+        _mattering(bursts(system), best) if system is not None else None,
+        tilt(system) if system is not None else None,
         nuisances(system) if system is not None else (),
     )
-    return [_allowing(estimate, seen, best) for estimate in free], seen
 
 
-def _allowing(estimate: PayloadEstimate, seen: Guarded, best: PayloadEstimate) -> PayloadEstimate:
-    """One estimate for what was seen; ``best``: the one to be used."""
+def _mattering(outside: Bursts | None, best: PayloadEstimate) -> Bursts | None:
+    """Bursts without which the mass is another one; stretches that stand out by chance move it by less."""
+    if outside is None or 9 not in best.places or abs(outside.change[9]) <= MOVED * abs(best.ten[9]):
+        return None
+    return outside
+
+
+def _allowing(estimate: PayloadEstimate, seen: Guarded) -> PayloadEstimate:
+    """One estimate for what was seen."""
     if seen.tilt is not None and not estimate.from_scale:
         estimate = moved(estimate, *seen.tilt.change(estimate.method))
-    outside = seen.bursts
-    if outside is not None and 9 in best.places and abs(outside.change[9]) > MOVED * abs(best.ten[9]):
-        estimate = reaching(estimate, outside.change)
+    if seen.bursts is not None:
+        estimate = reaching(estimate, seen.bursts.change)
     return widened(estimate, seen.disagreement)
