@@ -71,9 +71,10 @@ def looked_at(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | Non
 
 def _mattering(outside: Bursts | None, best: PayloadEstimate) -> Bursts | None:
     """Bursts without which the mass is another one; stretches that stand out by chance move it by less."""
-    if outside is None or 9 not in best.places or abs(outside.change[9]) <= MOVED * abs(best.ten[9]):
+    if outside is None or 9 not in best.places:
         return None
-    return outside
+    chance = 2.0 * float(best.estimate.sigma[best.places.index(9)])
+    return outside if abs(outside.change[9]) > max(MOVED * abs(best.ten[9]), chance) else None
 
 
 def _allowing(estimate: PayloadEstimate, seen: Guarded) -> PayloadEstimate:

@@ -79,7 +79,7 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
 
 
 def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
-    """The same where the robot is known from earlier, by thinned states; friction of the loaded rows is free."""
+    """Scales of the loaded torques beside a robot known from earlier, friction of the loaded rows free."""
     rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     alone = np.eye(len(along))[:, :, None] * along[:, None]

@@ -167,8 +167,8 @@ def _best(kind: str, asked: Asked, there: list[int], first: int, sign: float) ->
 
 
 def _slip(answer: Answer, mass: float) -> Nuisance:
-    size = float(np.linalg.norm(answer.values)) / mass
-    sigma = float(np.sqrt(np.trace(answer.covariance))) / mass
+    size = float(np.linalg.norm(answer.values) / mass)
+    sigma = float(np.sqrt(np.trace(answer.covariance)) / mass)
     return Nuisance("slip", WHERE[2], size, sigma, answer.z, answer.effect @ answer.values)
 
 

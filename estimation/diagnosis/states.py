@@ -43,7 +43,13 @@ class States(NamedTuple):
         """Every so many-th state; all of them where few would be left."""
         count = len(self.block)
         step = _ROUGHLY if count >= 3 * _ROUGHLY * _FEWEST else 1
-        return States(self.sample.part(0, count, step), *(array[::step] for array in self[1:]))
+        return States(
+            self.sample.part(0, count, step),
+            self.loaded[::step],
+            self.block[::step],
+            self.stretch[::step],
+            self.slope[::step],
+        )
 
 
 def states_of(source: Source) -> States | None:

@@ -79,7 +79,7 @@ class Thinned:
 
     @cached_property
     def weights(self) -> Array:
-        """Of the joints, by what the friction of the robot alone leaves [1/(N·m) or 1/N], shape (n,)."""
+        """Weights of the joints, by what the friction of the robot alone leaves [1/(N·m) or 1/N], shape (n,)."""
         rms = np.ones(self.robot.n)
         for _ in range(2):
             values = self._plain(1.0 / rms)

@@ -20,7 +20,7 @@ LATE, LATE_Z = 0.008, 5.0
 """s and standard deviations of a delay between torque and position."""
 ONE_SIDED, ONE_SIDED_Z = 0.04, 5.0
 """Share by which negative torques are on another scale, and standard deviations."""
-SLIP, SLIP_Z = 0.005, 6.0
+SLIP, SLIP_Z = 0.01, 6.0
 """m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
 _GUARDS = ("residual", "unexplained", "joints", "shares_together", "scale")
 
