@@ -13,7 +13,7 @@ from ..diagnosis.finding import Verdict
 from ..diagnosis.nuisances import tilt
 from ..diagnosis.rivals import rivals
 from ..diagnosis.states import states_of
-from ..diagnosis.thinned import thinned
+from ..diagnosis.thinned import thinned_robot
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -74,7 +74,8 @@ class Identification(Speaks):
         """Whether the parameters may be used, and why not."""
         source = Source((), self.recordings, self.processing or self.robot.processing)
         states = states_of(source)
-        leaning = tilt(thinned(self.robot, states, {})) if states is not None else None
+        system = thinned_robot(self.robot, states)
+        leaning = tilt(system) if system is not None else None
         others = rivals(self.robot, states)
         return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others, tilt=leaning))
 

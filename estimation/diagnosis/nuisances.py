@@ -80,7 +80,7 @@ class Tilt(NamedTuple):
 
     @property
     def sigma(self) -> float:
-        """Of the angle [rad]."""
+        """Standard deviation of the angle [rad]."""
         along = self.values / max(self.angle, 1e-300)
         return float(np.sqrt(along @ self.covariance @ along))
 
@@ -143,7 +143,7 @@ def _upright(robot: Robot) -> bool:
 
 
 def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
-    """Of each kind the one that stands out most."""
+    """Nuisances that stand out most, one of each kind."""
     loaded, sample = system.states.loaded, system.states.sample
     slope, negative = system.states.slope.T, np.minimum(sample.torque.T, 0.0)
     shares = [np.ones(len(loaded)), 1.0 - loaded, loaded]

@@ -201,6 +201,16 @@ def thinned_problem(problem: PayloadProblem, states: States | None) -> Thinned |
         return None
 
 
+def thinned_robot(robot: Robot, states: States | None) -> Thinned | None:
+    """A robot without payload on thinned states; None where there are none."""
+    if states is None:
+        return None
+    try:
+        return thinned(robot, states, {})
+    except InputError:  # a joint leaves the table of its spring
+        return None
+
+
 def thinned(robot: Robot, states: States, changes: Mapping[str, float], known: Prior | None = None) -> Thinned:
     """Robot and payload on thinned states.
 
@@ -269,6 +279,6 @@ def _rest(gram: Array, root: Array) -> Array:
 
 
 def _inverse(gram: Array) -> Array:
-    """Of few columns, those that nothing is left of taken out."""
+    """Inverse of a small Gram matrix, columns of which nothing is left taken out."""
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     return np.asarray(np.linalg.pinv(gram / np.outer(size, size), 1e-12, hermitian=True) / np.outer(size, size))
