@@ -13,6 +13,7 @@ COMMANDS = {
     "verify": "how much the following error fell after a payload was entered",
     "payload": "identify a payload from recordings with and without it",
     "identify": "identify the robot's own parameters, without payload",
+    "rollout": "how far the identified robot's motion strays from a recording's",
     "gains": "identify drive gains from currents and a payload of known mass",
     "check": "look at logs: what was understood, what looks wrong",
     "export": "write an identified payload for a controller or a simulator",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import estimation, model, report
 from ..common.errors import InputError
@@ -19,6 +19,12 @@ from .options import (
     option,
 )
 from .progress import note, status
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..common.progress import Progress
+    from ..model import Processing, Recording
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -60,8 +66,14 @@ class _Identify(Options):
         group=_POSSIBLE, nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]"
     )
 
+    rollout: bool = option(
+        action="store_true", help="also predict the motion of the recordings held out, as 'dynident rollout' does"
+    )
+
     def check(self) -> None:
         """Refuse options that would have no effect."""
+        if self.rollout and not self.validate:
+            raise InputError("--rollout predicts recordings that were not fitted: give some by --validate")
         for name, gauges in _GAUGES.items():
             if self.constrained not in (None, *gauges):
                 self.refuse(name, f"belongs to --constrained {' or '.join(gauges)}, not {self.constrained}")
@@ -116,6 +128,20 @@ class _Identify(Options):
     def _mass(self) -> estimation.MassBounds | None:
         return estimation.MassBounds(*self.total_mass) if self.total_mass else None
 
+    def rollouts(
+        self,
+        result: estimation.Identification,
+        possible: estimation.possible.PossibleRobot | None,
+        held_out: Sequence[Recording],
+        processing: Processing,
+        progress: Progress,
+    ) -> tuple[estimation.rollout.Rollout, ...]:
+        """Predicted motion of the recordings held out, where it was asked for."""
+        if not self.rollout:
+            return ()
+        values = possible.values if possible is not None else result.estimate.values
+        return estimation.rollout.roll_out_all(result.robot, values, held_out, processing, progress=progress)
+
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
@@ -141,10 +167,11 @@ def run(
             setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
         )
         possible = asked.possible(result)
-        screen = report.robot_screen(result, possible)
+        rollouts = asked.rollouts(result, possible, held_out, setup.processing, progress)
+        screen = report.robot_screen(result, possible, rollouts)
     files.show(screen)
     files.write_json(
-        lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible)
+        lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)
     )
     files.write_page(
         lambda: report.robot_page(
@@ -154,6 +181,7 @@ def run(
             result.excitation,
             files.provenance(setup.in_words(), asked, arm, processing),
             others=len(held_out or recordings) - len(result.predictions),
+            extra=[report.rollout_section(rollouts)] if rollouts else [],
         )
     )
     files.write_tables(

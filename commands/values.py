@@ -155,6 +155,14 @@ def relative_list(text: str) -> tuple[float, ...]:
     return tuple(relative(part) for part in parts)
 
 
+def seconds_list(text: str) -> tuple[float, ...]:
+    """Different positive times separated by commas [s]."""
+    times = tuple(number(part) for part in text.split(","))
+    if not all(0.0 < time < math.inf for time in times) or len(set(times)) != len(times):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different times in seconds such as 0.1,0.5,1")
+    return times
+
+
 def joint_list(text: str) -> tuple[int, ...]:
     """Numbers of joints separated by commas."""
     try:

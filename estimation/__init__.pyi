@@ -8,6 +8,7 @@ from . import payload as payload
 from . import possible as possible
 from . import recordings as recordings
 from . import robot as robot
+from . import rollout as rollout
 from . import signals as signals
 from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification

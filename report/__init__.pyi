@@ -58,5 +58,8 @@ from .sections.payload_screen import payload_screen as payload_screen
 from .sections.robot import robot_page as robot_page
 from .sections.robot import robot_screen as robot_screen
 from .sections.robot import robot_section as robot_section
+from .sections.rollout import rollout_page as rollout_page
+from .sections.rollout import rollout_screen as rollout_screen
+from .sections.rollout import rollout_section as rollout_section
 from .sections.torques import residual_text as residual_text
 from .sections.weighing import weigh_page as weigh_page

@@ -15,6 +15,7 @@ FLOORS = {
         "fit",
         "possible",
         "robot",
+        "rollout",
         "payload",
         "gains",
         "files",

@@ -144,6 +144,28 @@ class PriorDocument(Document, frozen=True):
     distances: tuple[float, ...] | UnsetType = UNSET
 
 
+class HorizonDocument(Document, frozen=True):
+    """Errors some time after the start, by what predicted the motion: median and 90 % of the starts [rad or m]."""
+
+    seconds: float
+    in_motion: dict[str, tuple[Number, Number]] | None
+    at_rest: dict[str, tuple[Number, Number]] | None
+
+
+class RolloutDocument(Document, frozen=True):
+    """How far predicted motion strays from a recording's; the torque error of a controller on its path."""
+
+    source: str
+    starts_in_motion: int
+    starts_at_rest: int
+    diverged: int
+    horizons: tuple[HorizonDocument, ...]
+    growth: Number
+    replay_relative: float
+    replay_joints: Vector
+    replay_strayed: float
+
+
 class PossibleRobotDocument(Document, frozen=True):
     """The nearest robot that can exist: its base parameters, and with a prior the standard ones."""
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from msgspec import UNSET, UnsetType, field
 
+from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import is_covariance
 from ...common.schema import Document, Matrix, Vector, WrongKeyError, at, naming, present, read_json
@@ -22,6 +23,7 @@ from .parts import (
     ProcessingDocument,
     ResidualDocument,
     RobustDocument,
+    RolloutDocument,
     Ten,
     VerdictDocument,
 )
@@ -137,6 +139,7 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
     gain_sigma: GainErrorsDocument | None = None
     relative_residual: ResidualDocument | UnsetType = UNSET
     validation: ResidualDocument | UnsetType | None = UNSET
+    rollouts: tuple[RolloutDocument, ...] | UnsetType = UNSET
     reasons_against_use: tuple[str, ...] | UnsetType = UNSET
 
     @property
@@ -173,6 +176,15 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
                 gain_sensitivity=self.gain_sensitivity,
                 gain_covariance=gains.covariance(len(data.rows_per_joint)) if gains is not None else None,
             )
+
+    @property
+    def possible_values(self) -> Array:
+        """Base parameters of the nearest robot that can exist, where they were stored, else the free ones."""
+        robot = self.constrained
+        stored = present(robot.base_parameters) if robot is not None else None
+        if stored is None:
+            return self.estimate.values
+        return np.array([parameter.value for parameter in stored])
 
     def _robust(self) -> RobustCovariance | None:
         """Robust covariance, absent from files of version 0.1.0 and where the recordings did not allow one."""

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from msgspec import UNSET
+
 from ...estimation import Identification
 from ...estimation.files import StoredRobot
 from ...estimation.files.parts import (
@@ -14,6 +16,7 @@ from ...estimation.files.parts import (
 )
 from ...estimation.files.stored import RobotData
 from ...estimation.possible import PossibleRobot, PriorRobot
+from ...estimation.rollout import Rollout
 from ...model import BaseParameters, Processing
 from .parts import (
     elimination_document,
@@ -22,6 +25,7 @@ from .parts import (
     residual_document,
     robust_document,
 )
+from .rollout import rollout_document
 
 
 def identification_document(
@@ -29,6 +33,7 @@ def identification_document(
     processing: Processing,
     drive_gains: Sequence[float] | None,
     constrained: PossibleRobot | None = None,
+    rollouts: Sequence[Rollout] = (),
 ) -> StoredRobot:
     """What ``dynident identify --json`` writes.
 
@@ -37,6 +42,7 @@ def identification_document(
         processing: settings.
         drive_gains: torque per current [N·m/A], if currents were read.
         constrained: the robot that can exist, if it was asked for.
+        rollouts: predicted motion of recordings held out, if it was asked for.
     """
     estimate, problem, base = result.estimate, result.problem, result.base
     raw, scaled = problem.condition_numbers()
@@ -67,6 +73,7 @@ def identification_document(
         gain_sigma=gain_errors_document(result.gains) if result.gains else None,
         relative_residual=residual_document(estimate.fit),
         validation=residual_document(result.validation) if result.validation else None,
+        rollouts=tuple(map(rollout_document, rollouts)) or UNSET,
         reasons_against_use=result.verdict.reasons,
     )
 

@@ -9,6 +9,7 @@ from ...common.schema import Document, json_schema
 from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
+from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,
@@ -17,6 +18,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "gains": StoredGains,
     "design": DesignDocument,
     "near": NearDocument,
+    "rollout": RolloutsDocument,
     "check": CheckDocument,
     "verify": FollowingDocument,
     "robot_check": RobotCheckDocument,

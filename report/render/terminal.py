@@ -115,7 +115,7 @@ def _wrapped(line: str, width: int) -> list[str]:
 
 
 def _brief(lines: list[str], width: int, most: int = _LONGEST) -> list[str]:
-    """Its first lines; where one is left out, that is seen."""
+    """First lines of a cell; where one is left out, that is seen."""
     if len(lines) <= most:
         return lines
     last = lines[most - 1][: width - len(_CUT)]

@@ -10,6 +10,7 @@ from ...estimation import Identification
 from ...estimation.answers import TorquePrediction
 from ...estimation.fit import Excitation
 from ...estimation.possible import CONFLICT, PossibleRobot, PriorRobot
+from ...estimation.rollout import Rollout
 from ...model import INERTIAL
 from ...model.names import parameter_kind
 from ..blocks import Banner, Block, Cell, Column, Notes, Page, Remarks, Screen, Section, Table, Text, columns
@@ -19,6 +20,7 @@ from .data import report_page
 from .essential import elimination_notes, essential_section
 from .excitation import excitation_section
 from .gain_errors import gain_error_notes
+from .rollout import rollout_blocks, rollout_line
 from .torques import residual_text, torques_section, worst_joint
 from .verdict import VERDICTS, reason_lines, verdict_lines
 
@@ -28,7 +30,7 @@ _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
 
 
-def robot_screen(result: Identification, constrained: Constrained) -> Screen:
+def robot_screen(result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = ()) -> Screen:
     """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
     against, known = result.verdict.reasons, [f"Note: {text}." for text in result.verdict.notes]
@@ -37,9 +39,10 @@ def robot_screen(result: Identification, constrained: Constrained) -> Screen:
         Remarks(reason_lines(result.verdict)),
         joint_table(result),
         Notes(_what_it_is(result, constrained)),
-        Remarks([*known, *gain_error_notes(result.robot, result.gains)]),
+        Remarks([*map(rollout_line, rollouts), *known, *gain_error_notes(result.robot, result.gains)]),
     ]
     details: list[Block] = [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
+    details += rollout_blocks(rollouts)
     return Screen(first, details, "every base parameter, residuals, what is essential")
 
 
@@ -198,6 +201,7 @@ def robot_page(
     excitation: Excitation,
     provenance: Provenance,
     others: int = 0,
+    extra: Sequence[Section] = (),
 ) -> Page:
     """Verdict and residuals first, then parameters, torques and excitation; arguments as for ``payload_page``."""
     title = result.robot.title or result.robot.name
@@ -207,6 +211,7 @@ def robot_page(
     lead: list[Block] = [banner, Notes(against), *_summary(result), *([worst] if worst else [])]
     sections = (
         robot_section(result, constrained),
+        *extra,
         torques_section(predictions, others),
         excitation_section(excitation, labels),
         essential_section(result.elimination, result.warnings, title, labels),

@@ -74,6 +74,7 @@ LINES = {
     "verify": "--robot rx90 --before before.csv --after after.csv",
     "payload": f"--robot rx90 {_PAIR} --method 3 --json b.json",
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
+    "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
     "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
@@ -128,6 +129,14 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--prior-mass": "--constrained prior | --prior-mass 40",
         "--prior-budget": "--constrained prior | --prior-budget 4",
         "--total-mass": "--total-mass 20 60",
+        "--rollout": "--validate rx_near_unloaded.csv | --rollout",
+    },
+    "rollout": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
+        "--robot-parameters": "--robot-parameters other.json",
+        "--data": "--data rx_near_unloaded.csv",
+        "--against": "--against six_axis.urdf",
+        "--horizons": "--horizons 0.2,0.4",
+        "--json": "--json a.json",
     },
     "gains": ROBOT | LOGS | PROCESSING | PAGE | {
         "--unloaded": "--unloaded ur_near_unloaded.csv",

@@ -544,6 +544,21 @@ def test_check() -> None:
     )  # fmt: skip
 
 
+def test_rollout() -> None:
+    spread = {"identified": (0.01, 0.02), "constant speed": (0.03, 0.04)}
+    rollout: Any = SimpleNamespace(
+        source="a.csv", resting=np.array([False, True, False]), diverged=1, horizons=(0.5,), growth=1.25,
+        errors=spread, spread=lambda by, seconds, resting: None if resting else spread[by],
+        replay=SimpleNamespace(relative=0.045, joints=made.numbers(3), strayed=0.002),
+    )  # fmt: skip
+    expected = {
+        "source": "a.csv", "starts_in_motion": 2, "starts_at_rest": 1, "diverged": 1,
+        "horizons": [{"seconds": 0.5, "in_motion": spread, "at_rest": None}], "growth": 1.25,
+        "replay_relative": 0.045, "replay_joints": rollout.replay.joints, "replay_strayed": 0.002,
+    }  # fmt: skip
+    same(documents.rollouts_document("arm", [rollout]), {"robot": "arm", "rollouts": [expected]})
+
+
 def test_verify() -> None:
     joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
     total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}

@@ -18,11 +18,11 @@ from dynident.model import (
     standard_columns,
 )
 from dynident.model.dynamics import dry_friction_names, smooth_dry_friction
+from dynident.model.integration import SMOOTHING
 from dynident.model.motion import Measurement
 from dynident.trajectories import Controller, PointToPoint, SampledTrajectory, Simulator, plan_point_to_point
 from dynident.trajectories.motions import random_points
 from dynident.trajectories.simulation import CONTROLLERS, ClosedLoop, Ripple, Task
-from dynident.trajectories.simulation.integrator import SMOOTHING
 
 WAVES = (8, 36)  # as in the demo: the code is compiled once for all tests
 

@@ -10,12 +10,13 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Motion, Robot, base_parameters, inverse_dynamics_base, standard_columns
 from ...model.dynamics import dry_friction_names
+from ...model.integration import Stepper
 from ...model.kernel import Kernel
 from ...model.motion import Measurement
 from ...model.stand_in import rotor_inertias, with_rotors
 from ..motions.samples import Plan, sample_count
 from .controller import Controller, mean_inertia
-from .integrator import Ripple, Stepper, integration_step, step_settings, steps_per_sample
+from .integrator import Ripple, integration_step, step_settings, steps_per_sample
 from .simulator import check_parameters, parameter_vector
 
 _SETTLE = 1.0  # s before a run starts, in which the loops take up the load

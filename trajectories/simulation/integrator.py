@@ -1,6 +1,6 @@
 """One integration step of a robot under its controller, as one function of scalar operations."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -9,13 +9,10 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import BaseParameters, Robot, forward_dynamics_base, mass_matrix
 from ...model.dynamics import dry_friction_names, smooth_dry_friction
-from ...model.kernel import Kernel
+from ...model.integration import SMOOTHING, runge_kutta, stable_steps
 from .controller import Controller, motor_torque, random_positions, speed_error
 from .simulator import parameter_vector
 
-SMOOTHING = 0.01
-"""w of tanh(qd / w), which stands for the sign of a speed in dry friction [rad/s or m/s]."""
-_STABLE = 2.0  # largest rate times step; Runge-Kutta's limit on the real axis is 2.78
 _FEWEST, _FINEST = 4, 200  # steps per sample
 
 
@@ -59,12 +56,9 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
             ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
         return ca.vertcat(qd, forward(q, qd, torque + ripple - friction(qd, level), chi), error), torque
 
-    k1, torque = slope(x, wanted[0])
-    k2, _ = slope(x + 0.5 * h * k1, wanted[1])
-    k3, _ = slope(x + 0.5 * h * k2, wanted[1])
-    k4, _ = slope(x + h * k3, wanted[2])
-    after = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-    out = ca.cse(ca.densify(ca.vertcat(after, torque, k1[n : 2 * n])))
+    at_start, torque = slope(x, wanted[0])
+    after = runge_kutta(lambda x, wanted: slope(x, wanted)[0], x, h, (wanted[0], wanted[1], wanted[2]))
+    out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
     return ca.Function("step", [x, *wanted, chi, level, settings], [out])
 
 
@@ -72,41 +66,6 @@ def step_settings(h: float, controller: Controller, inertia: Array, ripple: Ripp
     """What all runs share: step [s], gains, the controller's inertia, ripple."""
     gains = [h, controller.position, controller.speed, controller.integral]
     return np.concatenate([gains, inertia, ripple.amplitude, ripple.waves, ripple.phases.T.ravel()])
-
-
-class Stepper:
-    """Calls the integration step for a batch of runs: compiled, or by CasADi's own machine.
-
-    NumPy's way through a function, one call an operation, would take far longer for so few runs at once.
-    """
-
-    def __init__(self, step: ca.Function) -> None:
-        """Compile the step if there is a compiler."""
-        self._step = step
-        self._kernel = Kernel(step)
-        self._mapped: dict[int, ca.Function] = {}
-
-    def __call__(self, *inputs: Array) -> Array:
-        """One step; inputs (runs, size), the last one shared by all runs.
-
-        Returns:
-            Shape (5 n, runs).
-        """
-        if self._kernel.compiled:
-            return self._kernel(*inputs)
-        runs = len(inputs[0])
-        if runs not in self._mapped:
-            shared = [self._step.n_in() - 1]
-            self._mapped[runs] = self._step.map(f"step{runs}", "serial", runs, shared, [])
-        buffer: Any
-        buffer, trigger = self._mapped[runs].buffer()
-        arrays: list[Any] = [np.ascontiguousarray(x) for x in inputs]  # rows here are CasADi's columns
-        out: Any = np.empty((runs, self._step.numel_out(0)))
-        for k, x in enumerate(arrays):
-            buffer.set_arg(k, memoryview(x))
-        buffer.set_res(0, memoryview(out))
-        trigger()
-        return np.asarray(out.T)
 
 
 def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate: float) -> int:
@@ -129,7 +88,7 @@ def steps_per_sample(robot: Robot, controller: Controller, inertia: Array, rate:
                 "definite: correct the inertias in its description"
             )
         fastest = max(fastest, float(np.abs(np.linalg.eigvals(np.linalg.solve(matrix, damping))).max()))
-    steps = max(_FEWEST, int(np.ceil(fastest / rate / _STABLE)))
+    steps = max(_FEWEST, stable_steps(fastest, 1.0 / rate))
     if steps > _FINEST:
         raise InputError(
             f"robot {robot.name!r}: friction about rest has a rate of {fastest:.0f} 1/s, too fast to integrate: "

@@ -1,0 +1,179 @@
+"""A robot of given base parameters that moves under recorded torques, or after a recorded path."""
+
+import casadi as ca
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...model import BaseParameters, Robot, forward_dynamics_base
+from ...model.dynamics import dry_friction_names, smooth_dry_friction
+from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
+
+_STEP = 1e-3
+"""s: the longest step of the integration."""
+_FINEST = 200  # steps per sample
+_STATES = 20  # of a path, at which stiffness and inertia are looked at
+_BANDWIDTH = 200.0
+"""1/s: of the critically damped controller that follows a path."""
+
+
+class IdentifiedArm:
+    """Integrates M(q) qdd = Gamma - h(q, qd) of base parameters for many starts at once.
+
+    Dry friction is FS tanh(qd / w), w = ``SMOOTHING``: a simulator's joints creep where a robot's would stick.
+
+    Attributes:
+        robot: the robot.
+    """
+
+    def __init__(self, robot: Robot, base: BaseParameters, values: Array) -> None:
+        """Prepare the integration.
+
+        Args:
+            robot: the robot, n joints.
+            base: its base parameters.
+            values: of ``base.columns``.
+        """
+        self.robot, self._base, n = robot, base, robot.n
+        dry = dry_friction_names(robot)
+        self._level = np.array([values[base.columns.index(name)] if name in base.columns else 0.0 for name in dry])
+        self._chi = np.where([name in dry for name in base.columns], 0.0, values)
+        self._friction = smooth_dry_friction(robot, SMOOTHING)
+        self._forward = forward_dynamics_base(robot, base)
+        self._step = Stepper(self._integration_step(n))
+
+    def _integration_step(self, n: int) -> ca.Function:
+        """``step(x, start, middle, end, shared)`` to x after the step, then the torque at its start, 3 n x 1.
+
+        x holds q and qd; start, middle and end hold torque, position and speed of the path; shared the parameters,
+        gains of position and speed, and the step.
+        """
+        x = ca.SX.sym("x", 2 * n)
+        start, middle, end = (ca.SX.sym(name, 3 * n) for name in ("start", "middle", "end"))
+        shared = ca.SX.sym("shared", len(self._chi) + len(self._level) + 2 * n + 1)
+        sizes = [0, len(self._chi), len(self._level), n, n, 1]
+        chi, level, kp, kd, h = ca.vertsplit(shared, np.cumsum(sizes).tolist())
+
+        def torque_of(x: ca.SX, path: ca.SX) -> ca.SX:
+            q, qd = ca.vertsplit(x, n)
+            torque, along, speed = ca.vertsplit(path, n)
+            return torque + kp * (along - q) + kd * (speed - qd)
+
+        def slope(x: ca.SX, path: ca.SX) -> ca.SX:
+            q, qd = ca.vertsplit(x, n)
+            drive = torque_of(x, path) - self._friction(qd, level)
+            return ca.vertcat(qd, self._forward(q, qd, drive, chi))
+
+        after = runge_kutta(slope, x, h, (start, middle, end))
+        out = ca.cse(ca.densify(ca.vertcat(after, torque_of(x, start))))
+        return ca.Function("rollout_step", [x, start, middle, end, shared], [out])
+
+    def positions(self, q: Array, qd: Array, torque: Array, step: float) -> Array:
+        """Positions under torques alone.
+
+        Args:
+            q: positions at the start [rad or m], S x n for S starts.
+            qd: speeds there, S x n.
+            torque: at each sample, linear between them [N·m or N], S x K x n.
+            step: between samples [s].
+
+        Returns:
+            Positions at each sample, S x K x n.
+
+        Raises:
+            InputError: if the parameters are of no robot that can move, or cannot be integrated.
+        """
+        path = np.concatenate([torque, np.zeros((*torque.shape[:2], 2 * self.robot.n))], axis=2)
+        none = np.zeros(self.robot.n)
+        positions, _ = self._run(q, qd, path, step, none, none)
+        return positions
+
+    def followed(self, q: Array, qd: Array, step: float) -> tuple[Array, Array]:
+        """Positions and torques of a controller kp (q_r - q) + kd (qd_r - qd) that follows paths, S x K x n each.
+
+        Args:
+            q: positions of the paths [rad or m], S x K x n.
+            qd: their speeds, S x K x n.
+            step: between samples [s].
+
+        Raises:
+            InputError: as ``positions``.
+        """
+        inertia = np.mean([np.diag(np.linalg.inv(mobility)) for mobility in self._mobilities(q)], axis=0)
+        path = np.concatenate([np.zeros_like(q), q, qd], axis=2)
+        gains = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia
+        return self._run(q[:, 0], qd[:, 0], path, step, *gains)
+
+    def _run(self, q: Array, qd: Array, path: Array, step: float, kp: Array, kd: Array) -> tuple[Array, Array]:
+        count = self._steps(q, kp, kd, step)
+        shared = np.concatenate([self._chi, self._level, kp, kd, [step / count]])
+        n, samples = self.robot.n, path.shape[1]
+        positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
+        x = np.hstack([q, qd])
+        with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
+            for k in range(samples):
+                ends = path[:, k], path[:, min(k + 1, samples - 1)]
+                positions[:, k] = x[:, :n]
+                halves = [_between(*ends, half / (2 * count), step) for half in range(2 * count + 1)]
+                for part in range(count):
+                    out = self._step(x, *halves[2 * part : 2 * part + 3], shared).T
+                    if part == 0:
+                        torques[:, k] = out[:, 2 * n :]
+                    x = np.ascontiguousarray(out[:, : 2 * n])
+        return positions, torques
+
+    def _steps(self, q: Array, kp: Array, kd: Array, step: float) -> int:
+        """Steps per sample that integrate the stiffest mode stably: dry friction about rest, or the controller."""
+        n = self.robot.n
+        speed = ca.SX.sym("qd", n)
+        slope = ca.jacobian(self._friction(speed, self._level), speed)
+        damping = np.array(ca.Function("slope", [speed], [ca.densify(slope)])(np.zeros(n))) + np.diag(kd)
+        rates = [np.abs(np.linalg.eigvals(mobility @ damping)).max() for mobility in self._mobilities(q)]
+        springs = [
+            np.abs(np.linalg.eigvals(mobility @ np.diag(kp))).max() ** 0.5 for mobility in self._mobilities(q)
+        ]
+        count = max(1, int(np.ceil(step / _STEP - 1e-9)), stable_steps(max(*rates, *springs), step))
+        if count > _FINEST:
+            stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in self._mobilities(q)], axis=0))) + 1
+            raise InputError(
+                f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({max(rates):.0f} "
+                f"1/s): is its rotor inertia IA{stiffest} missing, or at its bound of zero? Identify it with a "
+                f"motion that accelerates joint {stiffest} more"
+            )
+        return count
+
+    def _mobilities(self, q: Array) -> list[Array]:
+        """Inverses of the inertia matrix at some states of paths S x K x n, n x n each.
+
+        Raises:
+            InputError: if one is not positive definite.
+        """
+        n = self.robot.n
+        states = q.reshape(-1, n)
+        none = np.zeros(n)
+        mobilities = []
+        for state in states[np.linspace(0, len(states) - 1, min(_STATES, len(states))).astype(int)]:
+            rest, *moved = (
+                np.array(self._forward(state, none, torque, self._chi)).ravel() for torque in (none, *np.eye(n))
+            )
+            mobility = np.column_stack(moved) - rest[:, None]
+            if not np.linalg.eigvalsh(0.5 * (mobility + mobility.T))[0] > 0.0:
+                raise InputError(
+                    f"the parameters of {self.robot.name} are of no robot that can move: its inertia matrix is not "
+                    "positive definite. Identify with --constrained prior, or over a motion that excites it more"
+                )
+            mobilities.append(mobility)
+        return mobilities
+
+
+def _between(here: Array, after: Array, share: float, step: float) -> Array:
+    """A path between two samples, S x 3 n: torques linear, positions and speeds by Hermite's cubic.
+
+    A controller as stiff as this would feel the corners of a path made of straight lines.
+    """
+    (torque, q, qd), (torque_after, q_after, qd_after) = (np.split(sample, 3, axis=1) for sample in (here, after))
+    rise = q_after - q
+    cubic, square = step * (qd + qd_after) - 2.0 * rise, 3.0 * rise - step * (2.0 * qd + qd_after)
+    along = q + share * (step * qd + share * (square + share * cubic))
+    speed = qd + share * (2.0 * square + 3.0 * share * cubic) / step
+    return np.hstack([torque + share * (torque_after - torque), along, speed])

@@ -1,0 +1,167 @@
+"""Predicted motion: against a pendulum's closed form, against MuJoCo, over robots, on a real arm."""
+
+import os
+from dataclasses import replace
+from math import cosh, pi, radians, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.estimation import identify, read_recording
+from dynident.estimation.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
+from dynident.model import (
+    Drives,
+    Joint,
+    Processing,
+    Recording,
+    Robot,
+    base_parameters,
+    load_robot,
+    robot_names,
+    standard_columns,
+)
+from dynident.model.stand_in import with_stand_in
+from dynident.trajectories import plan_point_to_point
+from dynident.trajectories.motions import random_points
+from dynident.trajectories.simulation import ClosedLoop, Task
+
+STEP = 0.01
+PENDULUM = Robot("pendulum", (Joint(alpha=radians(90)),), drives=Drives(friction=False, offsets=False))
+"""Turns about a level axis; gravity pulls its mass down."""
+BODY = {"M1": 2.0, "MX1": 1.0, "ZZ1": 0.9}
+
+
+def values_of(robot: Robot, parameters: dict[str, float]) -> Array:
+    return base_parameters(robot).value(dict.fromkeys(standard_columns(robot), 0.0) | parameters)
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> IdentifiedArm:
+    return IdentifiedArm(PENDULUM, base_parameters(PENDULUM), values_of(PENDULUM, BODY))
+
+
+def test_a_pendulum_swings_as_in_closed_form(pendulum: IdentifiedArm) -> None:
+    """About its lowest point q'' = -w^2 q with w^2 = g MX / ZZ."""
+    w, small = sqrt(9.81 / 0.9), 1e-4
+    t = STEP * np.arange(101)
+    q = pendulum.positions(np.array([[-0.5 * pi + small]]), np.zeros((1, 1)), np.zeros((1, 101, 1)), STEP)
+    assert np.abs(q[0, :, 0] + 0.5 * pi - small * np.cos(w * t)).max() < 1e-4 * small
+
+
+def test_an_error_grows_as_an_inverted_pendulum_falls(pendulum: IdentifiedArm) -> None:
+    top = np.array([[0.5 * pi], [0.5 * pi + 1e-6]])
+    q = pendulum.positions(top, np.zeros((2, 1)), np.zeros((2, 51, 1)), STEP)
+    assert (q[1, -1, 0] - q[0, -1, 0]) / 1e-6 == pytest.approx(cosh(0.5 * sqrt(9.81 / 0.9)), rel=1e-4)
+
+
+def test_mujoco_moves_a_pendulum_alike(pendulum: IdentifiedArm, tmp_path: Path) -> None:
+    path = tmp_path / "pendulum.xml"
+    inertial = '<inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.4 0.4"/>'
+    path.write_text(
+        f'<mujoco><compiler angle="radian"/><worldbody><body euler="{pi / 2} 0 0"><joint axis="0 0 1"/>{inertial}'
+        "</body></worldbody></mujoco>"
+    )
+    pytest.importorskip("mujoco")
+    torque = np.sin(np.linspace(0.0, 9.0, 101))[None, :, None]
+    starts = np.array([[0.3]]), np.array([[0.5]])
+    ours, theirs = (arm.positions(*starts, torque, STEP) for arm in (pendulum, MujocoArm(path, PENDULUM)))
+    assert np.ptp(ours) > 0.5
+    assert np.abs(ours - theirs).max() < 5e-3
+
+
+@pytest.mark.parametrize("text", ["<mujoco", "<mujoco/>"])
+def test_a_model_that_does_not_fit_is_named(text: str, tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    (tmp_path / "m.xml").write_text(text)
+    with pytest.raises(InputError, match=r"m\.xml"):
+        MujocoArm(tmp_path / "m.xml", PENDULUM)
+    with pytest.raises(InputError, match="no such file"):
+        MujocoArm(tmp_path / "none.xml", PENDULUM)
+
+
+def recorded(robot: Robot) -> Recording:
+    """A motion under a controller, without noise."""
+    points = random_points(robot, 6, 3)
+    ((data, _),) = ClosedLoop(robot).run([Task("", plan_point_to_point(robot, points, 0.42, 0.5, 0.2))])
+    return Recording(data.motion.t, data.motion.q, data.torque, data.motion.qd, "simulated")
+
+
+def swung(size: int) -> Recording:
+    """A pendulum that is driven to and fro."""
+    t: Array = STEP * np.arange(size, dtype=float)
+    q = np.sin(4.0 * t)[:, None]
+    return Recording(t, q, (0.9 * -16.0 * q + 9.81 * np.cos(q)), (4.0 * np.cos(4.0 * t))[:, None], "swung")
+
+
+def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> Rollout:
+    settings = Processing(slow_speed=0.05)
+    (rollout,) = roll_out_all(robot, values_of(robot, parameters), [recording], settings, (0.1, 0.5))
+    return rollout
+
+
+@pytest.mark.parametrize(
+    "name", ["rx90", *(pytest.param(name, marks=pytest.mark.long) for name in robot_names() if name != "rx90")]
+)
+def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
+    robot = with_stand_in(load_robot(name))
+    recording = recorded(robot)
+    true = rolled(robot, recording, dict(robot.parameters))
+    error, constant = (true.spread(by, 0.5) for by in (IDENTIFIED, CONSTANT))
+    assert error is not None
+    assert constant is not None
+    assert error.ninety < 0.05 * constant.ninety
+    assert true.replay.relative < 0.03
+    heavier = {name: value * (1.3 if name[0] == "M" else 1.0) for name, value in robot.parameters.items()}
+    wrong = rolled(robot, recording, heavier)
+    missed = wrong.spread(IDENTIFIED, 0.5)
+    assert missed is not None
+    assert missed.ninety > 10.0 * error.ninety
+    assert wrong.replay.relative > 2.0 * true.replay.relative
+
+
+def test_a_pendulum_replayed() -> None:
+    rollout = rolled(PENDULUM, swung(400), BODY)
+    error = rollout.spread(IDENTIFIED, 0.5)
+    assert error is not None
+    assert error.median < 2e-3
+    assert rollout.replay.relative < 0.02
+    assert rollout.spread(IDENTIFIED, 0.5, resting=True) is None
+
+
+def test_a_joint_of_hardly_any_inertia_is_named() -> None:
+    """Friction as a motor's on a link that weighs nothing cannot be integrated, and it says what is missing."""
+    robot = replace(PENDULUM, drives=Drives())
+    with pytest.raises(InputError, match="IA1"):
+        rolled(robot, swung(400), {"ZZ1": 1e-7, "FS1": 5.0})
+
+
+def test_parameters_of_no_robot_are_named() -> None:
+    with pytest.raises(InputError, match="positive definite"):
+        rolled(PENDULUM, swung(400), {"ZZ1": -0.1})
+
+
+def test_a_short_recording_is_refused() -> None:
+    with pytest.raises(InputError, match=r"swung: 0\.39 s are too short for a horizon of 2 s"):
+        roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], Processing(), (2.0,))
+
+
+@pytest.mark.skipif("DYNIDENT_DATA" not in os.environ, reason="DYNIDENT_DATA names no folder of recordings")
+def test_a_real_arm() -> None:
+    """UR10e, a recording that was not fitted: a third of constant speed's error, torques to 5 %."""
+    folder = Path(os.environ["DYNIDENT_DATA"]) / "ur10e"
+    robot = load_robot("ur10e").with_offsets(True)
+    gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
+    training, unseen = (
+        read_recording(folder / f"{name}.csv.gz", robot, gains) for name in ("unloaded", "validation_unloaded")
+    )
+    result = identify(robot, [training])
+    (rollout,) = roll_out_all(robot, result.estimate.values, [unseen], horizons=(0.5, 1.0))
+    for seconds, most in ((0.5, 1.0), (1.0, 3.0)):
+        error, constant = (rollout.spread(by, seconds) for by in (IDENTIFIED, CONSTANT))
+        assert error is not None
+        assert constant is not None
+        assert np.rad2deg(error.median) < most
+        assert error.median < 0.5 * constant.median
+    assert rollout.replay.relative < 0.05
