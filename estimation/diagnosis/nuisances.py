@@ -1,10 +1,9 @@
-"""What may lie beside robot and payload in the torques: a tilted base, a delay, one-sided torques, a slip.
+"""What may lie beside robot and payload in the torques: a tilted base, a delay, a slip.
 
 Each is one or a few more columns of method 4 on thinned states. A tilt is a nuisance: as far as the recordings show
 it, it is taken out of the payload, and what they leave open is in the interval.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -32,7 +31,7 @@ WHERE = ("", " without payload", " with payload")
 class Nuisance(NamedTuple):
     """Something else in the torques.
 
-    ``kind``: "late", "one-sided" or "slip"; ``where``: one of ``WHERE``; ``size`` [s, share, or m] with its
+    ``kind``: "late" or "slip"; ``where``: one of ``WHERE``; ``size`` [s or m] with its
     standard deviation ``sigma``; ``z``: standard deviations from zero; ``change``: of the payload's ten with it
     undone, (10,).
     """
@@ -144,26 +143,26 @@ def _upright(robot: Robot) -> bool:
 
 def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
     """Nuisances that stand out most, one of each kind."""
-    loaded, sample = system.states.loaded, system.states.sample
-    slope, negative = system.states.slope.T, np.minimum(sample.torque.T, 0.0)
+    loaded = system.states.loaded
+    slope = system.states.slope.T
     shares = [np.ones(len(loaded)), 1.0 - loaded, loaded]
     there = [k for k, share in enumerate(shares) if share.any() and (k == 0 or not share.all())]
-    columns = [signal * shares[k] for signal in (slope, negative) for k in there]
+    columns = [slope * shares[k] for k in there]
     late = (np.cumsum(loaded) > 0.5 * loaded.sum()) * loaded
     moved = system.columns[:, system.payload][:, 6:9] * late
     asked = system.with_columns(np.concatenate([np.stack(columns, axis=1), moved], axis=1))
-    kinds = [*_best("late", asked, there, 0, -1.0), *_best("one-sided", asked, there, len(there), 1.0)]
+    delay = _late(asked, there)
     if not loaded.any() or not system.values[system.payload][9] > 0.0:
-        return tuple(kinds)
-    return (*kinds, _slip(asked.of(*range(2 * len(there), 2 * len(there) + 3)), system.values[system.payload][9]))
+        return (delay,)
+    return (delay, _slip(asked.of(*range(len(there), len(there) + 3)), system.values[system.payload][9]))
 
 
-def _best(kind: str, asked: Asked, there: list[int], first: int, sign: float) -> Iterator[Nuisance]:
-    """The recordings in which a column stands out most."""
-    answers = [(WHERE[k], asked.of(first + place)) for place, k in enumerate(there)]
+def _late(asked: Asked, there: list[int]) -> Nuisance:
+    """The delay in the recordings in which it stands out most."""
+    answers = [(WHERE[k], asked.of(place)) for place, k in enumerate(there)]
     where, answer = max(answers, key=lambda entry: entry[1].z)
     sigma = float(np.sqrt(answer.covariance[0, 0]))
-    yield Nuisance(kind, where, sign * float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values)
+    return Nuisance("late", where, -float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values)
 
 
 def _slip(answer: Answer, mass: float) -> Nuisance:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from .checks.gains import known_gains, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale
-from .checks.nuisances import late, mixtures, one_sided, slipped, tilted, zeros_apart
+from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
     conflicts,
@@ -54,7 +54,6 @@ CHECKS: tuple[Check, ...] = (
     shares_together,
     scale,
     burst,
-    one_sided,
     zeros_apart,
     slipped,
     late,

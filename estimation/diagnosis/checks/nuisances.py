@@ -1,4 +1,4 @@
-"""What else is in the torques or positions: a tilted base, a delay, one-sided torques, a slip, another zero."""
+"""What else is in the torques or positions: a tilted base, a delay, a slip, another zero."""
 
 from collections.abc import Sequence
 
@@ -18,8 +18,6 @@ STEEP = np.radians(5.0)
 """rad: a tilt that no mounting has by mistake; nothing should be used."""
 LATE, LATE_Z = 0.008, 5.0
 """s and standard deviations of a delay between torque and position."""
-ONE_SIDED, ONE_SIDED_Z = 0.04, 5.0
-"""Share by which negative torques are on another scale, and standard deviations."""
 SLIP, SLIP_Z = 0.01, 6.0
 """m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
 _GUARDS = ("residual", "unexplained", "joints", "shares_together", "scale")
@@ -47,17 +45,6 @@ def late(evidence: Evidence) -> list[Finding]:
                  f"{1e3 * abs(found.size):.0f} ± {1e3 * found.sigma:.1g} ms or more: check the log's time stamps")
         for found in _seen(evidence, "late", LATE, LATE_Z)
     ]  # fmt: skip
-
-
-def one_sided(evidence: Evidence) -> list[Finding]:
-    """Negative torques on another scale than positive ones."""
-    return [
-        error(
-            f"negative values of {_of(found)} are on another scale: {1.0 / (1.0 - found.size):.3f} ± "
-            f"{found.sigma:.1g} times the positive ones{_mass(evidence, found)}: check how the sign was restored"
-        )
-        for found in _seen(evidence, "one-sided", ONE_SIDED, ONE_SIDED_Z)
-    ]
 
 
 def slipped(evidence: Evidence) -> list[Finding]:

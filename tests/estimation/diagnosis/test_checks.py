@@ -393,8 +393,6 @@ SIDES = (
     Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
     Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
     Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),
-    Side("one_sided", "error", "negative values", lambda x: beside("one-sided", -x), nuisances.ONE_SIDED),
-    Side("one_sided", "error", "negative values", lambda x: beside("one-sided", 0.1, x), nuisances.ONE_SIDED_Z),
     Side("slipped", "error", "moves by 10", lambda x: beside("slip", x), nuisances.SLIP),
     Side("slipped", "error", "moves by 50", lambda x: beside("slip", 0.05, x), nuisances.SLIP_Z),
     Side("zeros_apart", "error", "q3 of L differs from that of U", apart, alignment.OFFSET),
@@ -606,7 +604,7 @@ def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.M
     """Then a smaller gain is told as well."""
     asked: list[bool] = []
 
-    def causes(_: Robot, __: object, contradicted: bool) -> tuple[Cause, ...]:
+    def causes(_: Robot, __: object, contradicted: bool, apart: bool) -> tuple[Cause, ...]:
         asked.append(contradicted)
         return ()
 
