@@ -21,7 +21,7 @@ def look(monkeypatch: pytest.MonkeyPatch) -> Look:
         def family(misfits: dict[str, float]) -> Callable[[Any], Iterator[Suspect]]:
             return lambda _: (Suspect(words, misfit) for words, misfit in misfits.items())
 
-        def model(_: Any, sample: Any) -> Any:
+        def model(_: Any, sample: Any, apart: bool) -> Any:
             return SimpleNamespace(sample=sample, misfit=lambda: sample.misfit)
 
         monkeypatch.setattr(search, "FAMILIES", tuple(map(family, families)))
