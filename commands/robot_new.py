@@ -18,6 +18,7 @@ from ..common.files import write_text
 from . import ANSWERED
 from .dialogue import ask
 from .options import Options, add_command, option
+from .progress import note
 from .robot_show import check_drawing, draw
 from .values import numbers, positive_number, texts
 
@@ -87,7 +88,7 @@ def run(given: _Sheet) -> int:
     draw(robot, sheet.drawing or str(out.with_suffix(".svg")), drawn_at)
     print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
     if not model.stand_in.can_stand_in(robot):
-        print(f"To rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG.")
+        note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
     return ANSWERED
 
 

@@ -12,7 +12,7 @@ ROBOT = {
     "--mount": "--mount wall",
     "--gravity": "--gravity=1,0,-9.7",
 }
-STAND_IN = {"--arm-mass": "--robot ur10e | --arm-mass 20"}
+STAND_IN = {"--arm-mass": "--arm-mass 20"}
 LOGS = {
     "--log-map": "--log-map turned.toml",
     "--joints": "--joints a,b,c,d,e,f",
@@ -262,6 +262,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--json": "--json a.json",
     },
     "simulate": ROBOT | STAND_IN | {
+        "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
         "--noise": "--noise none",

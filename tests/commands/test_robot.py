@@ -104,8 +104,10 @@ def test_new_robot_asks(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("builtins.input", lambda _: next(replies))
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     out = tmp_path / "scara.toml"
-    status, text, _ = run("robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png"))
-    assert status == 0
+    status, text, error = run(
+        "robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png")
+    )
+    assert status == 0, error
     assert "thumb along it" in text
     robot = load_robot(out)
     assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
@@ -113,7 +115,7 @@ def test_new_robot_asks(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert robot.drives == Drives.on_link_side()
     assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, (("a", "b", "c", "d"),))
     assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in limits_of(robot)]).all()
-    assert "mass_kg" in text
+    assert "mass_kg" in error
     corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
     np.testing.assert_allclose(corners[-1], [0.7, 0.0, 0.1], atol=1e-12)
 
