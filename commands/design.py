@@ -17,7 +17,7 @@ from .options import (
     LimitOptions,
     MotionFiles,
     Options,
-    RobotOptions,
+    RehearsedRobotOptions,
     ShapeOptions,
     add_command,
     option,
@@ -60,12 +60,20 @@ class _DesignFiles(MotionFiles):
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     add_command(
-        commands, "design", run, RobotOptions, ShapeOptions, GoalOptions, LimitOptions, _Search, _DesignFiles
+        commands,
+        "design",
+        run,
+        RehearsedRobotOptions,
+        ShapeOptions,
+        GoalOptions,
+        LimitOptions,
+        _Search,
+        _DesignFiles,
     )
 
 
 def run(
-    arm: RobotOptions,
+    arm: RehearsedRobotOptions,
     shape: ShapeOptions,
     goal: GoalOptions,
     limits: LimitOptions,

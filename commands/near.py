@@ -22,7 +22,7 @@ from .options import (
     MotionFiles,
     NoiseOptions,
     Options,
-    RobotOptions,
+    RehearsedRobotOptions,
     add_command,
     in_si,
     option,
@@ -145,10 +145,10 @@ class _NearFiles(MotionFiles):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "near", run, RobotOptions, _Near, NoiseOptions, _Limits, _NearFiles)
+    add_command(commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, _Limits, _NearFiles)
 
 
-def run(arm: RobotOptions, options: _Near, noise: NoiseOptions, limits: _Limits, files: _NearFiles) -> int:
+def run(arm: RehearsedRobotOptions, options: _Near, noise: NoiseOptions, limits: _Limits, files: _NearFiles) -> int:
     """Visibility first, then the design."""
     robot = arm.load()
     options.check(robot)
@@ -221,7 +221,8 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
     limits = np.array([joint.limits.torque for joint in robot.joints])
     if not np.isfinite(limits).all():
         raise InputError(
-            f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give --torque-noise"
+            f"robot {robot.name!r} has no torque limits from which a noise could be guessed: give "
+            "--torque-noise, or --arm-mass KG for a stand-in"
         )
     note(f"no --torque-noise: {100 * _NOISE:g} % of the torque limits at {_NOISE_RATE:g} Hz assumed")
     return _NOISE * limits, _NOISE_RATE

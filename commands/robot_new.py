@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,11 @@ from .. import model, report
 from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED
+from .dialogue import ask
 from .options import Options, add_command, option
+from .progress import note
 from .robot_show import check_drawing, draw
-from .values import numbers
+from .values import numbers, positive_number, texts
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _DESCRIPTION = """
@@ -49,7 +51,14 @@ class _Sheet(Options):
     torques: tuple[float, ...] | None = option(
         type=numbers, metavar="T1,..", help="largest torques [N·m or N], if known"
     )
+    accelerations: tuple[float, ...] | None = option(
+        type=numbers, metavar="A1,..", help="largest accelerations [deg/s² or m/s²], if known"
+    )
     rated_payload: float | None = option(type=float, metavar="KG", help="by the data sheet")
+    mass: float | None = option(type=float, metavar="KG", help="of the whole arm, its base with it, if known")
+    joint_names: tuple[str, ...] | None = option(
+        type=texts, metavar="A,B,..", help="of the joints in your logs, base to tip"
+    )
     side: str = option(choices=("motor", "link"), default="motor", help="where torque is measured")
     source: str = option(default="", help="where the numbers come from")
     out: str | None = option(writes="file", metavar="F.toml", help="file to write (default: NAME.toml)")
@@ -78,16 +87,9 @@ def run(given: _Sheet) -> int:
     report.print_blocks(report.robot_description(robot))
     draw(robot, sheet.drawing or str(out.with_suffix(".svg")), drawn_at)
     print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
+    if not model.stand_in.can_stand_in(robot):
+        note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
     return ANSWERED
-
-
-_OPTIONAL: tuple[tuple[str, str, Callable[[str], Any]], ...] = (
-    ("drawn_at", "Joint positions of that pose [deg or m], empty for all zero", numbers),
-    ("limits", "Position limits, low:high of each joint [deg or m], empty if unknown", str),
-    ("speeds", "Largest speeds [deg/s or m/s], empty if unknown", numbers),
-    ("rated_payload", "Rated payload [kg], empty if unknown", float),
-)
-"""Options that may stay unknown: name, question, how the answer is read."""
 
 
 def asked(sheet: _Sheet) -> _Sheet:
@@ -103,44 +105,63 @@ def asked(sheet: _Sheet) -> _Sheet:
         options = ", ".join(f"--{name}" for name in missing)
         raise InputError(f"give {options}, or run it in a terminal to be asked")
     print(" ".join(_DESCRIPTION.split()))
-    answers: dict[str, Any] = {}
-    if not sheet.name:
-        answers["name"] = _asked("Short name", str)
-    if not sheet.joint:
-        answers["joint"] = tuple(_asked_joints())
-    if not sheet.flange:
-        answers["flange"] = _asked("Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", str)
-        _flange(answers["flange"])
-    for name, question, read in _OPTIONAL:
-        if getattr(sheet, name) is None:
-            answers[name] = _asked(question, read, optional=True)
-    return replace(sheet, **answers)
+    name = sheet.name or ask("Short name", str)
+    joint = sheet.joint or _asked_joints()
+    flange = sheet.flange or ask(
+        "Flange: x,y,z [m], direction out of it, its x axis (0.9,0,1.2,x,-z)", _checked(_flange)
+    )
+    sheet = replace(sheet, name=name, joint=joint, flange=flange)
+    for field, question in _OPTIONAL.items():
+        if getattr(sheet, field) is None:
+            answer = ask(question, partial(_read, sheet, field), optional=True)
+            sheet = replace(sheet, **{field: answer})
+    return sheet
 
 
-def _asked_joints() -> list[str]:
+_OPTIONAL = {
+    "drawn_at": "Joint positions of that pose [deg or m], all zero if not given",
+    "limits": "Position limits, low:high of each joint [deg or m]",
+    "speeds": "Largest speeds [deg/s or m/s]",
+    "accelerations": "Largest accelerations [deg/s² or m/s²]",
+    "torques": "Largest torques [N·m or N]",
+    "rated_payload": "Rated payload [kg]",
+    "mass": "Mass of the arm, base and all [kg]",
+    "joint_names": "Names of the joints in your logs, base to tip",
+}
+"""Questions whose answers may stay unknown, by option."""
+
+
+def _read(sheet: _Sheet, field: str, text: str) -> Any:
+    """An answer as its option holds it; a robot is built with it, so that what does not fit is told at once."""
+    reads: dict[str, Callable[[str], Any]] = {
+        "limits": str,
+        "rated_payload": positive_number,
+        "mass": positive_number,
+        "joint_names": texts,
+    }
+    value = reads.get(field, numbers)(text)
+    new_robot(replace(sheet, **{field: value}))
+    return value
+
+
+def _asked_joints() -> tuple[str, ...]:
     joints: list[str] = []
     while True:
-        text = _asked(f"Joint {len(joints) + 1}: axis,x,y,z [m] (empty: no more joints)", str, bool(joints))
+        question = f"Joint {len(joints) + 1}: axis,x,y,z [m]{' (empty: no more joints)' if joints else ''}"
+        text = ask(question, _checked(_axis), optional=bool(joints))
         if text is None:
-            return joints
-        _axis(text)
+            return tuple(joints)
         joints.append(text)
 
 
-def _asked(question: str, read: Callable[[str], Any], optional: bool = False) -> Any:
+def _checked(read: Callable[[str], Any]) -> Callable[[str], str]:
+    """Reads a text as it is, if ``read`` can make something of it."""
 
-    try:
-        text = input(f"{question}: ").strip()
-    except EOFError:
-        raise InputError(f"no answer to: {question}") from None
-    if not text:
-        if optional:
-            return None
-        raise InputError(f"an answer is needed to: {question}")
-    try:
-        return read(text)
-    except (ValueError, argparse.ArgumentTypeError) as error:
-        raise InputError(f"{question}: {error}") from None
+    def checked(text: str) -> str:
+        read(text)
+        return text
+
+    return checked
 
 
 def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
@@ -166,6 +187,8 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             flange=frames.flange,
             base=frames.base,
             rated_payload=math.inf if sheet.rated_payload is None else sheet.rated_payload,
+            mass=sheet.mass,
+            joint_names=(sheet.joint_names,) if sheet.joint_names else (),
             processing=_processing(axes),
             title=sheet.title or sheet.name or "",
         )
@@ -189,7 +212,9 @@ def _shifted(joint: Any, q: float) -> Any:
 def _limited(axes: list[model.files.JointAxis], sheet: _Sheet) -> list[model.files.JointAxis]:
     """The axes with the limits that were given."""
     n = len(axes)
-    speeds, torques = _counted("--speeds", sheet.speeds, n), _counted("--torques", sheet.torques, n)
+    speeds = _counted("--speeds", sheet.speeds, n) or (math.inf,) * n
+    accelerations = _counted("--accelerations", sheet.accelerations, n) or (math.inf,) * n
+    torques = _counted("--torques", sheet.torques, n) or (math.inf,) * n
     pairs = sheet.limits.split(",") if sheet.limits else None
     if pairs and len(pairs) != n:
         raise InputError(f"--limits has {len(pairs)} pairs for {n} joints: give low:high for each")
@@ -201,8 +226,7 @@ def _limited(axes: list[model.files.JointAxis], sheet: _Sheet) -> list[model.fil
             if pairs:
                 low, high = (scale * float(end) for end in pairs[j].split(":"))
                 position = (low, high)
-            speed = scale * speeds[j] if speeds else math.inf
-            limits = model.Limits(position, speed, torque=torques[j] if torques else math.inf)
+            limits = model.Limits(position, scale * speeds[j], scale * accelerations[j], torques[j])
         except ValueError as error:
             raise InputError(f"limits of joint {j + 1}: {error}") from None
         limited.append(replace(axis, limits=limits))

@@ -13,7 +13,7 @@ from . import ANSWERED
 from .motion_pages import Judged, show
 from .motion_request import Asked, build_request
 from .motion_search import floor_of
-from .options import GoalOptions, LimitOptions, Options, PageOptions, RobotOptions, add_command, option
+from .options import GoalOptions, LimitOptions, Options, PageOptions, RehearsedRobotOptions, add_command, option
 from .values import positive_number, whole
 
 
@@ -37,10 +37,12 @@ class _Scored(Options):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "score", run, RobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions)
+    add_command(commands, "score", run, RehearsedRobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions)
 
 
-def run(arm: RobotOptions, scored: _Scored, goal: GoalOptions, limits: LimitOptions, files: PageOptions) -> int:
+def run(
+    arm: RehearsedRobotOptions, scored: _Scored, goal: GoalOptions, limits: LimitOptions, files: PageOptions
+) -> int:
     """Run it."""
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")

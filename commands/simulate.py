@@ -19,7 +19,7 @@ from .. import __version__, estimation, model, report, trajectories
 from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED
-from .options import Options, RobotOptions, add_command, option
+from .options import Options, RehearsedRobotOptions, add_command, option
 from .progress import bar
 from .values import number, share, whole
 
@@ -88,14 +88,15 @@ class _Simulate(Options):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "simulate", run, RobotOptions, _Simulate)
+    add_command(commands, "simulate", run, RehearsedRobotOptions, _Simulate)
 
 
-def run(arm: RobotOptions, asked: _Simulate) -> int:
+def run(arm: RehearsedRobotOptions, asked: _Simulate) -> int:
     """Run it."""
-    robot = model.with_stand_in(arm.load())
+    described = arm.load()
+    robot = model.with_stand_in(described)
     payload = model.read_payload(asked.payload) if asked.payload else None
-    references = _references(robot, asked.trajectory, asked.seed)
+    references = _references(robot, described, asked.trajectory, asked.seed)
     disturbances = _disturbances(robot, asked.noise, list(references.values()))
     disturbances = replace(disturbances, gain_error=asked.gain_error)
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
@@ -114,15 +115,17 @@ def run(arm: RobotOptions, asked: _Simulate) -> int:
     return ANSWERED
 
 
-def _references(robot: model.Robot, files: Sequence[str], seed: int) -> dict[str, trajectories.motions.Plan]:
-    """What to run, by name."""
+def _references(
+    robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
+) -> dict[str, trajectories.motions.Plan]:
+    """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
     found: dict[str, trajectories.motions.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
         if name in found:
             raise InputError(f"--trajectory: two files are called {name!r}: rename one")
         trajectory = trajectories.SampledTrajectory(*estimation.recordings.read_trajectory(file, robot), file)
-        trajectory.check_limits(robot)
+        trajectory.check_limits(described)
         found[name] = trajectory
     if found:
         return found

@@ -1,4 +1,4 @@
-"""A robot to rehearse with where nothing is known of its links: made from the maker's mass, and called assumed."""
+"""A robot to rehearse with: what its description lacks is assumed, from the mass of the arm on, and called so."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,6 +8,7 @@ import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
+from .assumed_limits import with_assumed_limits
 from .base.geometry import frame_origin
 from .dynamics import gravity, mass_matrix
 from .inertia import InertialParameters
@@ -29,6 +30,8 @@ FRICTION = 0.1
 """Of the torque limit: friction at the largest speed, half of it dry, half viscous."""
 ROTOR = 0.2
 """Rotor inertia over the largest inertia that the joint turns."""
+LOAD = 0.2
+"""Of the links' mass: the payload that drives are taken to be made for, where no rated payload is known."""
 PAYLOAD_COM = (0.05, 0.0, 0.1)
 """m from the flange: where a rated payload is taken to have its centre of mass, out of the flange and beside it."""
 PAYLOAD_INERTIA = 0.003
@@ -68,38 +71,53 @@ def cylinder_radius(robot: Robot) -> float:
 
 
 def can_stand_in(robot: Robot) -> bool:
-    """Whether ``with_stand_in`` has what it starts from: all inertial parameters, or the arm's mass."""
-    missing = _missing(robot)
-    return not missing or (robot.mass is not None and len(missing) == 10 * robot.n)
+    """Whether ``with_stand_in`` has what it starts from: the bodies of some links or all, or the arm's mass."""
+    lacking = len(missing_inertial(robot))
+    if lacking % 10 or lacking != 10 * len(_bodiless(robot)):
+        return False
+    return not lacking or robot.mass is not None or _mass_of_bodies(robot) > 0.0
 
 
 def _check_can_stand_in(robot: Robot) -> None:
     if can_stand_in(robot):
         return
-    missing = _missing(robot)
+    missing = missing_inertial(robot)
     more = " and more" if len(missing) > 6 else ""
     raise InputError(
-        f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; add a [parameters] table, or "
-        "mass_kg in place of all of them for a stand-in"
+        f"robot {robot.name!r}: its description lacks {', '.join(missing[:6])}{more}; give the arm's mass for a "
+        "stand-in (--arm-mass KG, or mass_kg in its TOML), or the bodies of all links ([parameters], <inertial>)"
     )
 
 
-def with_stand_in(robot: Robot) -> Robot:
-    """The robot with parameters and torque limits, as far as its description lacks them and they can be assumed.
+def _bodiless(robot: Robot) -> list[int]:
+    """Links of which the description gives no inertial parameter."""
+    return [
+        link for link in range(1, robot.n + 1) if not any(f"{kind}{link}" in robot.parameters for kind in INERTIAL)
+    ]
 
-    Links are ``cylinders`` of the share ``MOVING`` of the maker's mass, torque limits ``assumed_torque_limits``,
-    friction the share ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in
-    its ``sources``, under "torque" and "parameters".
+
+def _mass_of_bodies(robot: Robot) -> float:
+    """Mass of the links whose bodies the description gives [kg]."""
+    return sum(robot.parameters.get(f"M{link}", 0.0) for link in range(1, robot.n + 1))
+
+
+def with_stand_in(robot: Robot) -> Robot:
+    """The robot with parameters and limits, as far as its description lacks them and they can be assumed.
+
+    Limits are ``with_assumed_limits``, links ``cylinders`` of the share ``MOVING`` of the maker's mass or, without
+    it, as dense as the links whose bodies are known; torque limits ``assumed_torque_limits``, friction the share
+    ``FRICTION`` of them, rotors ``rotor_inertias``; offsets are zero. What was assumed is in its ``sources``.
 
     Raises:
-        InputError: if the description holds neither inertial parameters nor the arm's mass, or only some of them.
+        InputError: if the description holds neither bodies nor the arm's mass, or a part of a body only.
     """
     _check_can_stand_in(robot)
+    robot = with_assumed_limits(robot)
     values, assumptions = dict.fromkeys(standard_columns(robot), 0.0), []
-    if _missing(robot) and robot.mass is not None:
-        values |= _links(robot, robot.mass)
-        doubt = " (itself assumed)" if robot.assumed("mass") else ""
-        assumptions.append(f"links are cylinders of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}")
+    if bodiless := _bodiless(robot):
+        values |= _links(robot)
+        which = "links" if len(bodiless) == robot.n else f"links without a body ({', '.join(map(str, bodiless))})"
+        assumptions.append(f"{which} are cylinders {_density(robot)}")
     values |= robot.parameters
     unknown = {name for name in values.keys() - robot.parameters.keys() if parameter_kind(name) not in INERTIAL}
     rotors = unknown & {f"IA{number}" for number in range(1, robot.n + 1)}
@@ -116,18 +134,31 @@ def with_stand_in(robot: Robot) -> Robot:
     return replace(limited, parameters=values, sources={**limited.sources, **sources})
 
 
-def _links(robot: Robot, mass: float) -> dict[str, float]:
+def _links(robot: Robot) -> dict[str, float]:
     """Inertial parameters of ``cylinders``, by parameter."""
-    bodies = enumerate(cylinders(robot, MOVING * mass), start=1)
+    if robot.mass is not None:
+        total = MOVING * robot.mass
+    else:
+        shares = [body.mass for body in cylinders(robot, 1.0)]
+        total = _mass_of_bodies(robot) / (1.0 - sum(shares[link - 1] for link in _bodiless(robot)))
+    bodies = enumerate(cylinders(robot, total), start=1)
     return {name: value for link, body in bodies for name, value in body.named(str(link)).items()}
 
 
+def _density(robot: Robot) -> str:
+    """What the mass of the cylinders was taken from, in words."""
+    if robot.mass is None:
+        return f"as dense as the others, which weigh {_mass_of_bodies(robot):.3g} kg"
+    doubt = " (itself assumed)" if robot.assumed("mass") else ""
+    return f"of {100 * MOVING:g} % of the arm's {robot.mass:g} kg{doubt}"
+
+
 def rehearsed(robot: Robot) -> Robot:
-    """The robot ``with_stand_in`` where there is something to start from, else as it is."""
-    return with_stand_in(robot) if can_stand_in(robot) else robot
+    """The robot ``with_stand_in`` where there is something to start from, else ``with_assumed_limits``."""
+    return with_stand_in(robot) if can_stand_in(robot) else with_assumed_limits(robot)
 
 
-def _missing(robot: Robot) -> list[str]:
+def missing_inertial(robot: Robot) -> list[str]:
     """Inertial parameters that the description lacks."""
     names = (f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL)
     return [name for name in names if name not in robot.parameters]
@@ -159,8 +190,7 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
     _, inertia = _needed(robot, without)
     own = PAYLOAD_COM[0] ** 2 + PAYLOAD_INERTIA
-    load = robot.rated_payload if np.isfinite(robot.rated_payload) else 0.0
-    return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * load)
+    return np.asarray(ROTOR * inertia.max(axis=1) + 2.0 * own * _load(robot, without))
 
 
 def with_rotors(robot: Robot, inertias: Array) -> Robot:
@@ -188,12 +218,11 @@ def assumed_torque_limits(robot: Robot, parameters: Mapping[str, float]) -> Arra
 def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array]:
     """Torque at rest [N·m or N] and inertia [kg m^2 or kg] of each joint with the rated payload, n x poses."""
     values = dict(parameters)
-    if np.isfinite(robot.rated_payload):
-        mass = robot.rated_payload
-        body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
-        flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
-        for name, value in body.moved(flange.R, flange.p).named(str(robot.n)).items():
-            values[name] += value
+    mass = _load(robot, parameters)
+    body = InertialParameters.from_com(mass, PAYLOAD_COM, PAYLOAD_INERTIA * mass * np.eye(3))
+    flange = robot.flange if robot.flange_pose is None else robot.flange @ robot.flange_pose
+    for name, value in body.moved(flange.R, flange.p).named(str(robot.n)).items():
+        values[name] += value
     chi = np.array([values[name] for name in standard_columns(robot)])
     q = ca.SX.sym("q", robot.n)
     torque = ca.Function("torque", [q], [gravity(robot)(q, chi), ca.diag(mass_matrix(robot)(q, chi))])
@@ -201,18 +230,34 @@ def _needed(robot: Robot, parameters: Mapping[str, float]) -> tuple[Array, Array
     return rest, inertia
 
 
+def _load(robot: Robot, parameters: Mapping[str, float]) -> float:
+    """Payload that the drives are made for [kg]: the rated one, or a share of the links' mass."""
+    if np.isfinite(robot.rated_payload):
+        return robot.rated_payload
+    return LOAD * sum(parameters[f"M{link}"] for link in range(1, robot.n + 1))
+
+
 def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
-    """The robot with torque limits, if it lacks them and has limits of acceleration."""
+    """The robot with torque limits, if it lacks them: what links and payload need, or known friction if more."""
     limits = [joint.limits for joint in robot.joints]
-    if np.isfinite([limit.torque for limit in limits]).all() or np.isinf([x.acceleration for x in limits]).any():
+    if np.isfinite([limit.torque for limit in limits]).all():
         return robot
+    needed = assumed_torque_limits(robot, parameters)
+    rubs = SAFETY * np.array(
+        [
+            parameters.get(f"FS{number}", 0.0) + parameters.get(f"FV{number}", 0.0) * limit.speed
+            for number, limit in enumerate(limits, start=1)
+        ]
+    )
     joints = tuple(
         replace(joint, limits=replace(joint.limits, torque=min(joint.limits.torque, float(most))))
-        for joint, most in zip(robot.joints, assumed_torque_limits(robot, parameters), strict=True)
+        for joint, most in zip(robot.joints, np.maximum(needed, rubs), strict=True)
     )
+    rated = np.isfinite(robot.rated_payload)
+    payload = "rated payload" if rated else f"a payload of {_load(robot, parameters):.2g} kg (itself assumed)"
     told = (
-        f"{ASSUMED}: {SAFETY:g} times the largest torque of links and rated payload at rest and at the largest "
-        "acceleration"
+        f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
+        f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
     )
     return replace(robot, joints=joints, sources={**robot.sources, "torque": told})
 

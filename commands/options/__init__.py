@@ -7,7 +7,7 @@ from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, LogOptions, PairOptions, ProcessingOptions, Setup
-from .robots import ArmOptions, FramedRobotOptions, RobotOptions
+from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "PageOptions",
     "PairOptions",
     "ProcessingOptions",
+    "RehearsedRobotOptions",
     "ResultOptions",
     "RobotOptions",
     "Setup",

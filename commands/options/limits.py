@@ -63,6 +63,7 @@ class LimitOptions(Options):
         """The robot with the parameters of ``--robot-parameters``, and these by name; a stand-in without."""
         if not self.robot_parameters:
             return model.stand_in.rehearsed(robot), {}
+        robot = model.assumed_limits.with_assumed_limits(robot)
         stored = estimation.files.read_stored_robot(self.robot_parameters)
         values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
         return stored.applied_to(robot), values

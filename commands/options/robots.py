@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ... import model
 from ...common.errors import InputError
 from ..progress import note
-from ..values import mount, three, tool_frame
+from ..values import mount, positive_number, three, tool_frame
 from .reading import Options, option
 
 _INSTALLED = "installation"
@@ -67,6 +67,27 @@ class RobotOptions(ArmOptions):
         if self.mount is not None:
             robot = model.mounted(robot, self.mount)
         return model.with_gravity(robot, self.gravity) if self.gravity is not None else robot
+
+
+@dataclass(frozen=True)
+class RehearsedRobotOptions(RobotOptions):
+    """A robot to plan or simulate with, which may need a stand-in."""
+
+    arm_mass: float | None = option(
+        group=_INSTALLED,
+        type=positive_number,
+        metavar="KG",
+        help="of the whole arm, for a stand-in where its file tells neither mass nor bodies of links",
+    )
+
+    def load(self) -> model.Robot:
+        """The robot with the mass that was given."""
+        robot = super().load()
+        if self.arm_mass is None:
+            return robot
+        if not model.stand_in.missing_inertial(robot):
+            raise InputError(f"--arm-mass has no effect: {robot.name} has a body for each link: leave it out")
+        return replace(robot, mass=self.arm_mass, sources={**robot.sources, "mass": "given with --arm-mass"})
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import INERTIAL, BaseParameters, InertialParameters, Robot
-from ...model.stand_in import MOVING, can_stand_in, cylinder_radius, cylinders
+from ...model.stand_in import MOVING, cylinder_radius, cylinders, missing_inertial
 from ..fit.estimate import Estimate, error_model
 from .cone import ConeProgram, SolverError, solve_cone
 from .constraints import MassBounds
@@ -70,7 +70,7 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     if total_mass is not None:
         return cylinder_prior(robot, total_mass)
     names = [f"{kind}{link}" for link in range(1, robot.n + 1) for kind in INERTIAL]
-    missing = [name for name in names if name not in robot.parameters]
+    missing = missing_inertial(robot)
     if len(missing) == len(names) and robot.mass is not None:
         prior, doubt = cylinder_prior(robot, MOVING * robot.mass), robot.assumed("mass").get("mass", "")
         share = f"{100.0 * MOVING:g} % of the maker's {robot.mass:g} kg, which holds the base"
@@ -91,7 +91,8 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
 
 def has_prior(robot: Robot) -> bool:
     """Whether the robot's own file gives ``robot_prior`` something to start from."""
-    return can_stand_in(robot)
+    missing = missing_inertial(robot)
+    return not missing or (robot.mass is not None and len(missing) == len(INERTIAL) * robot.n)
 
 
 def cylinder_prior(robot: Robot, total_mass: float) -> RobotPrior:

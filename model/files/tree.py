@@ -16,6 +16,7 @@ from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits
 LARGEST_FILE = 5_000_000
 """Bytes; a description without its meshes comes nowhere near."""
 _LARGEST = 1e9  # no length, angle or mass of an arm comes near
+_UNKNOWN_EFFORT = 1e5  # N·m or N: no arm's joint comes near
 
 
 @dataclass(frozen=True)
@@ -172,8 +173,9 @@ class _Reader:
             name: self._optional(element, key, where)
             for name, key in (("speed", "velocity"), ("torque", "effort"), ("low", "lower"), ("high", "upper"))
         }
-        # Many descriptions write 0 for what they do not know.
+        # Many descriptions write 0 for what they do not know, or a torque that no joint has.
         speed, torque = (given[name] or math.inf for name in ("speed", "torque"))
+        torque = torque if torque < _UNKNOWN_EFFORT else math.inf
         if speed < 0.0 or torque < 0.0:
             raise self._error(where, "velocity and effort limits must not be negative")
         low, high = given["low"] or 0.0, given["high"] or 0.0

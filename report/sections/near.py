@@ -109,7 +109,7 @@ def near_notes(result: NearResult) -> list[str]:
     if not result.design.problem.torque_limited:
         lines.append(
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
-            "(--robot-parameters); the rehearsal does not show them either."
+            "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
         )
     return [*lines, *assumed_notes(result.robot, *rests_on(result.design.problem))]
 

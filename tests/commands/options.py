@@ -12,6 +12,7 @@ ROBOT = {
     "--mount": "--mount wall",
     "--gravity": "--gravity=1,0,-9.7",
 }
+STAND_IN = {"--arm-mass": "--arm-mass 20"}
 LOGS = {
     "--log-map": "--log-map turned.toml",
     "--joints": "--joints a,b,c,d,e,f",
@@ -180,6 +181,9 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--limits": "--limits=-90:90,-80:80",
         "--speeds": "--speeds 100,90",
         "--torques": "--torques 30,20",
+        "--accelerations": "--accelerations 300,200",
+        "--mass": "--mass 20",
+        "--joint-names": "--joint-names a,b",
         "--rated-payload": "--rated-payload 3",
         "--side": "--side link",
         "--source": "--source drawing",
@@ -200,7 +204,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out b.xml",
     }),
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
-    "design": ROBOT | PAGE | LIMITS | MOTIONS | {
+    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
         "--via-points": "--via-points 5",
         "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -224,7 +228,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--bound": "--bound",
         "--val3": "--segments trapezoid | --val3 val3",
     },
-    "near": ROBOT | PAGE | LIMITS | MOTIONS | {
+    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
         "--pose": "--pose=0,-45,90,0,60,0",
         "--second-pose": "--second-pose=0,-45,90,90,45,90",
         "--joints": "--joints 3,4,5,6",
@@ -239,7 +243,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--starts": "--starts 2",
         "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
     },
-    "score": ROBOT | PAGE | LIMITS | {
+    "score": ROBOT | STAND_IN | PAGE | LIMITS | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
@@ -257,7 +261,8 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--seed": "--bound | --seed 3",
         "--json": "--json a.json",
     },
-    "simulate": ROBOT | {
+    "simulate": ROBOT | STAND_IN | {
+        "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
         "--noise": "--noise none",

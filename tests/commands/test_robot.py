@@ -15,8 +15,10 @@ from dynident.model import (
     INERTIAL,
     Drives,
     InertialParameters,
+    Limits,
     Pose,
     Recording,
+    Robot,
     base_parameters,
     load_robot,
     mounted,
@@ -97,21 +99,71 @@ def test_new_robot_asks(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     """A SCARA in a dialogue; empty answers leave out what is not known."""
     replies = iter(
         ["scara", "z,0,0,0.3", "z,0.4,0,0.3", "-z,0.7,0,0.3,slide", "z,0.7,0,0.3", "", "0.7,0,0.2,-z,x", "",
-         "-130:130,-150:150,0:0.2,-360:360", "", "3"]
+         "-130:130,-150:150,0:0.2,-360:360", "", "unknown", "?", "3", "Unknown", "a,b,c,d"]
     )  # fmt: skip
     monkeypatch.setattr("builtins.input", lambda _: next(replies))
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     out = tmp_path / "scara.toml"
-    status, text, _ = run("robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png"))
-    assert status == 0
+    status, text, error = run(
+        "robot", "new", "--out", str(out), "--side", "link", "--drawing", str(tmp_path / "s.png")
+    )
+    assert status == 0, error
     assert "thumb along it" in text
     robot = load_robot(out)
     assert [joint.kind for joint in robot.joints] == ["revolute", "revolute", "prismatic", "revolute"]
     assert robot.joints[2].limits.position == (0.0, 0.2)
     assert robot.drives == Drives.on_link_side()
-    assert robot.rated_payload == 3.0
+    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, None, (("a", "b", "c", "d"),))
+    assert np.isinf([[limit.speed, limit.acceleration, limit.torque] for limit in limits_of(robot)]).all()
+    assert "mass_kg" in error
     corners: Array = outline(robot, [0.0, 0.0, 0.1, 0.0])
     np.testing.assert_allclose(corners[-1], [0.7, 0.0, 0.1], atol=1e-12)
+
+
+def limits_of(robot: Robot) -> list[Limits]:
+    return [joint.limits for joint in robot.joints]
+
+
+def test_a_question_comes_again_after_a_typo(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each question is answered wrongly first; the wrong answer is named, and nothing is lost."""
+    answers = {
+        "Short name": ("", "arm"),
+        "Joint 1": ("w,0,0,0", "z,0,0,0"),
+        "Joint 2": ("y,0,0", "y,0,0,0.3"),
+        "Joint 3": ("-x,1,a,0", ""),
+        "Flange": ("0,0,0.6,z,1:0:1", "0,0,0.6,z,x"),
+        "Joint positions": ("0", "0,90"),
+        "Position limits": ("10:-10,1:2", "-170:170,-90:90"),
+        "Largest speeds": ("100", "100,90"),
+        "Largest accelerations": ("300,-1", "300,200"),
+        "Largest torques": ("30;20", "30,20"),
+        "Rated payload": ("three", "3"),
+        "Mass of the arm": ("-4", "20"),
+        "Names of the joints": ("a", "a,b"),
+    }
+    replies = iter([reply for pair in answers.values() for reply in pair])
+    asked: list[str] = []
+
+    def reply(question: str) -> str:
+        asked.append(question)
+        return next(replies)
+
+    monkeypatch.setattr("builtins.input", reply)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    out = tmp_path / "arm.toml"
+    status, text, error = run("robot", "new", "--out", str(out))
+    assert status == 0, error
+    assert asked[::2] == asked[1::2]
+    assert all(question.startswith(begin) for question, begin in zip(asked[::2], answers, strict=True))
+    assert text.count("Once more, please.") == len(answers)
+    robot = load_robot(out)
+    assert [np.degrees([limit.speed, limit.acceleration]).round(9).tolist() for limit in limits_of(robot)] == [
+        [100, 300], [90, 200],
+    ]  # fmt: skip
+    assert [limit.torque for limit in limits_of(robot)] == [30, 20]
+    assert (robot.rated_payload, robot.mass, robot.joint_names) == (3.0, 20.0, (("a", "b"),))
 
 
 def without(option: str) -> list[str]:
@@ -128,6 +180,13 @@ BAD = {
     "limits": ([*without("--speeds"), "--limits", "1:2"], "--limits has 1 pairs for 6 joints"),
     "empty range": ([*NEW, "--limits", ",".join(["2:1"] * 6)], "limits of joint 1"),
     "speeds": ([*NEW, "--speeds", "1,2"], "--speeds has 2 numbers for 6 joints"),
+    "accelerations": ([*NEW, "--accelerations", "1,2"], "--accelerations has 2 numbers for 6 joints"),
+    "names": ([*NEW, "--joint-names", "a,b"], "joint_names: give 6 names"),
+    "mass": ([*NEW, "--mass", "0"], "mass must be positive"),
+    "mass of no use": (
+        ["design", "--robot", "rx90", "--arm-mass", "50", "--via-points", "4"],
+        "--arm-mass has no effect",
+    ),
     "payload": ([*NEW, "--rated-payload", "-1"], "rated payload must be positive"),
     "drawing": ([*NEW, "--drawing", "x.gif"], "ends in .png, .svg or .pdf"),
     "no robot": (["robot", "show", "--robot", "kr7"], "no robot 'kr7'"),
