@@ -10,7 +10,10 @@ from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
+from ..diagnosis.nuisances import tilt
 from ..diagnosis.rivals import rivals
+from ..diagnosis.states import states_of
+from ..diagnosis.thinned import thinned_robot
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -70,8 +73,11 @@ class Identification(Speaks):
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
         source = Source((), self.recordings, self.processing or self.robot.processing)
-        others = rivals(self.robot, source)
-        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others))
+        states = states_of(source)
+        system = thinned_robot(self.robot, states)
+        leaning = tilt(system) if system is not None else None
+        others = rivals(self.robot, states)
+        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others, tilt=leaning))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -14,7 +14,8 @@ from ..payload.problem import Source
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
-from .loaded_rows import Bursts, Scale
+from .loaded_rows import Scale
+from .nuisances import Bursts, Nuisance, Tilt
 from .quantities import Agreement, Judged
 from .rivals import Rival
 
@@ -94,6 +95,9 @@ class Evidence:
         scales: of the loaded torques, where one may differ from that of the unloaded ones.
         bursts: stretches of time whose residuals stand out.
         gained: drive gains, where they are what is asked for.
+        tilt: how far gravity leans.
+        nuisances: what else is in the torques.
+        compared: recordings without and with payload side by side, whether of one motion or not.
     """
 
     robot: Robot
@@ -114,6 +118,9 @@ class Evidence:
     scales: tuple[Scale, ...] = ()
     bursts: Bursts | None = None
     gained: Gained | None = None
+    tilt: Tilt | None = None
+    nuisances: tuple[Nuisance, ...] = ()
+    compared: tuple[AlignedPair, ...] = ()
 
     @property
     def robot_fit(self) -> Fit | None:

@@ -1,10 +1,11 @@
-"""What the loaded recordings show beside their payload: a scale of their own, and short bursts of other torques.
+"""Whether the torques of the loaded recordings have a scale of their own.
 
-Both ask method 4 one more question. All of it is in the joints' triangular factors, so that no row is read again.
+One more column of method 4. All of it is in the joints' triangular factors, so that no row is read again; beside a
+robot that is known, states thinned to 10 Hz do.
 """
 
 from collections.abc import Sequence
-from itertools import compress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +16,12 @@ from ..equations.equations import PAYLOAD, Equations, WithoutEach
 from ..fit.robust import jackknifed
 from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem
-from ..payload.result import in_payload_frame
+from .thinned import Thinned
 
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
 JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
 """The same of one joint's torque alone."""
-BURST = 3.0
-"""Mean squared residual of a stretch over their median, above which the stretch is left out."""
 _Block = tuple[Equations | None, Equations | None]
 
 
@@ -42,19 +41,6 @@ class Scale(NamedTuple):
     def z(self) -> float:
         """Standard deviations by which the ratio differs from 1."""
         return (self.ratio - 1.0) / max(self.sigma, 1e-300)
-
-
-class Bursts(NamedTuple):
-    """Stretches of time whose residuals stand out.
-
-    ``many`` of ``blocks`` of at least ``length`` [s]; ``change``: of the payload's ten without them, in its
-    frame, (10,).
-    """
-
-    many: int
-    blocks: int
-    length: float
-    change: Array
 
 
 def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
@@ -92,6 +78,23 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     )
 
 
+def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
+    """Scales of the loaded torques beside a robot known from earlier, friction of the loaded rows free."""
+    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
+    along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
+    alone = np.eye(len(along))[:, :, None] * along[:, None]
+    pulls, free = np.array(system.pulls), range(system.payload.stop, len(system.pulls))
+    pulls[free, free] = 0.0
+    asked = replace(system, pulls=pulls).with_columns(np.concatenate([along[:, None], alone], axis=1))
+    told = []
+    for joint in range(len(along) + 1):
+        answer = asked.of(joint)
+        value, sigma = float(answer.values[0]), float(np.sqrt(answer.covariance[0, 0]))
+        mass = (asked.shares[9, -1] + answer.effect[9, 0] * value) / (1.0 + value)
+        told.append(Scale(joint, 1.0 + value, sigma, float(mass)))
+    return tuple(told)
+
+
 def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values: Array) -> Array | None:
     """Standard deviations of the scales by leaving out blocks of time; None with fewer than two."""
     left = [
@@ -103,35 +106,6 @@ def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values:
     return jackknifed(left, values, problem.loaded.block_length).sigma
 
 
-def bursts(problem: PayloadProblem, weights: Array) -> Bursts | None:
-    """Stretches whose mean squared residual is over 3 times the median, and what the payload is without them.
-
-    None where there are none, or more than half.
-    """
-    if problem.unloaded is None or not problem.loaded.leave_one_out:
-        return None
-    loaded = in_payload_frame(problem.robot, problem.loaded)
-    columns = len(loaded.columns)
-    whole = _gram(problem.unloaded, loaded, weights, columns)
-    values = _inverse(whole[:-1, :-1]) @ whole[:-1, -1]
-    error = np.append(-values, 1.0)
-    blocks, high = 0, list[Array]()
-    for group in _blocks(problem):
-        grams = [
-            _gram(bare, heavy and in_payload_frame(problem.robot, heavy), weights, columns) for bare, heavy in group
-        ]
-        means = np.array(
-            [error @ gram @ error / max(_rows(block), 1) for gram, block in zip(grams, group, strict=True)]
-        )
-        high += list(compress(grams, means > BURST * np.median(means)))
-        blocks += len(grams)
-    if not high or 2 * len(high) > blocks:
-        return None
-    rest = whole - np.sum(high, axis=0)
-    change = _inverse(rest[:-1, :-1]) @ rest[:-1, -1] - values
-    return Bursts(len(high), blocks, problem.loaded.block_length, change[-len(PAYLOAD) :])
-
-
 def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
     """Rows of each block of time, without and with payload, in groups of blocks; those of one motion together."""
     assert problem.unloaded is not None
@@ -141,10 +115,6 @@ def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
         return [list(zip(bare, heavy, strict=True))]
     groups: list[list[_Block]] = [[(None, part) for part in heavy], [(part, None) for part in bare]]
     return [group for group in groups if group]
-
-
-def _rows(block: _Block) -> int:
-    return sum(part.equations for part in block if part is not None)
 
 
 def _parts(equations: Equations) -> Sequence[Equations]:
@@ -210,19 +180,6 @@ def _one_by_one(gram: Array, unknown: int, mass: int, spare: float) -> tuple[Arr
     sigma = np.where(there, np.sqrt(left / spare / np.where(there, size, 1.0)), np.inf)
     weighed = (solved[mass, -1] - value * solved[mass, :-1]) / (1.0 + value)
     return np.array([value, weighed]), sigma
-
-
-def _gram(bare: Equations | None, heavy: Equations | None, weights: Array, columns: int) -> Array:
-    """Gram matrix of method 4's columns, the robot's first, and the torque."""
-    gram = np.zeros((columns + 1, columns + 1))
-    for j, weight in enumerate(weights):
-        if bare is not None:
-            own, places = weight * bare.factors[j], [*range(len(bare.columns)), columns]
-            gram[np.ix_(places, places)] += own.T @ own
-        if heavy is not None:
-            factor = weight * heavy.factors[j]
-            gram += factor.T @ factor
-    return gram
 
 
 def _inverse(gram: Array) -> Array:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from .checks.gains import known_gains, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale
+from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
     conflicts,
@@ -53,6 +54,10 @@ CHECKS: tuple[Check, ...] = (
     shares_together,
     scale,
     burst,
+    zeros_apart,
+    slipped,
+    late,
+    tilted,
     other_robots,
     turned_joints,
     arm_weight,
@@ -80,8 +85,10 @@ def judge(evidence: Evidence, *more: Evidence) -> Verdict:
 
 
 def _findings(evidence: Evidence) -> list[Finding]:
-    findings = [finding for check in CHECKS for finding in check(evidence)]
-    findings += causes(evidence, findings)
+    found = {check.__name__: check(evidence) for check in CHECKS}
+    findings = [finding for own in found.values() for finding in own]
+    raised = [name for name, own in found.items() if any(finding.severity != "note" for finding in own)]
+    findings += [*mixtures(evidence, raised), *causes(evidence, findings)]
     return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
 
@@ -89,4 +96,4 @@ def robot_verdict(evidence: Evidence) -> Verdict:
     """The verdict on a robot's identified parameters."""
     fit = evidence.robot_fit
     findings = fit_findings(fit, "the model") if fit is not None else []
-    return verdict_of([*findings, *(finding for check in OF_ROBOT for finding in check(evidence))])
+    return verdict_of([*findings, *(finding for check in (*OF_ROBOT, tilted) for finding in check(evidence))])

@@ -33,7 +33,8 @@ def burst(evidence: Evidence) -> list[Finding]:
     if bursts is None or abs(bursts.change[9]) <= MOVED * abs(mass):
         return []
     text = (
-        f"{bursts.many} of {bursts.blocks} stretches of {bursts.length:.2g} s have outstanding residuals (contact, "
-        f"a hose, a shock?): without them the mass is {mass + bursts.change[9]:.3g} kg; the intervals reach both"
+        f"{bursts.many} of {bursts.stretches} stretches of {bursts.length:.2g} s have outstanding residuals "
+        f"(contact, a hose, a shock?): without them the mass is {mass + bursts.change[9]:.3g} kg; the intervals "
+        "reach both"
     )
     return [note(text, "mass")]
