@@ -29,13 +29,14 @@ class Scale(NamedTuple):
     """Scale of the loaded torques over that of the unloaded ones.
 
     ``joint``: whose, 0 for all; ``ratio`` with its standard deviation ``sigma``; ``mass``: the payload's on one
-    scale [kg].
+    scale [kg]; ``effect``: by how much more the mass is by torques on a scale of 2 [kg].
     """
 
     joint: int
     ratio: float
     sigma: float
     mass: float
+    effect: float = 0.0
 
     @property
     def z(self) -> float:
@@ -44,7 +45,7 @@ class Scale(NamedTuple):
 
 
 def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
-    """Scales of the loaded torques, all together and joint by joint, that differ from 1 by more than a trifle.
+    """Scales of the loaded torques: of all together, and joint by joint those that differ from 1 by more than a trifle.
 
     One more column in the loaded rows: the rigid part of what the robot alone needs. Friction and offsets of those
     rows are free, for they may have changed. Standard deviations leave out one block of time after another; they
@@ -67,14 +68,12 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
         for k, (value, sigma, (least, z)) in enumerate(zip(values[0], formula, limits, strict=True))
         if abs(value) > least and abs(value) > z * sigma
     ]
-    if not told:
-        return ()
-    robust = _robust(problem, question, gram, values[0])
+    robust = _robust(problem, question, gram, values[0]) if told else formula
     if robust is None:
         return ()
     return tuple(
-        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), float(values[1, k]))
-        for k in told
+        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), *map(float, values[1:, k]))
+        for k in sorted({0, *told})
     )
 
 
@@ -90,8 +89,8 @@ def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
     for joint in range(len(along) + 1):
         answer = asked.of(joint)
         value, sigma = float(answer.values[0]), float(np.sqrt(answer.covariance[0, 0]))
-        mass = (asked.shares[9, -1] + answer.effect[9, 0] * value) / (1.0 + value)
-        told.append(Scale(joint, 1.0 + value, sigma, float(mass)))
+        plain, effect = float(asked.shares[9, -1]), float(answer.effect[9, 0])
+        told.append(Scale(joint, 1.0 + value, sigma, (plain + effect * value) / (1.0 + value), plain - effect))
     return tuple(told)
 
 
@@ -164,7 +163,9 @@ class _Question(NamedTuple):
         return gram
 
     def answers(self, gram: Array, spare: float) -> tuple[Array, Array]:
-        """Scale less 1, and mass on one scale, 2 x (n + 1); the formula's sigma of the scales, (n + 1,)."""
+        """Scale less 1, mass on one scale, and what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma of the
+        scales, (n + 1,).
+        """
         return _one_by_one(gram, self.unknown, len(self.base) + len(PAYLOAD) - 1, spare)
 
 
@@ -179,7 +180,7 @@ def _one_by_one(gram: Array, unknown: int, mass: int, spare: float) -> tuple[Arr
     left = np.maximum(rest[-1, -1] - value * along, 0.0)
     sigma = np.where(there, np.sqrt(left / spare / np.where(there, size, 1.0)), np.inf)
     weighed = (solved[mass, -1] - value * solved[mass, :-1]) / (1.0 + value)
-    return np.array([value, weighed]), sigma
+    return np.array([value, weighed, solved[mass, :-1] + solved[mass, -1]]), sigma
 
 
 def _inverse(gram: Array) -> Array:

@@ -1,7 +1,7 @@
 """What may lie beside robot and payload in the torques: a tilted base, a delay, a slip.
 
-Each is one or a few more columns of method 4 on thinned states. A tilt is a nuisance: as far as the recordings show
-it, it is taken out of the payload, and what they leave open is in the interval.
+Each is one or a few more columns of method 4 on thinned states. A tilt is a nuisance: one that stands out is taken
+out of the payload, and what the recordings leave open of it is in the interval.
 """
 
 from dataclasses import replace
@@ -22,8 +22,13 @@ LEVEL = np.radians(1.0)
 """rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
 _UPRIGHT = 1e-9
 """Sine of the angle between the first axis and gravity below which they are parallel."""
+TILT, TILT_Z = np.radians(0.5), 5.0
+"""rad and standard deviations of a tilt above which it is taken out of the payload and told; smaller ones widen the
+intervals without a word."""
 BURST = 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out."""
+FEWEST = 6
+"""Stretches of which a median says something."""
 WHERE = ("", " without payload", " with payload")
 """Of which recordings: all, or some."""
 
@@ -83,11 +88,22 @@ class Tilt(NamedTuple):
         along = self.values / max(self.angle, 1e-300)
         return float(np.sqrt(along @ self.covariance @ along))
 
+    @property
+    def stands_out(self) -> bool:
+        """Whether it is more than mountings have, and than chance shows."""
+        return self.angle > TILT and self.z > TILT_Z
+
     def change(self, method: int) -> tuple[Array, Array]:
-        """Change of the ten with the tilt undone as far as it is believed, and its covariance."""
+        """Change of the ten with a tilt that stands out undone as far as it is believed, and its covariance.
+
+        A tilt that does not stand out is left in the ten: the covariance then holds its mean square.
+        """
         effect, inverse = self.effects[method == 3], np.linalg.inv(self.covariance)
-        believed = np.linalg.inv(inverse + np.eye(2) / LEVEL**2)
-        return effect @ believed @ inverse @ self.values, effect @ believed @ effect.T
+        variance = np.linalg.inv(inverse + np.eye(2) / LEVEL**2)
+        mean = variance @ inverse @ self.values
+        if not self.stands_out:
+            return np.zeros(len(effect)), effect @ (variance + np.outer(mean, mean)) @ effect.T
+        return effect @ mean, effect @ variance @ effect.T
 
 
 def tilt(system: Thinned) -> Tilt | None:
@@ -172,9 +188,11 @@ def _slip(answer: Answer, mass: float) -> Nuisance:
 
 
 def bursts(system: Thinned) -> Bursts | None:
-    """Stretches of 1 s whose mean squared residual is over 3 times the median, and the payload without them.
+    """Stretches of 3 s whose mean squared residual is over 3 times the median, and the payload without them.
 
-    None where there are none, or more than half.
+    None where there are none, or more than half, or few stretches altogether.
     """
     many, stretches, change = system.without_stretches(BURST)
-    return Bursts(many, stretches, STRETCH, change) if many and 2 * many <= stretches else None
+    if not many or 2 * many > stretches or stretches < FEWEST:
+        return None
+    return Bursts(many, stretches, STRETCH, change)

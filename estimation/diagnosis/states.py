@@ -14,8 +14,8 @@ from .misfit import Sample
 
 BLOCKS = 20
 """Blocks of time, that are left out in turn."""
-STRETCH = 1.0
-"""s: the shortest stretch of time that is looked at alone."""
+STRETCH = 3.0
+"""s: the shortest stretch of time that is looked at alone; shorter ones of good recordings stand out too."""
 _RATE = 10.0  # Hz
 _MOST = 600  # states of a recording
 _LONGEST = 180.0  # s: of a longer recording the middle is looked at
@@ -29,7 +29,7 @@ Places = NDArray[np.intp]
 class States(NamedTuple):
     """Thinned states of all recordings, N.
 
-    ``sample``: the states; ``loaded`` (N,): 1 with payload; ``block`` (N,): of time; ``stretch`` (N,): of 1 s;
+    ``sample``: the states; ``loaded`` (N,): 1 with payload; ``block`` (N,): of time; ``stretch`` (N,): of 3 s;
     ``slope``: of the torques [N·m/s or N/s], N x n.
     """
 
@@ -74,7 +74,7 @@ def states_of(source: Source) -> States | None:
 
 
 def _stretches(times: Sequence[Array]) -> Places:
-    """Numbers of the stretches of 1 s, recording after recording."""
+    """Numbers of the stretches of 3 s, recording after recording."""
     numbers, first = [], 0
     for t in times:
         numbers.append(first + ((t - t[:1].sum()) / STRETCH).astype(np.intp))

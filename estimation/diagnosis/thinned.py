@@ -32,7 +32,10 @@ _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weigh
 
 
 class Answer(NamedTuple):
-    """What columns are found to be: ``values`` (k,) with ``covariance``; ``effect``: of each on the ten, 10 x k."""
+    """What columns are found to be: ``values`` (k,) with ``covariance``; ``effect``: of each on the ten, 10 x k.
+
+    Variances are nan where nothing shows a column.
+    """
 
     values: Array
     covariance: Array
@@ -40,7 +43,9 @@ class Answer(NamedTuple):
 
     @property
     def z(self) -> float:
-        """Standard deviations by which they differ from zero, all together."""
+        """Standard deviations by which they differ from zero, all together; 0 where nothing shows them."""
+        if not np.isfinite(self.covariance).all():
+            return 0.0
         squares = float(self.values @ np.linalg.pinv(self.covariance) @ self.values)
         return float(np.sqrt(max(squares, 0.0)))
 
@@ -126,7 +131,7 @@ class Thinned:
         return Asked(_rest(whole, root), left, (root @ (root.T @ whole[:c, c:]))[self.payload], self.inflation)
 
     def without_stretches(self, worse: float) -> tuple[int, int, Array]:
-        """Leave out stretches of 1 s whose mean squared residual is ``worse`` times the median.
+        """Leave out stretches of 3 s whose mean squared residual is ``worse`` times the median.
 
         Returns:
             How many, of how many, and by how much the payload's ten change, (10,).
@@ -179,7 +184,8 @@ class Asked(NamedTuple):
         each = [(_inverse(gram[np.ix_(every, every)]) @ gram[every, -1])[:k] - values for gram in self.left]
         changes = np.array(each)
         covariance = (1.0 - 1.0 / len(changes)) * changes.T @ changes
-        sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(self.inflation * np.diag(inverse)[:k])
+        variances = self.inflation * np.diag(inverse)[:k]
+        sigma, formula = np.sqrt(np.diag(covariance)), np.sqrt(np.where(variances > 0.0, variances, np.nan))
         wider = np.maximum(1.0, formula / np.maximum(sigma, 1e-300))
         free = _inverse(self.whole[np.ix_(beside, beside)]) @ self.whole[np.ix_(beside, places)]
         effect = -(self.shares[:, list(places)] - self.shares[:, list(beside)] @ free)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from .checks.gains import known_gains, weights_apart
 from .checks.joints import joints, shares_together
-from .checks.loaded import burst, scale
+from .checks.loaded import burst, scale, sensitive
 from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
@@ -53,6 +53,7 @@ CHECKS: tuple[Check, ...] = (
     joints,
     shares_together,
     scale,
+    sensitive,
     burst,
     zeros_apart,
     slipped,

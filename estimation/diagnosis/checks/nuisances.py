@@ -12,8 +12,6 @@ from ..states import states_of
 from .loaded import MOVED
 from .robot import TURNED, TURNED_Z
 
-TILT, TILT_Z = np.radians(0.5), 5.0
-"""rad and standard deviations of a tilt above which it is told; smaller ones are in the interval without a word."""
 STEEP = np.radians(5.0)
 """rad: a tilt that no mounting has by mistake; nothing should be used."""
 LATE, LATE_Z = 0.008, 5.0
@@ -24,9 +22,9 @@ _GUARDS = ("residual", "unexplained", "joints", "shares_together", "scale")
 
 
 def tilted(evidence: Evidence) -> list[Finding]:
-    """Gravity that leans from the robot's description; as far as it is seen it is taken out of the payload."""
+    """Gravity that leans from the robot's description; what stands out is taken out of the payload."""
     tilt = evidence.tilt
-    if tilt is None or tilt.angle <= TILT or tilt.z <= TILT_Z:
+    if tilt is None or not tilt.stands_out:
         return []
     text = (
         f"gravity leans by {np.degrees(tilt.angle):.1f} ± {np.degrees(tilt.sigma):.1g} degrees from the robot's "

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis import loaded_rows
+from dynident.estimation.diagnosis import nuisances as beside_both
 from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisances, payload, recordings
 from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained, KnownWeight
@@ -388,8 +389,8 @@ SIDES = (
         lambda x: of_payload(estimate_of(), bursts=Bursts(1, 20, 1.0, 5.0 * x * np.eye(10)[9])),
         loaded.MOVED,
     ),
-    Side("tilted", "note", "gravity leans by 0.5", leaning, nuisances.TILT),
-    Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), nuisances.TILT_Z),
+    Side("tilted", "note", "gravity leans by 0.5", leaning, beside_both.TILT),
+    Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), beside_both.TILT_Z),
     Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
     Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
     Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),
