@@ -56,7 +56,8 @@ def looked_at(
         problem: the payload problem.
         best: the estimate to be used.
         gains: with whose errors joints may disagree.
-        description: the robot as it was given, whose rivals are tried; the problem's own by default.
+        description: the robot as it was given, where gains are what is asked for: its rivals are tried, with gains
+            of their own; the problem's own by default.
     """
     n, short, weights = problem.robot.n, problem.short is not None, best.estimate.weights
     states = states_of(problem.source) if problem.source is not None else None
@@ -72,7 +73,7 @@ def looked_at(
         else ()
         if short
         else scales(problem, weights),
-        rivals(description or problem.robot, states),
+        rivals(description or problem.robot, states, free_gains=description is not None),
         _mattering(bursts(system), best) if system is not None else None,
         tilt(system) if system is not None else None,
         nuisances(system) if system is not None else (),

@@ -45,7 +45,7 @@ class Scale(NamedTuple):
 
 
 def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
-    """Scales of the loaded torques: of all together, and joint by joint those that differ from 1 by more than a trifle.
+    """Scales of the loaded torques: of all together, and of joints that differ from 1 by more than a trifle.
 
     One more column in the loaded rows: the rigid part of what the robot alone needs. Friction and offsets of those
     rows are free, for they may have changed. Standard deviations leave out one block of time after another; they
@@ -163,9 +163,7 @@ class _Question(NamedTuple):
         return gram
 
     def answers(self, gram: Array, spare: float) -> tuple[Array, Array]:
-        """Scale less 1, mass on one scale, and what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma of the
-        scales, (n + 1,).
-        """
+        """Scale less 1, mass on one scale, what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma of scales."""
         return _one_by_one(gram, self.unknown, len(self.base) + len(PAYLOAD) - 1, spare)
 
 

@@ -21,6 +21,8 @@ from .states import BLOCKS, Places, States
 _FAR = -0.5  # fall of chi2 by those: such a robot is not looked at closer
 _RANK = 1e-10  # of the largest eigenvalue: squares of columns, scaled to norm 1
 _FLOOR = 1e-9  # of a joint's torque: data without noise still need finite weights
+_STEPS = 6  # of Gauss-Newton for gains
+_GAIN = 0.3  # longest step of a gain's reciprocal, and how near to 1 it is thought to be
 
 
 class Rival(NamedTuple):
@@ -55,12 +57,19 @@ class _Fit(NamedTuple):
     rms: Array
 
 
-def rivals(robot: Robot, states: States | None) -> tuple[Rival, ...]:
+def rivals(robot: Robot, states: States | None, free_gains: bool = False) -> tuple[Rival, ...]:
     """How other robots and senses of the joints explain the recordings; none where there is too little motion.
 
     Only robots with other geometry are tried, with as many joints and drives as described.
+
+    Args:
+        robot: as described.
+        states: of the recordings.
+        free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
+            identified with the robot as described favour it; not of coupled drives, nor beside a spring.
     """
-    return _tried(robot, states, _others) if states is not None else ()
+    free = free_gains and robot.coupling is None and robot.spring is None
+    return _tried(robot, states, _others, free) if states is not None else ()
 
 
 def mixed_up(robot: Robot, states: States | None, gains: Sequence[float] = ()) -> tuple[Rival, ...]:
@@ -122,10 +131,10 @@ def _pushed(states: States, torque: Array, rows: Mask) -> States:
     return states._replace(sample=replace(sample, torque=np.where(rows[:, None], torque, sample.torque)))
 
 
-def _tried(robot: Robot, states: States, others: _Others) -> tuple[Rival, ...]:
+def _tried(robot: Robot, states: States, others: _Others, free_gains: bool = False) -> tuple[Rival, ...]:
     """Each beside the recordings as described; none where there is nothing to compare with."""
     try:
-        rough, close = _Described.of(robot, states.thinned()), _Described.of(robot, states)
+        rough, close = (_Described.of(robot, each, free_gains) for each in (states.thinned(), states))
     except InputError:  # a joint leaves the table of its spring: there is nothing to compare with
         return ()
     tried = []
@@ -139,19 +148,25 @@ def _tried(robot: Robot, states: States, others: _Others) -> tuple[Rival, ...]:
 
 
 class _Described(NamedTuple):
-    """The robot as described: the joints' weights, and its squared errors by block."""
+    """The robot as described: the joints' weights, its squared errors by block, and whether gains are free."""
 
     weights: Array
     squares: Array
+    free_gains: bool
 
     @staticmethod
-    def of(robot: Robot, states: States) -> "_Described":
+    def of(robot: Robot, states: States, free_gains: bool) -> "_Described":
         equations = _equations(robot, states)
         weights = 1.0 / _fit(equations, states, np.ones(robot.n)).rms
-        return _Described(weights, _fit(equations, states, weights).squares)
+        if free_gains:
+            equations = _with_gains(equations, weights)
+        return _Described(weights, _fit(equations, states, weights).squares, free_gains)
 
     def compared(self, kind: str, name: str, other: Robot, states: States) -> Rival:
-        squares = _fit(_equations(other, states), states, self.weights).squares
+        equations = _equations(other, states)
+        if self.free_gains:
+            equations = _with_gains(equations, self.weights)
+        squares = _fit(equations, states, self.weights).squares
         difference = 0.5 * (self.squares - squares)
         error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference))
         fall = 1.0 - float(squares.sum() / self.squares.sum())
@@ -216,6 +231,29 @@ def _fit(equations: _Equations, states: States, weights: Array) -> _Fit:
         if count:
             rms[j] = np.sqrt(error @ error / count) + _FLOOR * weight * np.sqrt(y @ y / count) + 1e-300
     return _Fit(squares, rms)
+
+
+def _with_gains(equations: _Equations, weights: Array) -> _Equations:
+    """Each joint's columns times its gain's reciprocal, by Gauss-Newton from 1; the best of its steps."""
+    scales, c, n = np.ones(len(weights)), equations.columns, len(weights)
+    best, least = equations, np.inf
+    for _ in range(_STEPS):
+        scaled = _Equations(
+            tuple((used, k * columns, y) for (used, columns, y), k in zip(equations.joints, scales, strict=True)), c
+        )
+        x = _solved(scaled, weights)
+        errors = [w * (y - x[used] @ columns) for (used, columns, y), w in zip(scaled.joints, weights, strict=True)]
+        square = sum(float(error @ error) for error in errors)
+        if square < least:
+            best, least = scaled, square
+        own = [
+            (np.append(used, c + j), np.concatenate([columns, (x[used] @ columns)[None] / scales[j]]), y)
+            for j, (used, columns, y) in enumerate(scaled.joints)
+        ]
+        near = [(np.array([c + j]), np.ones((1, 1)), np.array([1.0 - scales[j]])) for j in range(n)]
+        more = _solved(_Equations((*own, *near), c + n), np.append(weights, np.full(n, 1.0 / _GAIN)))[c:]
+        scales = np.clip(scales + np.clip(more, -_GAIN, _GAIN), _GAIN, 1.0 / _GAIN)
+    return best
 
 
 def _solved(equations: _Equations, weights: Array) -> Array:

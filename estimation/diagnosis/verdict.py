@@ -6,7 +6,7 @@ table serves every command whose evidence shows what it looks at.
 
 from collections.abc import Callable
 
-from .checks.gains import known_gains, weights_apart
+from .checks.gains import known_gains, motors_apart, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale, sensitive
 from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
@@ -72,6 +72,7 @@ CHECKS: tuple[Check, ...] = (
     inertia,
     weights_apart,
     known_gains,
+    motors_apart,
 )
 """Checks of the recordings, in the order in which their findings are told."""
 BEFOREHAND: tuple[Check, ...] = (rating, conflicts)

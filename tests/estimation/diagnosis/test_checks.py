@@ -96,6 +96,12 @@ def scaled(joint: int, off: float, sigma: float) -> Evidence:
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
 
 
+def leaning_on(change: float, sigma: float) -> Evidence:
+    """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
+    spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
+    return of_payload(estimate_of(), scales=(Scale(0, 1.0, 0.01, 5.0, 100.0 * change),), spread=spread)
+
+
 def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
     """Gravity that leans by an angle [rad]."""
     effects = np.zeros((10, 2)), np.zeros((10, 2))
@@ -133,6 +139,11 @@ DRIFT = drift_of(9.0)
 def _weighed(agreement: float) -> Evidence:
     way = Agreement("other way", 5.0 * (1.0 + agreement), np.full(3, np.nan))
     return of_weighing(agreement=(way,))
+
+
+def of_motor(off: float, sigma: float) -> Evidence:
+    """A third motor whose currents with payload are too small by a share."""
+    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
 
 
 def of_weights(ratio: float, sigma: float) -> Evidence:
@@ -382,6 +393,8 @@ SIDES = (
         lambda x: scaled(3, 0.1 * x, 0.1),
         loaded_rows.JOINT_SCALE_Z,
     ),
+    Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(5.0 * x, 0.01), loaded.SENSITIVE),
+    Side("sensitive", "note", "3.9 %, out of its interval", lambda x: leaning_on(0.1 * x, 0.1), 1.96),
     Side(
         "burst",
         "note",
@@ -500,6 +513,8 @@ SIDES = (
         lambda x: Evidence(ROBOT, gained=Gained(np.array([0.06, x, 0.06]), ())),
         KNOWN_WELL,
     ),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(x, x / 4.0), loaded_rows.JOINT_SCALE),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(0.1, 0.1 / x), gains.OWN_SCALE_Z),
     Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.0 + x, 1e-4), gains.APART),
     Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.05, 0.05 / x), gains.APART_SIGMAS),
     Side(
@@ -621,6 +636,29 @@ def test_a_cause_is_serious_where_it_explains_half() -> None:
         finding = Cause("L", "q1 is late", 1.0, after).finding("It")
         assert (finding.severity, finding.about, finding.cause) == (severity, "L", True)
         assert finding.text.startswith("It looks as if q1 is late: with that undone")
+
+
+def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> None:
+    """A joint's z of 10, and that of all on both sides of the share from which it explains them as well."""
+    for z, words in ((0.999, "joint 4's torques with payload"), (1.001, "all torques, or joint 4's alone, with")):
+        whole = Scale(0, 0.9, 0.1 / (10.0 * z * loaded.EITHER), 5.5)
+        (finding,) = loaded.scale(of_payload(estimate_of(), scales=(whole, Scale(4, 1.1, 0.01, 4.5))))
+        assert finding.text.startswith(words)
+    assert "0.900 ± 0.015 or 1.100 ± 0.01 times" in finding.text
+    assert "5.5 or 4.5 kg" in finding.text
+
+
+def test_a_tilt_that_does_not_stand_out_moves_nothing() -> None:
+    """But its mean square is in the covariance; one that does is taken out as far as it is believed."""
+    effects = np.eye(10)[:, :2], np.zeros((10, 2))
+    for share, moved in ((0.999, False), (1.001, True)):
+        values = np.array([0.6, 0.8]) * share * beside_both.TILT
+        seen = Tilt(values, 1e-8 * np.eye(2), effects)
+        change, covariance = seen.change(4)
+        assert change[:2] == pytest.approx(values if moved else 0.0, rel=1e-3)
+        square = values[0] ** 2 * (not moved)
+        assert covariance[0, 0] == pytest.approx(square + 1e-8, rel=1e-3)
+        assert not seen.change(3)[0].any()
 
 
 def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
