@@ -163,7 +163,7 @@ class _Question(NamedTuple):
         return gram
 
     def answers(self, gram: Array, spare: float) -> tuple[Array, Array]:
-        """Scale less 1, mass on one scale, what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma of scales."""
+        """Scale less 1, mass on one scale, what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma."""
         return _one_by_one(gram, self.unknown, len(self.base) + len(PAYLOAD) - 1, spare)
 
 
