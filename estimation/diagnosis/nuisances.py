@@ -27,7 +27,7 @@ TILT, TILT_Z = np.radians(0.5), 5.0
 intervals without a word."""
 BURST = 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out."""
-FEWEST = 8
+FEWEST = 12
 """Stretches of which a median says something."""
 WHERE = ("", " without payload", " with payload")
 """Of which recordings: all, or some."""
