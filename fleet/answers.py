@@ -12,7 +12,6 @@ from ..common.versions import versions
 from ..estimation.answers.identification import Identification, identified
 from ..estimation.answers.payload import answer_payload
 from ..estimation.answers.payload_answer import PayloadAnswer
-from ..estimation.diagnosis.evidence import Sampled
 from ..estimation.fit.estimate import Estimate, error_model, fit
 from ..estimation.payload.problem import PayloadProblem
 from .passport import Log, Passport, PayloadPassport, Recipe, RobotPassport
@@ -30,7 +29,7 @@ def robot_passport(
         versions=versions(),
         about=dict(about or {}),
         equations=result.problem,
-        sampled=Sampled(rivals=result.rivals, held_out=result.unseen),
+        sampled=result.beside._replace(held_out=result.unseen),
     )
 
 
@@ -74,7 +73,7 @@ def _(passport: RobotPassport) -> Identification:
         validation=fit(unseen, result.estimate.values) if unseen is not None else None,
         processing=recipe.processing,
         unseen=unseen,
-        known_rivals=sampled.rivals,
+        known_beside=sampled,
     )
 
 

@@ -16,6 +16,8 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..estimation.diagnosis.evidence import Sampled
 from ..estimation.diagnosis.finding import Finding
+from ..estimation.diagnosis.loaded_rows import Scale
+from ..estimation.diagnosis.nuisances import Bursts, Nuisance, Tilt
 from ..estimation.diagnosis.rivals import Rival
 from ..estimation.equations.equations import Equations, WithoutEach
 from ..estimation.equations.shared_torque import SharedTorque
@@ -62,7 +64,7 @@ KINDS: dict[str, type] = {
         *(Equations, Estimate, Fit, Gains, Held, RobustCovariance, SharedTorque, SigmaBound, SigmaRatio),
         *(HeldFriction, LoadedScale, PayloadProblem, Run, ShortMotion, StandIn, Wave),
         *(CentreOfMassInBox, InEllipsoid, InHull, KnownMass, MassBounds, PossibleBody),
-        *(Finding, Rival, Sampled, Log, Recipe, RobotPassport, PayloadPassport),
+        *(Bursts, Finding, Nuisance, Rival, Sampled, Scale, Tilt, Log, Recipe, RobotPassport, PayloadPassport),
     )
 }
 """The values that a file may hold, by their names."""

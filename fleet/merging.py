@@ -9,6 +9,7 @@ import numpy as np
 from ..common.arrays import Array
 from ..common.errors import InputError
 from ..estimation.diagnosis.evidence import Sampled
+from ..estimation.diagnosis.nuisances import Tilt
 from ..estimation.equations.equations import merged
 from ..estimation.fit.estimate import Estimate
 from ..estimation.fit.robust import student95
@@ -160,7 +161,23 @@ def _together(parts: Sequence[Sampled]) -> Sampled:
         tuple(dict.fromkeys(chain.from_iterable(part.alignment for part in parts))),
         tuple(dict.fromkeys(chain.from_iterable(part.causes for part in parts))),
         merged(held_out) if held_out else None,
+        tuple(dict.fromkeys(chain.from_iterable(part.zeros for part in parts))),
+        _mean([part.tilt for part in parts]),
+        next((part.bursts for part in parts if part.bursts is not None), None),
+        tuple(chain.from_iterable(part.nuisances for part in parts)),
+        tuple(chain.from_iterable(part.scales for part in parts)),
     )
+
+
+def _mean(tilts: Sequence[Tilt | None]) -> Tilt | None:
+    """How far gravity leans in the mean of several recordings; none unless each shows it."""
+    shown = [tilt for tilt in tilts if tilt is not None]
+    if not shown or len(shown) < len(tilts):
+        return None
+    by_four, by_three = (np.mean([tilt.effects[k] for tilt in shown], axis=0) for k in (0, 1))
+    values = np.mean([tilt.values for tilt in shown], axis=0)
+    covariance = np.mean([tilt.covariance for tilt in shown], axis=0) / len(shown)
+    return Tilt(values, covariance, (by_four, by_three))
 
 
 def _common(several: Sequence[dict[str, str]]) -> dict[str, str]:

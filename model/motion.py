@@ -94,6 +94,7 @@ class Recording:
         notes: what a user should know about how it was read.
         fingerprint: of time, positions and torques or currents as they stand in a log, before drive gains: the same
             for the same recording in any file; empty where it was not read from a log.
+        gains: torque per current with which currents were read [N·m/A or N/A], shape (n,); empty for torques.
     """
 
     t: Array
@@ -103,6 +104,7 @@ class Recording:
     source: str = "recording"
     notes: tuple[str, ...] = ()
     fingerprint: str = ""
+    gains: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

@@ -10,10 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import InertialParameters, Robot
-from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Gained, KnownWeight
-from ..diagnosis.loaded_rows import Bursts, bursts, scales
-from ..diagnosis.rivals import rivals
 from ..diagnosis.search import likely_causes
 from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations
@@ -23,11 +20,12 @@ from ..gains.known_load import KnownLoad
 from ..gains.possible import possible_gains
 from ..gains.problem import GainProblem, free_gains
 from ..gains.rests_on import gravity_acts, rests_on
-from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
+from ..payload.by_joints import payload_over_time
 from ..payload.methods import identify_payload
 from ..payload.problem import PayloadProblem
 from ..payload.result import PayloadEstimate
 from .drive_gains import DriveGains
+from .guarded import Guarded, looked_at
 
 
 def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) -> DriveGains:
@@ -58,7 +56,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
             robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
         except InputError as error:
             reason = str(error)
-    seen = [_Mounting.of(posed) for posed in problem.posed_by(1.0 / best.k)]
+    seen = [_Mounting.of(posed, problem.description) for posed in problem.posed_by(1.0 / best.k)]
     reach = max((one.reach for one in seen), default=0.0)
     factors = zip(problem.equations.factors, best.k, strict=True)
     errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
@@ -83,9 +81,9 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         without_robust=reason,
         recordings=problem.recordings,
         mountings=problem.mountings,
-        disagreement=max((one.disagreement for one in seen), default=1.0),
+        disagreement=max((one.beside.disagreement for one in seen), default=1.0),
         posed=tuple(one.problem for one in seen),
-        by_joints=tuple(one.by_joints for one in seen),
+        by_joints=tuple(one.beside.by_joints for one in seen),
         source=problem.source,
     )
     return replace(gains, verdict=judge(*_evidence(problem.description, gains, seen))) if seen else gains
@@ -107,25 +105,19 @@ class _Mounting(NamedTuple):
 
     problem: PayloadProblem
     free: PayloadEstimate
-    by_joints: ByJoints
-    outside: Bursts | None
+    beside: Guarded
 
     @staticmethod
-    def of(problem: PayloadProblem) -> "_Mounting":
+    def of(problem: PayloadProblem, description: Robot) -> "_Mounting":
+        """The gains' own errors are those of these recordings: none are allowed for."""
         free = identify_payload(problem, 4)
-        weights = free.estimate.weights
-        return _Mounting(problem, free, payload_by_joints(problem, weights), bursts(problem, weights))
-
-    @property
-    def disagreement(self) -> float:
-        """Factor by which the joints disagree: the gains' own errors are those of these recordings."""
-        n = self.problem.robot.n
-        return disagreement(self.by_joints, np.zeros((n, n)))
+        return _Mounting(problem, free, looked_at(problem, free, None, description))
 
     @property
     def reach(self) -> float:
         """Standard deviation, relative, that lets intervals reach what is found without bursts."""
-        return abs(float(self.outside.change[9]) / self.free.mass) / student95(1e9) if self.outside else 0.0
+        bursts = self.beside.bursts
+        return abs(float(bursts.change[9]) / self.free.mass) / student95(1e9) if bursts else 0.0
 
 
 def _evidence(robot: Robot, gains: DriveGains, seen: Sequence[_Mounting]) -> Iterable[Evidence]:
@@ -143,11 +135,8 @@ def _evidence(robot: Robot, gains: DriveGains, seen: Sequence[_Mounting]) -> Ite
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
             parameters=problem.alone,
             estimates=(one.free,),
-            by_joints=one.by_joints,
             stretches=payload_over_time(problem, one.free.estimate.weights),
-            disagreement=one.disagreement,
-            rivals=rivals(robot, source) if k == 0 else (),
-            scales=scales(problem, one.free.estimate.weights),
-            bursts=one.outside,
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
+            compared=problem.compared,
+            **(one.beside._asdict() | ({} if k == 0 else {"rivals": ()})),
         )

@@ -8,9 +8,12 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
-from ..diagnosis.evidence import Evidence
+from ..diagnosis.evidence import Evidence, Sampled
 from ..diagnosis.finding import Verdict
-from ..diagnosis.rivals import Rival, rivals
+from ..diagnosis.nuisances import tilt
+from ..diagnosis.rivals import rivals
+from ..diagnosis.states import states_of
+from ..diagnosis.thinned import thinned_robot
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -42,7 +45,7 @@ class Identification(Speaks):
         held_out: recordings that were not used.
         processing: settings.
         unseen: equations of recordings that were not used.
-        known_rivals: other ways to take the recordings, where these are not here any more.
+        known_beside: what their samples showed, where these are not here any more.
     """
 
     robot: Robot
@@ -57,7 +60,7 @@ class Identification(Speaks):
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
     unseen: Equations | None = None
-    known_rivals: tuple[Rival, ...] | None = None
+    known_beside: Sampled | None = None
 
     @property
     def headline(self) -> str:
@@ -73,14 +76,18 @@ class Identification(Speaks):
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=self.rivals))
+        return robot_verdict(
+            Evidence(self.robot, parameters=self.estimate, rivals=self.beside.rivals, tilt=self.beside.tilt)
+        )
 
     @cached_property
-    def rivals(self) -> tuple[Rival, ...]:
-        """Other ways to take the recordings, and how well those explain them."""
-        if self.known_rivals is not None:
-            return self.known_rivals
-        return rivals(self.robot, Source((), self.recordings, self.processing or self.robot.processing))
+    def beside(self) -> Sampled:
+        """Other ways to take the recordings, and how far gravity leans in them: what samples alone show."""
+        if self.known_beside is not None:
+            return self.known_beside
+        states = states_of(Source((), self.recordings, self.processing or self.robot.processing))
+        system = thinned_robot(self.robot, states)
+        return Sampled(rivals(self.robot, states), tilt=tilt(system) if system is not None else None)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

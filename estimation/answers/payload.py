@@ -2,19 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
 from ...model.inertia import PayloadSpread
-from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.evidence import Evidence, Sampled, Weighed
 from ..diagnosis.finding import Verdict
-from ..diagnosis.loaded_rows import Bursts, bursts, scales
 from ..diagnosis.quantities import Agreement, allowing
-from ..diagnosis.rivals import rivals
 from ..diagnosis.verdict import judge, sampled
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
@@ -22,11 +18,11 @@ from ..fit.essential import StopRule
 from ..fit.estimate import fit
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
-from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
+from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.repeats import reaching, repeats_of, widened
+from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
@@ -34,7 +30,8 @@ from ..possible.constraints import Constraint, KnownMass
 from ..possible.payload import POSSIBLE
 from ..robot.equations import base_problem
 from .elimination import elimination_warnings
-from .payload_answer import PayloadAnswer, preference
+from .guarded import Guarded, guarded
+from .payload_answer import PayloadAnswer
 
 
 def answer_payload(
@@ -76,7 +73,7 @@ def answer_payload(
     repeats = repeats_of(problem, scale)
     if repeats is not None:
         free = [widened(estimate, repeats.excess) for estimate in free]
-    free, guarded = _guarded(problem, free, gains)
+    free, seen = guarded(problem, free, gains, known)
     unseen = known.held_out if known is not None else _held_out(problem, held_out, processing)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
@@ -84,7 +81,7 @@ def answer_payload(
         estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=guarded.by_joints,
+        by_joints=seen.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
@@ -94,35 +91,13 @@ def answer_payload(
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    evidence = _evidence(answer, free, guarded, known)
+    evidence = _evidence(answer, free, seen, known)
     verdict = judge(evidence)
     if failures and not constrained:
         error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
         raise error.naming(*error.demands, *against)
     answer = replace(answer, verdict=verdict, sampled=known or sampled(evidence, verdict, unseen))
     return _assumed(_essential(answer, essential), stand_in)
-
-
-class _Guarded(NamedTuple):
-    """Why intervals are wider than residuals say: joints that disagree by a ``factor``, bursts ``outside``."""
-
-    by_joints: ByJoints
-    factor: float
-    outside: Bursts | None
-
-
-def _guarded(
-    problem: PayloadProblem, free: Sequence[PayloadEstimate], gains: Gains | None
-) -> tuple[list[PayloadEstimate], _Guarded]:
-    """Estimates whose intervals allow for joints that disagree, and for bursts of other torques."""
-    n, short = problem.robot.n, problem.short is not None
-    weights = min(free, key=preference).estimate.weights
-    outside = None if short else bursts(problem, weights)
-    by_joints = payload_by_joints(problem, weights)
-    told = gains.covariance(n) if gains is not None else np.zeros((n, n))
-    factor = disagreement(by_joints, told, few=short)
-    wide = [estimate if outside is None else reaching(estimate, outside.change) for estimate in free]
-    return [widened(estimate, factor) for estimate in wide], _Guarded(by_joints, factor, outside)
 
 
 def _constrained(
@@ -181,14 +156,12 @@ def _held_out(
 
 
 def _evidence(
-    answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded, known: Sampled | None
+    answer: PayloadAnswer, free: Sequence[PayloadEstimate], seen: Guarded, known: Sampled | None
 ) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
+    beside = seen._asdict() | {"compared": problem.compared or problem.pairs, "sampled": known}
     spread = _told(answer)
-    others = known.rivals if known is not None else ()
-    if known is None and problem.source is not None:
-        others = rivals(problem.robot, problem.source)
     if problem.short is not None:
         weighed = Weighed(
             mass=answer.model["M_L"],
@@ -204,12 +177,9 @@ def _evidence(
             source=problem.source,
             parameters=problem.known,
             constrained=answer.constrained,
-            by_joints=answer.by_joints,
             weighed=weighed,
             spread=spread,
-            disagreement=guarded.factor,
-            rivals=others,
-            sampled=known,
+            **beside,
         )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
@@ -222,14 +192,9 @@ def _evidence(
         estimates=tuple(free),
         constrained=answer.constrained,
         recommended=answer.possible,
-        by_joints=answer.by_joints,
         stretches=payload_over_time(problem, weights),
         spread=spread,
-        disagreement=guarded.factor,
-        rivals=others,
-        scales=scales(problem, weights),
-        bursts=guarded.outside,
-        sampled=known,
+        **beside,
     )
 
 

@@ -16,7 +16,8 @@ from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
 from .finding import Finding
-from .loaded_rows import Bursts, Scale
+from .loaded_rows import Scale
+from .nuisances import Bursts, Nuisance, Tilt
 from .quantities import Agreement, Judged
 from .rivals import Rival
 
@@ -24,14 +25,20 @@ from .rivals import Rival
 class Sampled(NamedTuple):
     """What samples alone show, kept for when only their equations are left.
 
-    ``rivals``: other ways to take the recordings; ``alignment``: findings on pairs; ``causes``: what most likely
-    went wrong; ``held_out``: equations of recordings that were not fitted.
+    ``rivals``: other ways to take the recordings; ``alignment`` and ``zeros``: findings on pairs; ``causes``: what
+    most likely went wrong; ``held_out``: equations of recordings that were not fitted; ``tilt``, ``bursts`` and
+    ``nuisances``: what else is in the torques; ``scales`` beside a stored robot.
     """
 
     rivals: tuple[Rival, ...] = ()
     alignment: tuple[Finding, ...] = ()
     causes: tuple[Finding, ...] = ()
     held_out: Equations | None = None
+    zeros: tuple[Finding, ...] = ()
+    tilt: Tilt | None = None
+    bursts: Bursts | None = None
+    nuisances: tuple[Nuisance, ...] = ()
+    scales: tuple[Scale, ...] = ()
 
 
 KNOWN_WELL = 0.05
@@ -110,6 +117,9 @@ class Evidence:
         scales: of the loaded torques, where one may differ from that of the unloaded ones.
         bursts: stretches of time whose residuals stand out.
         gained: drive gains, where they are what is asked for.
+        tilt: how far gravity leans.
+        nuisances: what else is in the torques.
+        compared: recordings without and with payload side by side, whether of one motion or not.
         sampled: what the samples showed, where they are not here any more.
     """
 
@@ -131,6 +141,9 @@ class Evidence:
     scales: tuple[Scale, ...] = ()
     bursts: Bursts | None = None
     gained: Gained | None = None
+    tilt: Tilt | None = None
+    nuisances: tuple[Nuisance, ...] = ()
+    compared: tuple[AlignedPair, ...] = ()
     sampled: Sampled | None = None
 
     @property

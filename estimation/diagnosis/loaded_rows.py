@@ -1,10 +1,11 @@
-"""What the loaded recordings show beside their payload: a scale of their own, and short bursts of other torques.
+"""Whether the torques of the loaded recordings have a scale of their own.
 
-Both ask method 4 one more question. All of it is in the joints' triangular factors, so that no row is read again.
+One more column of method 4. All of it is in the joints' triangular factors, so that no row is read again; beside a
+robot that is known, states thinned to 10 Hz do.
 """
 
 from collections.abc import Sequence
-from itertools import compress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +16,12 @@ from ..equations.equations import PAYLOAD, Equations, WithoutEach
 from ..fit.robust import jackknifed
 from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem
-from ..payload.result import in_payload_frame
+from .thinned import Thinned
 
 SCALE, SCALE_Z = 0.01, 4.0
 """Difference of the loaded torques' scale from 1, and its standard deviations, above which it is another one."""
 JOINT_SCALE, JOINT_SCALE_Z = 0.05, 5.0
 """The same of one joint's torque alone."""
-BURST = 3.0
-"""Mean squared residual of a stretch over their median, above which the stretch is left out."""
 _Block = tuple[Equations | None, Equations | None]
 
 
@@ -30,13 +29,14 @@ class Scale(NamedTuple):
     """Scale of the loaded torques over that of the unloaded ones.
 
     ``joint``: whose, 0 for all; ``ratio`` with its standard deviation ``sigma``; ``mass``: the payload's on one
-    scale [kg].
+    scale [kg]; ``effect``: by how much more the mass is by torques on a scale of 2 [kg].
     """
 
     joint: int
     ratio: float
     sigma: float
     mass: float
+    effect: float = 0.0
 
     @property
     def z(self) -> float:
@@ -44,21 +44,8 @@ class Scale(NamedTuple):
         return (self.ratio - 1.0) / max(self.sigma, 1e-300)
 
 
-class Bursts(NamedTuple):
-    """Stretches of time whose residuals stand out.
-
-    ``many`` of ``blocks`` of at least ``length`` [s]; ``change``: of the payload's ten without them, in its
-    frame, (10,).
-    """
-
-    many: int
-    blocks: int
-    length: float
-    change: Array
-
-
 def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
-    """Scales of the loaded torques, all together and joint by joint, that differ from 1 by more than a trifle.
+    """Scales of the loaded torques: of all together, and of joints that differ from 1 by more than a trifle.
 
     One more column in the loaded rows: the rigid part of what the robot alone needs. Friction and offsets of those
     rows are free, for they may have changed. Standard deviations leave out one block of time after another; they
@@ -81,15 +68,30 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
         for k, (value, sigma, (least, z)) in enumerate(zip(values[0], formula, limits, strict=True))
         if abs(value) > least and abs(value) > z * sigma
     ]
-    if not told:
-        return ()
-    robust = _robust(problem, question, gram, values[0])
+    robust = _robust(problem, question, gram, values[0]) if told else formula
     if robust is None:
         return ()
     return tuple(
-        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), float(values[1, k]))
-        for k in told
+        Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), *map(float, values[1:, k]))
+        for k in sorted({0, *told})
     )
+
+
+def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
+    """Scales of the loaded torques beside a robot known from earlier, friction of the loaded rows free."""
+    rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
+    along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
+    alone = np.eye(len(along))[:, :, None] * along[:, None]
+    pulls, free = np.array(system.pulls), range(system.payload.stop, len(system.pulls))
+    pulls[free, free] = 0.0
+    asked = replace(system, pulls=pulls).with_columns(np.concatenate([along[:, None], alone], axis=1))
+    told = []
+    for joint in range(len(along) + 1):
+        answer = asked.of(joint)
+        value, sigma = float(answer.values[0]), float(np.sqrt(answer.covariance[0, 0]))
+        plain, effect = float(asked.shares[9, -1]), float(answer.effect[9, 0])
+        told.append(Scale(joint, 1.0 + value, sigma, (plain + effect * value) / (1.0 + value), plain - effect))
+    return tuple(told)
 
 
 def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values: Array) -> Array | None:
@@ -103,35 +105,6 @@ def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values:
     return jackknifed(left, values, problem.loaded.block_length).sigma
 
 
-def bursts(problem: PayloadProblem, weights: Array) -> Bursts | None:
-    """Stretches whose mean squared residual is over 3 times the median, and what the payload is without them.
-
-    None where there are none, or more than half.
-    """
-    if problem.unloaded is None or not problem.loaded.leave_one_out:
-        return None
-    loaded = in_payload_frame(problem.robot, problem.loaded)
-    columns = len(loaded.columns)
-    whole = _gram(problem.unloaded, loaded, weights, columns)
-    values = _inverse(whole[:-1, :-1]) @ whole[:-1, -1]
-    error = np.append(-values, 1.0)
-    blocks, high = 0, list[Array]()
-    for group in _blocks(problem):
-        grams = [
-            _gram(bare, heavy and in_payload_frame(problem.robot, heavy), weights, columns) for bare, heavy in group
-        ]
-        means = np.array(
-            [error @ gram @ error / max(_rows(block), 1) for gram, block in zip(grams, group, strict=True)]
-        )
-        high += list(compress(grams, means > BURST * np.median(means)))
-        blocks += len(grams)
-    if not high or 2 * len(high) > blocks:
-        return None
-    rest = whole - np.sum(high, axis=0)
-    change = _inverse(rest[:-1, :-1]) @ rest[:-1, -1] - values
-    return Bursts(len(high), blocks, problem.loaded.block_length, change[-len(PAYLOAD) :])
-
-
 def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
     """Rows of each block of time, without and with payload, in groups of blocks; those of one motion together."""
     assert problem.unloaded is not None
@@ -141,10 +114,6 @@ def _blocks(problem: PayloadProblem) -> list[list[_Block]]:
         return [list(zip(bare, heavy, strict=True))]
     groups: list[list[_Block]] = [[(None, part) for part in heavy], [(part, None) for part in bare]]
     return [group for group in groups if group]
-
-
-def _rows(block: _Block) -> int:
-    return sum(part.equations for part in block if part is not None)
 
 
 def _parts(equations: Equations) -> Sequence[Equations]:
@@ -194,7 +163,7 @@ class _Question(NamedTuple):
         return gram
 
     def answers(self, gram: Array, spare: float) -> tuple[Array, Array]:
-        """Scale less 1, and mass on one scale, 2 x (n + 1); the formula's sigma of the scales, (n + 1,)."""
+        """Scale less 1, mass on one scale, what a scale of 2 adds to it, 3 x (n + 1); the formula's sigma."""
         return _one_by_one(gram, self.unknown, len(self.base) + len(PAYLOAD) - 1, spare)
 
 
@@ -209,20 +178,7 @@ def _one_by_one(gram: Array, unknown: int, mass: int, spare: float) -> tuple[Arr
     left = np.maximum(rest[-1, -1] - value * along, 0.0)
     sigma = np.where(there, np.sqrt(left / spare / np.where(there, size, 1.0)), np.inf)
     weighed = (solved[mass, -1] - value * solved[mass, :-1]) / (1.0 + value)
-    return np.array([value, weighed]), sigma
-
-
-def _gram(bare: Equations | None, heavy: Equations | None, weights: Array, columns: int) -> Array:
-    """Gram matrix of method 4's columns, the robot's first, and the torque."""
-    gram = np.zeros((columns + 1, columns + 1))
-    for j, weight in enumerate(weights):
-        if bare is not None:
-            own, places = weight * bare.factors[j], [*range(len(bare.columns)), columns]
-            gram[np.ix_(places, places)] += own.T @ own
-        if heavy is not None:
-            factor = weight * heavy.factors[j]
-            gram += factor.T @ factor
-    return gram
+    return np.array([value, weighed, solved[mass, :-1] + solved[mass, -1]]), sigma
 
 
 def _inverse(gram: Array) -> Array:

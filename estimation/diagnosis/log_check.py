@@ -23,6 +23,7 @@ from .finding import Finding, error, warning
 from .misfit import Sample
 from .rivals import rivals
 from .search import likely_cause
+from .states import states_of
 from .torque import gravity_findings, position_findings, reduced, scale_findings, to_scale
 
 _UNEVEN = 0.05  # of the mean step: larger deviations are jitter
@@ -250,7 +251,7 @@ def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Proc
 
 def _of_robot(robot: Robot, recording: Recording, processing: Processing, estimate: Estimate) -> list[Finding]:
     """Whether it is this robot's log, its joints counted as described and its torques torques."""
-    others = rivals(robot, Source((), (recording,), processing))
+    others = rivals(robot, states_of(Source((), (recording,), processing)))
     evidence = Evidence(robot, parameters=estimate, rivals=others)
     findings = (finding for look in OF_ROBOT for finding in look(evidence))
     return [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in findings]

@@ -7,9 +7,10 @@ table serves every command whose evidence shows what it looks at.
 from collections.abc import Callable
 
 from ..equations.equations import Equations
-from .checks.gains import known_gains, weights_apart
+from .checks.gains import known_gains, motors_apart, weights_apart
 from .checks.joints import joints, shares_together
-from .checks.loaded import burst, scale
+from .checks.loaded import burst, scale, sensitive
+from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
     conflicts,
@@ -53,7 +54,12 @@ CHECKS: tuple[Check, ...] = (
     joints,
     shares_together,
     scale,
+    sensitive,
     burst,
+    zeros_apart,
+    slipped,
+    late,
+    tilted,
     other_robots,
     turned_joints,
     arm_weight,
@@ -67,6 +73,7 @@ CHECKS: tuple[Check, ...] = (
     inertia,
     weights_apart,
     known_gains,
+    motors_apart,
 )
 """Checks of the recordings, in the order in which their findings are told."""
 BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
@@ -81,8 +88,10 @@ def judge(evidence: Evidence, *more: Evidence) -> Verdict:
 
 
 def _findings(evidence: Evidence) -> list[Finding]:
-    findings = [finding for check in CHECKS for finding in check(evidence)]
-    findings += causes(evidence, findings)
+    found = {check.__name__: check(evidence) for check in CHECKS}
+    findings = [finding for own in found.values() for finding in own]
+    raised = [name for name, own in found.items() if any(finding.severity != "note" for finding in own)]
+    findings += [*mixtures(evidence, raised), *causes(evidence, findings)]
     return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
 
@@ -96,11 +105,21 @@ def sampled(evidence: Evidence, verdict: Verdict, held_out: Equations | None) ->
     """
     by_rivals = [finding for check in OF_ROBOT for finding in check(evidence)]
     likely = (finding for finding in verdict.findings if finding.cause and finding not in by_rivals)
-    return Sampled(evidence.rivals, tuple(alignment(evidence)), tuple(likely), held_out)
+    return Sampled(
+        evidence.rivals,
+        tuple(alignment(evidence)),
+        tuple(likely),
+        held_out,
+        tuple(zeros_apart(evidence)),
+        evidence.tilt,
+        evidence.bursts,
+        evidence.nuisances,
+        evidence.scales,
+    )
 
 
 def robot_verdict(evidence: Evidence) -> Verdict:
     """The verdict on a robot's identified parameters."""
     fit = evidence.robot_fit
     findings = fit_findings(fit, "the model") if fit is not None else []
-    return verdict_of([*findings, *(finding for check in OF_ROBOT for finding in check(evidence))])
+    return verdict_of([*findings, *(finding for check in (*OF_ROBOT, tilted) for finding in check(evidence))])

@@ -15,7 +15,7 @@ from ..fit.estimate import Estimate
 from ..fit.linear_problem import Held
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
-from ..signals.alignment import AlignedPair, aligned
+from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate
 from ..signals.measurements import measurement
 from .equations import PairedMeasurement, payload_equations
@@ -67,7 +67,7 @@ def payload_problem(
     loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     alone = filtered(unloaded, processing, progress)
     measured = filtered(loaded, processing, progress)
-    pairs, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
+    compared, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
     no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
     progress("cutting into blocks" if robust else "reducing")
     blocks = robust and not no_blocks
@@ -81,7 +81,7 @@ def payload_problem(
         equations.unloaded,
         known,
         equations.difference,
-        pairs,
+        compared if together else (),
         reason,
         measured[0].motion.rate,
         equations.stretches,
@@ -89,6 +89,7 @@ def payload_problem(
         Source(tuple(loaded), tuple(unloaded), processing),
         inflation=equations.inflation,
         few=equations.few,
+        compared=compared,
     )
     return _with_scale(with_friction(problem, friction_change), scale_sigma)
 
@@ -124,15 +125,18 @@ def _together(
     processing: Processing,
     progress: Progress,
 ) -> tuple[tuple[AlignedPair, ...], list[PairedMeasurement], str]:
-    """Pairs of one trajectory for method 3, filtered; none, and why, where there are none."""
+    """Recordings side by side, and those of one trajectory filtered for method 3; none, and why not."""
     if not unloaded:
         return (), [], "no recordings without payload"
     progress("aligning recordings with and without payload")
+    pairs: tuple[AlignedPair, ...] = ()
     try:
         pairs = _paired(loaded, unloaded, lags, processing)
+        for pair in pairs:
+            check_mismatch(pair, processing.max_mismatch)
         return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
     except InputError as error:
-        return (), [], str(error)
+        return pairs, [], str(error)
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:
@@ -163,8 +167,7 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, grid_rate(b, processing), processing.max_mismatch, lag)
-        for a, b, lag in zip(unloaded, loaded, lags, strict=True)
+        best_aligned(a, b, grid_rate(b, processing), lag) for a, b, lag in zip(unloaded, loaded, lags, strict=True)
     )
 
 

@@ -58,6 +58,7 @@ class PayloadProblem:
         friction: frictions of the robot that may be others under load, and how far.
         scale: of the loaded torques, where it may be another one.
         short: of a short motion, where friction is free in each recording and not all ten may be visible.
+        compared: recordings without and with payload side by side, those that method 3 refuses among them.
     """
 
     robot: Robot
@@ -78,6 +79,7 @@ class PayloadProblem:
     friction: Mapping[str, Held] = field(default_factory=dict)
     scale: LoadedScale | None = None
     short: ShortMotion | None = None
+    compared: tuple[AlignedPair, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse another model's robot, and blocks of one motion that are not as many."""

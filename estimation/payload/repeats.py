@@ -120,9 +120,20 @@ def widened(found: PayloadEstimate, factor: float) -> PayloadEstimate:
 
 def reaching(found: PayloadEstimate, change: Array) -> PayloadEstimate:
     """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
-    step = change[list(found.places)] / student95(1e9)
-    more, robust = np.outer(step, step), found.estimate.robust
+    step = change / student95(1e9)
+    return moved(found, 0.0 * change, np.outer(step, step))
+
+
+def moved(found: PayloadEstimate, change: Array, more: Array) -> PayloadEstimate:
+    """With other values of the ten and a larger covariance: the changes, shapes (10,) and 10 x 10."""
+    places, robust = list(found.places), found.estimate.robust
+    more = more[np.ix_(places, places)]
     if robust is not None:
         robust = replace(robust, covariance=robust.covariance + more)
-    estimate = replace(found.estimate, covariance=found.estimate.covariance + more, robust=robust)
+    estimate = replace(
+        found.estimate,
+        values=found.estimate.values + change[places],
+        covariance=found.estimate.covariance + more,
+        robust=robust,
+    )
     return replace(found, estimate=estimate)

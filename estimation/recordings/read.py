@@ -116,7 +116,8 @@ def read_beside(
         notes.append(told)
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     wanted = log_map.si(reference, rest[-1]) if reference else q[:, :0]
-    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest()), wanted
+    gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
+    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains), wanted
 
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:

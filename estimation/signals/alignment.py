@@ -15,13 +15,20 @@ _FINE = 50  # steps per sample in the search for the best lag
 _MOST = 200_000  # samples that are compared in it, of longer recordings
 _STRETCHES = 50  # in as many stretches
 
+OFFSET, CONSTANT = 0.002, 0.2
+"""rad or m by which positions of one motion differ if an encoder's zero was set anew, and the share of it that may
+change: an arm that sags differs by more where its load is far out."""
+CHANGING = 0.01
+"""rad or m, rms: positions that differ by more, constants aside, are not of one motion."""
+
 
 class AlignedPair(NamedTuple):
     """Two recordings of one trajectory on the same even time.
 
     ``lag`` [s]: what the loaded recording's clock shows more than the unloaded one's at the same point of the
     trajectory. ``max_mismatch`` and ``rms_mismatch`` [rad or m]: remaining differences of position, the largest of
-    all, and root mean square of the joint that differs most.
+    all, and root mean square of the joint that differs most. ``constant`` and ``changing`` [rad or m], (n,): mean
+    of loaded less unloaded positions, and root mean square of what differs beside it.
     """
 
     unloaded: Recording
@@ -29,10 +36,54 @@ class AlignedPair(NamedTuple):
     lag: float
     max_mismatch: float
     rms_mismatch: float
+    constant: tuple[float, ...] = ()
+    changing: tuple[float, ...] = ()
+
+    @property
+    def new_zeros(self) -> tuple[int, ...]:
+        """Joints (from 0) whose positions differ by a constant in two recordings of one motion."""
+        apart, rest = np.abs(self.constant), np.array(self.changing)
+        if not len(rest) or rest.max() > CHANGING:
+            return ()
+        return tuple(int(j) for j in np.flatnonzero((apart > OFFSET) & (rest < CONSTANT * apart)))
 
 
 def aligned(
     unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float, near: float | None = None
+) -> AlignedPair:
+    """Align recordings of one trajectory; arguments as ``best_aligned``.
+
+    Args:
+        max_mismatch: largest difference of position that is accepted, rms of the worst joint [rad or m].
+
+    Raises:
+        InputError: if the positions differ by more, that is if the trajectories are not the same.
+    """
+    pair = best_aligned(unloaded, loaded, rate, near)
+    check_mismatch(pair, max_mismatch)
+    return pair
+
+
+def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
+    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m].
+
+    Raises:
+        InputError: names the joint.
+    """
+    if pair.rms_mismatch <= max_mismatch:
+        return
+    joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))
+    how = f" by a constant {pair.constant[joint]:+.3g}" if joint in pair.new_zeros else ""
+    raise _different(
+        pair.unloaded,
+        pair.loaded,
+        f"q{joint + 1} differs{how} by {pair.rms_mismatch:.3g} (rms, limit {max_mismatch:g}; rad or m) at the best "
+        "lag",
+    )
+
+
+def best_aligned(
+    unloaded: Recording, loaded: Recording, rate: float | None, near: float | None = None
 ) -> AlignedPair:
     """Align by cross-correlation of the positions, to a fraction of a sample.
 
@@ -40,11 +91,10 @@ def aligned(
         unloaded: recording without payload.
         loaded: recording with payload, on the same trajectory.
         rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
-        max_mismatch: largest difference of position that is accepted, rms of the worst joint [rad or m].
         near: the lag [s] to a sample, where it is known; searched for by default.
 
     Raises:
-        InputError: if the positions differ by more, that is if the trajectories are not the same.
+        InputError: if they overlap by less than half.
     """
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
@@ -65,19 +115,16 @@ def aligned(
     a = Recording(common, a.q, a.torque, a.qd, a.source, a.notes)
     qd = loaded.qd[inside] if loaded.qd is not None else None
     b = Recording(common, loaded.q[inside], loaded.torque[inside], qd, loaded.source, loaded.notes)
-    largest, squares = np.zeros((2, a.q.shape[1]))
+    largest, sums, squares = np.zeros((3, a.q.shape[1]))
     for part in parts(len(common)):
-        difference = np.abs(a.q[part] - b.q[part])
-        largest, squares = np.maximum(largest, difference.max(axis=0)), squares + np.sum(difference**2, axis=0)
-    each = np.sqrt(squares / len(common))
-    joint = int(np.argmax(each))
-    if each[joint] > max_mismatch:
-        raise _different(
-            unloaded,
-            loaded,
-            f"q{joint + 1} differs by {each[joint]:.3g} (rms, limit {max_mismatch:g}; rad or m) at the best lag",
-        )
-    return AlignedPair(a, b, lag, float(largest.max()), float(each[joint]))
+        difference = b.q[part] - a.q[part]
+        largest = np.maximum(largest, np.abs(difference).max(axis=0))
+        sums, squares = sums + difference.sum(axis=0), squares + np.sum(difference**2, axis=0)
+    constant, each = sums / len(common), np.sqrt(squares / len(common))
+    changing = np.sqrt(np.maximum(each**2 - constant**2, 0.0))
+    return AlignedPair(
+        a, b, lag, float(largest.max()), float(each.max()), tuple(constant.tolist()), tuple(changing.tolist())
+    )
 
 
 def _earlier(t: Array, lag: float) -> Array:

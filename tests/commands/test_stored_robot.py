@@ -41,7 +41,8 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     ((at_once,), _) = by_estimator(json.loads(target.read_text()))
     assert later["parameters"] == pytest.approx(at_once["parameters"], rel=1e-9)
     wider = later["sigma"]["M"] / at_once["sigma"]["M"]  # the joints disagree by another way to compare them
-    assert later["sigma"] == pytest.approx({k: wider * sigma for k, sigma in at_once["sigma"].items()}, rel=1e-9)
+    # the share of a tilt: without the unloaded recording less is seen of it
+    assert later["sigma"] == pytest.approx({k: wider * sigma for k, sigma in at_once["sigma"].items()}, rel=0.01)
     for name, sigma in at_once["sigma_robust"].items():
         assert 0.3 < later["sigma_robust"][name] / sigma < 3.0
     for key in ("covariance_robust", "robust"):
@@ -55,7 +56,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     ((old,), _) = by_estimator(json.loads(target.read_text()))
     assert old["sigma_robust"] is None
     wider = old["sigma"]["M"] / later["sigma"]["M"]
-    assert old["sigma"] == pytest.approx({k: wider * sigma for k, sigma in later["sigma"].items()}, rel=1e-9)
+    assert old["sigma"] == pytest.approx({k: wider * sigma for k, sigma in later["sigma"].items()}, rel=0.01)
 
 
 def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ def test_it_never_overshoots(values: list[float]) -> None:
     t = np.arange(len(values), dtype=float)
     column = np.array(values)[:, None]
     k = np.repeat(np.arange(len(values) - 1), 20)
-    times: Array = k + np.tile(np.linspace(0.0, 0.99, 20), len(values) - 1)
+    times: Array = k.astype(float) + np.tile(np.linspace(0.0, 0.99, 20), len(values) - 1)
     inside = MonotoneCubic(t, column)(times)[:, 0]
     ends = np.sort(np.stack([column[k, 0], column[k + 1, 0]]), axis=0)
     slack = 1e-9 * (1.0 + np.abs(ends).max())

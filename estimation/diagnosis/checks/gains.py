@@ -6,9 +6,13 @@ import numpy as np
 
 from ..evidence import KNOWN_WELL, Evidence, KnownWeight
 from ..finding import Finding, error, warning
+from ..loaded_rows import JOINT_SCALE, JOINT_SCALE_Z
 
 APART, APART_SIGMAS = 0.03, 4.0
 """Difference of the weights' ratio from the one told, and its standard deviations, above which one is wrong."""
+
+OWN_SCALE_Z = 3.3
+"""Standard deviations of one motor's scale with payload, where over 5 % off, above which its gain is not kept."""
 
 
 def known_gains(evidence: Evidence) -> list[Finding]:
@@ -24,6 +28,25 @@ def known_gains(evidence: Evidence) -> list[Finding]:
     if len(vague) == len(sigma):
         return [error(f"{text}: take a heavier weight, off the flange's axis, and move faster, farther or longer")]
     return [warning(f"{text}: keep the maker's there", "gain")]
+
+
+def motors_apart(evidence: Evidence) -> list[Finding]:
+    """Motors whose currents with payload are on another scale than without, too little for all to be refused."""
+    if evidence.gained is None:
+        return []
+    off = [
+        one
+        for one in evidence.scales
+        if one.joint and abs(one.ratio - 1.0) > JOINT_SCALE and OWN_SCALE_Z < abs(one.z) <= JOINT_SCALE_Z
+    ]
+    if not off:
+        return []
+    worst = max(off, key=lambda one: abs(one.z))
+    text = (
+        f"motor {worst.joint}: its currents with payload are {worst.ratio:.2f} ± {worst.sigma:.2g} times those "
+        "without: keep the maker's gain there"
+    )
+    return [warning(text, "gain")]
 
 
 def weights_apart(evidence: Evidence) -> list[Finding]:

@@ -8,8 +8,18 @@ MOVED = 0.025
 """Change of the mass without bursts, relative, above which it is told and every interval reaches both."""
 
 
+EITHER = 0.67
+"""Share of the largest z from which on another scale of all torques, or of one joint's, explains them as well."""
+HUNDREDTH, SENSITIVE = 0.01, 0.03
+"""An error of the loaded torques' scale that no recording shows, and the relative change of the mass by it above
+which it is told."""
+
+
 def scale(evidence: Evidence) -> list[Finding]:
-    """The loaded torques, all or those of one joint, on another scale: that which stands out most."""
+    """The loaded torques, all or those of one joint, on another scale: that which stands out most.
+
+    Both are told where the data hardly tell one from the other.
+    """
     off = [
         one
         for one in evidence.scales
@@ -19,12 +29,33 @@ def scale(evidence: Evidence) -> list[Finding]:
     if not off:
         return []
     worst = max(off, key=lambda one: abs(one.z))
+    other = [one for one in off if bool(one.joint) != bool(worst.joint) and abs(one.z) > EITHER * abs(worst.z)]
+    likely = sorted([worst, *sorted(other, key=lambda one: -abs(one.z))[:1]])
     whose = f"joint {worst.joint}'s torques" if worst.joint else "the torques"
+    if len(likely) > 1:
+        whose = f"all torques, or joint {likely[1].joint}'s alone,"
+    masses = " or ".join(f"{one.mass:.3g}" for one in likely)
+    ratios = " or ".join(f"{one.ratio:.3f} ± {one.sigma:.2g}" for one in likely)
     text = (
-        f"{whose} with payload are on another scale: {worst.ratio:.3f} ± {worst.sigma:.2g} times those without; on "
-        f"one scale the mass would be {worst.mass:.3g} kg: check units, drive gains and what changed in between"
+        f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
+        f"{masses} kg: check units, drive gains and what changed in between"
     )
     return [error(text)]
+
+
+def sensitive(evidence: Evidence) -> list[Finding]:
+    """A mass that an error of scale, too small for any recording to show, takes out of its interval."""
+    whole = next((one for one in evidence.scales if one.joint == 0), None)
+    if whole is None or evidence.spread is None or not evidence.mass > 0.0:
+        return []
+    change = HUNDREDTH * abs(whole.effect)
+    if change <= max(SENSITIVE * evidence.mass, 1.96 * evidence.spread.mass):
+        return []
+    text = (
+        f"torques with payload that are 1 % too large or too small, which no recording shows, move this mass by "
+        f"{100 * change / evidence.mass:.1f} %, out of its interval: --scale-sigma 1% allows for that"
+    )
+    return [note(text, "mass")]
 
 
 def burst(evidence: Evidence) -> list[Finding]:
@@ -33,7 +64,8 @@ def burst(evidence: Evidence) -> list[Finding]:
     if bursts is None or abs(bursts.change[9]) <= MOVED * abs(mass):
         return []
     text = (
-        f"{bursts.many} of {bursts.blocks} stretches of {bursts.length:.2g} s have outstanding residuals (contact, "
-        f"a hose, a shock?): without them the mass is {mass + bursts.change[9]:.3g} kg; the intervals reach both"
+        f"{bursts.many} of {bursts.stretches} stretches of {bursts.length:.2g} s have outstanding residuals "
+        f"(contact, a hose, a shock?): without them the mass is {mass + bursts.change[9]:.3g} kg; the intervals "
+        "reach both"
     )
     return [note(text, "mass")]

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis import loaded_rows
-from dynident.estimation.diagnosis.checks import gains, joints, loaded, payload, recordings
+from dynident.estimation.diagnosis import nuisances as beside_both
+from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisances, payload, recordings
 from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
-from dynident.estimation.diagnosis.loaded_rows import Bursts, Scale
+from dynident.estimation.diagnosis.loaded_rows import Scale
+from dynident.estimation.diagnosis.nuisances import Bursts, Nuisance, Tilt
 from dynident.estimation.diagnosis.quantities import (
     COM_FLOOR,
     COM_SIGMA,
@@ -29,7 +31,9 @@ from dynident.estimation.fit.estimate import Estimate, Fit
 from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMass
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.estimation.possible.result import CONFLICT
-from dynident.model import Robot
+from dynident.estimation.signals import alignment
+from dynident.estimation.signals.alignment import AlignedPair
+from dynident.model import Recording, Robot
 from dynident.model.inertia import PayloadSpread
 from dynident.tests.estimation.diagnosis.made import (
     BODY,
@@ -92,6 +96,34 @@ def scaled(joint: int, off: float, sigma: float) -> Evidence:
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
 
 
+def leaning_on(change: float, sigma: float) -> Evidence:
+    """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
+    spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
+    return of_payload(estimate_of(), scales=(Scale(0, 1.0, 0.01, 5.0, 100.0 * change),), spread=spread)
+
+
+def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
+    """Gravity that leans by an angle [rad]."""
+    effects = np.zeros((10, 2)), np.zeros((10, 2))
+    return of_payload(estimate_of(), tilt=Tilt(np.array([0.6, 0.8]) * angle, sigma**2 * np.eye(2), effects))
+
+
+def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evidence:
+    """Something else in the torques, that changes the mass by a share."""
+    found = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
+    return of_payload(estimate_of(), nuisances=(found,))
+
+
+def apart(constant: float, changing: float = 0.0, other: float = 0.0) -> Evidence:
+    """A pair whose third joint differs by a constant, and another one by something that changes [rad]."""
+    t = np.linspace(0.0, 1.0, 50)
+    bare, heavy = (Recording(t, np.zeros((50, 6)), np.zeros((50, 6)), source=name) for name in ("U", "L"))
+    pair = AlignedPair(
+        bare, heavy, 0.0, 0.1, 0.1, (0.0, 0.0, constant, 0.0, 0.0, 0.0), (0.0, 0.0, changing, other, 0.0, 0.0)
+    )
+    return Evidence(ROBOT, compared=(pair,))
+
+
 def weighing_arm(share: float) -> Evidence:
     """An RX90 whose torques show this share of its weight."""
     moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
@@ -107,6 +139,11 @@ DRIFT = drift_of(9.0)
 def _weighed(agreement: float) -> Evidence:
     way = Agreement("other way", 5.0 * (1.0 + agreement), np.full(3, np.nan))
     return of_weighing(agreement=(way,))
+
+
+def of_motor(off: float, sigma: float) -> Evidence:
+    """A third motor whose currents with payload are too small by a share."""
+    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
 
 
 def of_weights(ratio: float, sigma: float) -> Evidence:
@@ -356,6 +393,8 @@ SIDES = (
         lambda x: scaled(3, 0.1 * x, 0.1),
         loaded_rows.JOINT_SCALE_Z,
     ),
+    Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(5.0 * x, 0.01), loaded.SENSITIVE),
+    Side("sensitive", "note", "3.9 %, out of its interval", lambda x: leaning_on(0.1 * x, 0.1), 1.96),
     Side(
         "burst",
         "note",
@@ -363,6 +402,18 @@ SIDES = (
         lambda x: of_payload(estimate_of(), bursts=Bursts(1, 20, 1.0, 5.0 * x * np.eye(10)[9])),
         loaded.MOVED,
     ),
+    Side("tilted", "note", "gravity leans by 0.5", leaning, beside_both.TILT),
+    Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), beside_both.TILT_Z),
+    Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
+    Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
+    Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),
+    Side("slipped", "error", "moves by 10", lambda x: beside("slip", x), nuisances.SLIP),
+    Side("slipped", "error", "moves by 50", lambda x: beside("slip", 0.05, x), nuisances.SLIP_Z),
+    Side("zeros_apart", "error", "q3 of L differs from that of U", apart, alignment.OFFSET),
+    Side(
+        "zeros_apart", "error", "constant -20.0", lambda x: apart(-0.02, 0.02 * x), alignment.CONSTANT, below=True
+    ),
+    Side("zeros_apart", "error", "constant +50.0", lambda x: apart(0.05, 0.0, x), alignment.CHANGING, below=True),
     Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", x), rival_checks.ROBOT),
     Side("other_robots", "error", "robot 'ur5e'", lambda x: rival("robot", "ur5e", 0.1, x), rival_checks.ROBOT_Z),
     Side(
@@ -462,6 +513,8 @@ SIDES = (
         lambda x: Evidence(ROBOT, gained=Gained(np.array([0.06, x, 0.06]), ())),
         KNOWN_WELL,
     ),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(x, x / 4.0), loaded_rows.JOINT_SCALE),
+    Side("motors_apart", "warning", "motor 3", lambda x: of_motor(0.1, 0.1 / x), gains.OWN_SCALE_Z),
     Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.0 + x, 1e-4), gains.APART),
     Side("weights_apart", "error", "do not go together", lambda x: of_weights(1.05, 0.05 / x), gains.APART_SIGMAS),
     Side(
@@ -583,6 +636,54 @@ def test_a_cause_is_serious_where_it_explains_half() -> None:
         finding = Cause("L", "q1 is late", 1.0, after).finding("It")
         assert (finding.severity, finding.about, finding.cause) == (severity, "L", True)
         assert finding.text.startswith("It looks as if q1 is late: with that undone")
+
+
+def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> None:
+    """A joint's z of 10, and that of all on both sides of the share from which it explains them as well."""
+    for z, words in ((0.999, "joint 4's torques with payload"), (1.001, "all torques, or joint 4's alone, with")):
+        whole = Scale(0, 0.9, 0.1 / (10.0 * z * loaded.EITHER), 5.5)
+        (finding,) = loaded.scale(of_payload(estimate_of(), scales=(whole, Scale(4, 1.1, 0.01, 4.5))))
+        assert finding.text.startswith(words)
+    assert "0.900 ± 0.015 or 1.100 ± 0.01 times" in finding.text
+    assert "5.5 or 4.5 kg" in finding.text
+
+
+def test_a_tilt_that_does_not_stand_out_moves_nothing() -> None:
+    """But its mean square is in the covariance; one that does is taken out as far as it is believed."""
+    effects = np.eye(10)[:, :2], np.zeros((10, 2))
+    for share, moved in ((0.999, False), (1.001, True)):
+        values = np.array([0.6, 0.8]) * share * beside_both.TILT
+        seen = Tilt(values, 1e-8 * np.eye(2), effects)
+        change, covariance = seen.change(4)
+        assert change[:2] == pytest.approx(values if moved else 0.0, rel=1e-3)
+        square = values[0] ** 2 * (not moved)
+        assert covariance[0, 0] == pytest.approx(square + 1e-8, rel=1e-3)
+        assert not seen.change(3)[0].any()
+
+
+def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
+    for angle, severity in ((0.999 * nuisances.STEEP, "note"), (1.001 * nuisances.STEEP, "error")):
+        (finding,) = nuisances.tilted(leaning(angle))
+        assert finding.severity == severity
+
+
+def test_a_delay_that_moves_the_mass_leaves_nothing() -> None:
+    for change, severity in ((0.999 * loaded.MOVED, "warning"), (1.001 * loaded.MOVED, "error")):
+        (finding,) = nuisances.late(beside("late", 0.02, change=change))
+        assert finding.severity == severity
+    assert "the mass is 5.13 kg" in finding.text
+
+
+def test_what_is_mixed_up_is_looked_for_where_a_guard_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And told on both sides of its thresholds."""
+    tried = Rival("mixed up", "joints 2 and 3 are exchanged", rival_checks.TURNED, rival_checks.TURNED_Z)
+    for fall, z, told in ((1.001, 1.001, 1), (0.999, 1.001, 0), (1.001, 0.999, 0)):
+        found = tried._replace(fall=fall * tried.fall, z=z * tried.z)
+        monkeypatch.setattr(nuisances, "mixed_up", lambda *_, found=found: (found,))
+        evidence = of_payload(estimate_of(), source=SOURCE)
+        assert len(nuisances.mixtures(evidence, ["scale"])) == told
+        assert nuisances.mixtures(evidence, ["other_robots"]) == []
+        assert nuisances.mixtures(of_payload(estimate_of()), ["scale"]) == []
 
 
 def test_the_verdict_on_a_robot() -> None:

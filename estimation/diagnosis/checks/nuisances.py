@@ -1,0 +1,115 @@
+"""What else is in the torques or positions: a tilted base, a delay, a slip, another zero."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..evidence import Evidence
+from ..finding import Finding, error, note, warning
+from ..nuisances import Nuisance
+from ..rivals import mixed_up
+from ..states import states_of
+from .loaded import MOVED
+from .robot import TURNED, TURNED_Z
+
+STEEP = np.radians(5.0)
+"""rad: a tilt that no mounting has by mistake; nothing should be used."""
+LATE, LATE_Z = 0.008, 5.0
+"""s and standard deviations of a delay between torque and position."""
+SLIP, SLIP_Z = 0.01, 6.0
+"""m and standard deviations by which the centre of mass differs in the second half of the loaded recordings."""
+_GUARDS = ("residual", "unexplained", "joints", "shares_together", "scale")
+
+
+def tilted(evidence: Evidence) -> list[Finding]:
+    """Gravity that leans from the robot's description; what stands out is taken out of the payload."""
+    tilt = evidence.tilt
+    if tilt is None or not tilt.stands_out:
+        return []
+    text = (
+        f"gravity leans by {np.degrees(tilt.angle):.1f} ± {np.degrees(tilt.sigma):.1g} degrees from the robot's "
+        "description (is the base level?)"
+    )
+    if tilt.angle > STEEP:
+        return [error(f"{text}: correct gravity in the robot's file, or the mounting")]
+    left = "the robot's parameters hold that" if evidence.best is None else "the payload is told with that undone"
+    return [note(f"{text}: {left}")]
+
+
+def late(evidence: Evidence) -> list[Finding]:
+    """Torques that were written later or earlier than positions."""
+    return [
+        _against(evidence, found, f"{_of(found)} {'lag' if found.size > 0.0 else 'lead'} position by about "
+                 f"{1e3 * abs(found.size):.0f} ± {1e3 * found.sigma:.1g} ms or more: check the log's time stamps")
+        for found in _seen(evidence, "late", LATE, LATE_Z)
+    ]  # fmt: skip
+
+
+def slipped(evidence: Evidence) -> list[Finding]:
+    """A centre of mass that is another one in the second half of the loaded recordings."""
+    return [
+        error(
+            f"the centre of mass moves by {1e3 * found.size:.0f} ± {1e3 * found.sigma:.1g} mm half way through the "
+            "recordings with payload: did it slip?",
+            "centre of mass",
+        )
+        for found in _seen(evidence, "slip", SLIP, SLIP_Z)
+    ]
+
+
+def _seen(evidence: Evidence, kind: str, size: float, z: float) -> list[Nuisance]:
+    return [found for found in evidence.nuisances if found.kind == kind and abs(found.size) > size and found.z > z]
+
+
+def _of(found: Nuisance) -> str:
+    return f"the torques{found.where}"
+
+
+def _against(evidence: Evidence, found: Nuisance, text: str) -> Finding:
+    """Against everything where it moves the mass, else against the inertia."""
+    if evidence.best is not None and abs(found.change[9]) > MOVED * abs(evidence.mass):
+        return error(f"{text}{_mass(evidence, found)}")
+    return warning(text)
+
+
+def _mass(evidence: Evidence, found: Nuisance) -> str:
+    if not np.isfinite(evidence.mass) or not len(found.change):
+        return ""
+    return f"; with that undone the mass is {evidence.mass + found.change[9]:.3g} kg"
+
+
+def zeros_apart(evidence: Evidence) -> list[Finding]:
+    """Positions of a pair that differ by a constant: the encoder's zero was set anew in between."""
+    if evidence.sampled is not None:
+        return list(evidence.sampled.zeros)
+    return [
+        error(
+            f"q{j + 1} of {pair.loaded.source} differs from that of {pair.unloaded.source} by a constant "
+            f"{1e3 * pair.constant[j]:+.1f} mrad or mm: was the encoder's zero set anew in between?"
+        )
+        for pair in evidence.compared
+        for j in pair.new_zeros
+    ]
+
+
+def mixtures(evidence: Evidence, raised: Sequence[str]) -> list[Finding]:
+    """Joints or channels that changed places, a reversed gain list, a fault in one recording only.
+
+    Args:
+        evidence: what was computed.
+        raised: names of the checks that speak against the recordings.
+    """
+    if evidence.source is None or not set(raised) & set(_GUARDS):
+        return []
+    recordings = (*evidence.source.unloaded, *evidence.source.loaded)
+    gains = next((recording.gains for recording in recordings if recording.gains), ())
+    found = mixed_up(evidence.robot, states_of(evidence.source), gains)
+    found = tuple(rival for rival in found if rival.fall > TURNED and rival.z > TURNED_Z)
+    if not found:
+        return []
+    best = max(found, key=lambda rival: rival.fall)
+    text = (
+        f"the recordings look as if {best.name}: with that undone the squared residuals fall by "
+        f"{100 * best.fall:.0f} % ({best.z:.1f} standard errors)"
+    )
+    return [Finding("error", "everything", text, cause=True)]
