@@ -50,7 +50,7 @@ def payload_passport(
 
 
 def _without_samples(problem: PayloadProblem) -> PayloadProblem:
-    return replace(problem, source=None, pairs=())
+    return replace(problem, source=None, pairs=(), compared=())
 
 
 @singledispatch
