@@ -106,6 +106,7 @@ def run(
     written = report.motions.WrittenMotion(
         robot, design.plan, request.problem.bounds, report.motions.design_head(design)
     )
+    files.check_replays(request.problem, written)
     files.write(written)
     view.write_view(lambda: report.view.view_of(robot, samples, problem=request.problem))
     return ANSWERED

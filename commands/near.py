@@ -38,7 +38,8 @@ _NOISE = 0.007
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
 _REHEARSAL = 0.1  # of the speed
-_RUN_RATE = 500.0  # Hz: at which a whole run is looked at
+_RUN_RATE, _SLOW_RATE = 500.0, 50.0  # Hz: at which a whole run, and its rehearsal, are looked at
+_ROUNDING = 1e-9  # of a limit
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,9 @@ class _NearFiles(MotionFiles):
     def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
         """Write the motion, its rehearsal and the JSON."""
         robot, head = result.robot, report.near_head
-        self.write(report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0)))
+        written = report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0))
+        self.check_replays(result.design.problem, written)
+        self.write(written)
         path = self.rehearsal
         if path is None and self.samples:
             beside = Path(self.samples)
@@ -180,9 +183,11 @@ def run(
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
     trajectories.design.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
-    missed = [limit for limit in _whole_run(problem, design) if limit.relative > 0.0]
+    missed = [limit for limit in _whole_run(problem, design) if limit.relative > _ROUNDING]
     if missed:
-        raise InputError(f"the way between the poses does not keep every limit ({missed[0]}): choose other poses")
+        raise InputError(
+            f"the whole run, or its rehearsal, does not keep every limit ({missed[0]}): choose other poses"
+        )
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
@@ -197,9 +202,10 @@ def run(
 def _whole_run(
     problem: trajectories.DesignProblem, design: trajectories.Design
 ) -> tuple[trajectories.design.LimitCheck, ...]:
-    """Limits that count along the ways between two poses, which the design leaves as they are."""
-    two = design.plan.motion(_RUN_RATE) if len(problem.family.reach[0]) > 1 else None
-    return trajectories.design.checks_of_run(problem, two) if two is not None else ()
+    """Limits that count in the whole run, the ways between two poses included, and in its rehearsal."""
+    assert isinstance(design.plan, trajectories.NearMotion)
+    runs = design.plan.motion(_RUN_RATE), design.plan.slowed(_REHEARSAL).motion(_SLOW_RATE)
+    return tuple(limit for run in runs for limit in trajectories.design.checks_of_run(problem, run))
 
 
 def _shape(

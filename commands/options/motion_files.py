@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ... import model, report
+from ... import model, report, trajectories
+from ...common.errors import InputError
 from ...common.files import write_text
 from ..values import names_list, positive_number
 from .outputs import PageOptions
 from .reading import option
 
 _RATE = 250.0  # Hz, of samples
+_INTERPOLATED = 1e-9  # of a limit: what a replay may miss it by
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,22 @@ class MotionFiles(PageOptions):
     def rate(self) -> float:
         """Samples a second [Hz]."""
         return self.sample_rate or _RATE
+
+    def check_replays(self, problem: trajectories.DesignProblem, written: report.motions.WrittenMotion) -> None:
+        """Refuse files whose controllers, by their own interpolation, break a torque limit or touch something.
+
+        Raises:
+            InputError: says which, and by how much.
+        """
+        ros2 = self.rate if self.ros2 else None
+        urscript = (self.controller_rate or report.motions.CONTROLLER_RATE) if self.urscript else None
+        for controller, motion in report.motions.controller_replays(written, ros2, urscript).items():
+            for limit in trajectories.design.checks_of_run(problem, motion):
+                if limit.relative > _INTERPOLATED:
+                    raise InputError(
+                        f"as {controller} joins the samples the motion does not keep its limits ({limit}): write "
+                        "more of them a second, or leave more room by --torque-margin"
+                    )
 
     def write(self, written: report.motions.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""

@@ -24,7 +24,7 @@ from dynident.model import INERTIAL, Processing
 from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.written import written
-from dynident.trajectories import BlendedPoints, Fourier, Trapezoid, ViaPoints
+from dynident.trajectories import BlendedPoints, Fourier, PayloadSet, Trapezoid, ViaPoints
 
 
 def plain(value: Any) -> Any:
@@ -415,6 +415,10 @@ LIMIT = SimpleNamespace(
     name="speed", worst="joint 2", value=1.5, limit=2.0, violation=0.25, relative=0.125, room=0.5
 )
 
+HELD = SimpleNamespace(
+    kind="torque", values=lambda state: np.array([[0.25, 0.75, -0.5, 0.5]]), unit=np.array([20.0, 20.0, 20.0, 20.0])
+)
+
 
 def score(value: float) -> Any:
     """A motion judged."""
@@ -425,6 +429,7 @@ def score(value: float) -> Any:
     return SimpleNamespace(
         value=value, learnt=learnt, duration=12.0 + value, limits=(LIMIT,), max_violation=0.125 + value,
         feasible=False, violations=(f"too fast by {value}",), relative_sigma=lambda reference: {"A": 0.75},
+        samples=SimpleNamespace(q=np.zeros((1, 2))),
     )  # fmt: skip
 
 
@@ -455,8 +460,10 @@ PLANS = [
 def test_design(plan: Any, motion: dict[str, Any]) -> None:
     goal = SimpleNamespace(rate=14.0, data_length=60.0)
     problem: Any = SimpleNamespace(
-        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), noise=np.array([1.5, 2.5]), goal=goal,
-        torque_limited=False,
+        robot=SimpleNamespace(**vars(made.ROBOT), n=2), criterion=SimpleNamespace(kind="a"), goal=goal,
+        noise=np.array([1.5, 2.5]),
+        torque_limited=False, payloads=PayloadSet.within(3.5, (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), box=True),
+        limits=(HELD,), at_rest=lambda poses: None,
     )  # fmt: skip
     found: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
@@ -471,6 +478,10 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
             "predicted_sigma": {"A": 0.13, "B": 0.23}, "predicted_sigma_percent": {"A": 75.0, "B": None},
             "torque_noise": [1.5, 2.5], "independent_rate_hz": 14.0, "data_length_s": 60.0, "duration_s": 12.03,
             "limits": {"max_violation": 0.155, "met": False, "nearest": [vars(LIMIT)]},
+            "payload_bounds": {
+                "mass": 3.5, "region": "cube", "centre": [0.4, 0.5, 0.6], "axes": np.diag([0.1, 0.2, 0.3]),
+                "holding_torque": [10.0, 15.0],
+            },
             "floor": {"criterion_value": 0.04, "gap": 0.06, "states": 300},
             "evaluated": "log.csv",
             "val3_replay": {
@@ -493,7 +504,9 @@ def test_near() -> None:
     )  # fmt: skip
     visibility: Any = SimpleNamespace(joints=(2, 3), rank=5, parameters={"M": "alone"}, combinations=())
     spread: Any = SimpleNamespace(mass=0.011, com=made.numbers(3), inertia_com=made.numbers(3, 3))
-    problem = SimpleNamespace(robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), torque_limited=True)
+    problem = SimpleNamespace(
+        robot=made.ROBOT, criterion=SimpleNamespace(kind="a"), torque_limited=True, payloads=None
+    )
     design: Any = SimpleNamespace(problem=problem, score=score(0.07), cpu_s=3.5, seed=9)
     same(
         documents.near_document(design, motion, shape, visibility, spread),
@@ -504,7 +517,8 @@ def test_near() -> None:
             "visibility": {"joints": [2, 3], "rank": 5, "parameters": {"M": "alone"}, "combinations": []},
             "predicted_sigma": {"mass": 0.011, "com": spread.com, "inertia_com": spread.inertia_com},
             "condition_number": 51.07, "condition_number_scaled": 5.57, "duration_s": 23.0, "rehearsal_s": 10.0,
-            "cpu_s": 3.5, "limits": {"max_violation": 0.195, "torque_checked": True}, "seed": 9,
+            "cpu_s": 3.5, "seed": 9, "payload_bounds": None,
+            "limits": {"max_violation": 0.195, "torque_checked": True, "nearest": [vars(LIMIT)]},
             "assumed": {"speed": "told", "torque": "told"},
         },
     )  # fmt: skip

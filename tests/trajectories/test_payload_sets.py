@@ -8,9 +8,22 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import Pose, Robot, load_robot, payload_regressor, stand_in
+from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
+from dynident.model.frames import frames_at
 from dynident.model.kernel import Kernel
-from dynident.trajectories import DesignProblem, JointBounds, Loads, NearGoal, NearShape, PayloadSet, build_design
+from dynident.trajectories import (
+    Design,
+    DesignProblem,
+    JointBounds,
+    Loads,
+    NearGoal,
+    NearShape,
+    PayloadSet,
+    Scene,
+    build_design,
+    solve_design,
+)
+from dynident.trajectories.design import Capsule, HalfSpace, check_held, holding_torques, load_torques
 from dynident.trajectories.design.limits import Limit, State
 from dynident.trajectories.design.payloads import points
 from dynident.trajectories.motions.samples import Samples
@@ -213,3 +226,64 @@ def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
     W = plain.kernel.dense(states[0].entries)[:, :, [plain.kernel.columns.index(name) for name in names]]
     sigma = np.sqrt(np.einsum("jNc,c,jNc->Nj", W, np.diag(covariance), W)) / unit
     assert np.allclose(known_badly - known_well, np.hstack([2.0 * sigma, -2.0 * sigma]), atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def safe() -> Design:
+    """A short motion whose torques would break limits; these are lowered until the payload counts."""
+    weak = BOUNDS.torque * np.array([1.0, 0.75, 0.85, 0.8, 0.6, 0.4])
+    return solve_design(problem(SETS["ball"].lighter(6.0), weak), seed=0, starts=1)
+
+
+def run_torques(design: Design, bodies: Array) -> Array:
+    """Share of its limit that each joint's torque comes to with each body, on another grid, (n, bodies)."""
+    motion, limits = design.motion(100.0), design.problem.bounds.torque
+    own = next(iter(load_torques(problem(None), motion).values()))
+    rows = dense(payload_regressor(ARM), motion.q, motion.qd, motion.qdd)
+    return np.array([np.abs(own[:, j, None] + rows[:, j] @ bodies.T).max(axis=0) / limits[j] for j in range(6)])
+
+
+@pytest.mark.long
+def test_a_designed_motion_holds_for_every_body_and_a_limit_is_active(safe: Design) -> None:
+    """No violation by 10,000 bodies or the worst ones; one comes to 99 % of a limit; a heavier one breaks it."""
+    payloads = SETS["ball"].lighter(6.0)
+    assert safe.feasible
+    assert run_torques(safe, drawn_bodies(payloads, 10_000)).max() <= 1.0
+    motion = safe.motion(100.0)
+    rows = dense(payload_regressor(ARM), motion.q, motion.qd, motion.qdd).reshape(-1, 10)
+    worst = np.vstack([extreme.body for extreme in payloads.extremes(rows)])
+    assert 0.99 <= run_torques(safe, worst).max() <= 1.0
+    heavier = replace(payloads, mass=1.05 * payloads.mass)
+    beyond = np.vstack([extreme.body for extreme in heavier.extremes(rows)])
+    assert run_torques(safe, beyond).max() > 1.0
+
+
+def test_brakes_hold_what_gravity_asks_of_the_worst_body() -> None:
+    task, pose = problem(SETS["ball"].lighter(6.0)), POSE[None]
+    rows = dense(payload_regressor(ARM), pose, 0.0 * pose, 0.0 * pose)[0]
+    still = Motion(np.zeros(1), pose, 0.0 * pose, 0.0 * pose)
+    own = next(iter(load_torques(problem(None), still).values()))[0]
+    extremes = [own + extreme.torque for extreme in SETS["ball"].lighter(6.0).extremes(rows)]
+    assert np.allclose(holding_torques(task, pose), np.abs(extremes).max(axis=0), atol=1e-9)
+
+
+def test_a_pose_in_which_a_payload_cannot_be_held_is_refused() -> None:
+    task = problem(replace(SETS["ball"], mass=40.0))
+    with pytest.raises(InputError, match="at rest in the pose: torque with any payload up to 40 kg of joint"):
+        check_held(task, POSE[None])
+
+
+def test_the_ball_is_a_body_of_the_scene() -> None:
+    scene = Scene((Capsule("arm", 2, 0.05), Capsule("hand", 5, 0.05)), (HalfSpace("floor", offset=-5.0),))
+    shape = NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
+    loads = Loads(ARM.parameters, SETS["ball"])
+    goal = NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    task = build_design(ARM, shape, goal, bounds=BOUNDS, loads=loads, scene=scene)
+    limit = next(limit for limit in task.limits if limit.kind == "clearance")
+    mine = [label for label in limit.labels if "payload" in label]
+    assert mine == ["payload within bounds to floor", "payload within bounds to arm"]
+    height = frames_at(ARM, POSE.tolist())[6]
+    centre = height.p + height.R @ SETS["ball"].centre
+    values = limit.values(task.at_rest(POSE[None]))[0] * limit.unit
+    base = ARM.base.R @ centre + ARM.base.p
+    assert values[limit.labels.index(mine[0])] == pytest.approx(base[2] + 5.0 - 0.2)

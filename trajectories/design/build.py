@@ -87,9 +87,9 @@ def build_design(
     if isinstance(goal, NearGoal):
         goal = goal.beside_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    payloads = loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+    payloads = _set_of(loads)
     names = (*goal.names(robot), *(payload_columns(robot) if payloads is not None else ()))
-    around = None if scene is None else _with_payload(scene, payloads, robot.n)
+    around = _with_payload(scene, payloads, robot.n)
     kernel = regressor_kernel(model, _regressor_columns(model, names, base))
     limits = (
         *_joint_limits(family, bounds),
@@ -151,9 +151,14 @@ def _torque_limits(
         yield torque_limit(kernel, _by_column(kernel, base, chi), torque, load)
 
 
-def _with_payload(scene: Scene, payloads: PayloadSet | None, n: int) -> Scene:
+def _set_of(loads: Loads | None) -> PayloadSet | None:
+    """Payloads for each of which torque limits hold."""
+    return loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+
+
+def _with_payload(scene: Scene | None, payloads: PayloadSet | None, n: int) -> Scene | None:
     """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
-    if payloads is None:
+    if scene is None or payloads is None:
         return scene
     x, y, z = (float(c) for c in payloads.centre)
     ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))

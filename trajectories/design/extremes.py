@@ -57,22 +57,21 @@ def eigen(Q: ca.SX) -> Eigen:
 
 def largest_in_ball(basis: Eigen, b: ca.SX) -> Extreme:
     """Largest value over the unit ball, and never less than it."""
-    beta = [0.5 * sum(basis.vectors[j][i] * b[j] for j in range(3)) for i in range(3)]
-    top = _most(basis.values)
-    size = _most([ca.fabs(value) for value in basis.values]) + sum(ca.fabs(x) for x in beta)
+    eigenvalues, V = ca.vertcat(*basis.values), ca.vertcat(*(ca.horzcat(*row) for row in basis.vectors))
+    beta = 0.5 * ca.mtimes(V.T, b)
+    top, ends = _most(basis.values), eigenvalues + ca.fabs(beta)
+    size = _most(ca.vertsplit(ca.fabs(eigenvalues))) + ca.sum1(ca.fabs(beta))
     # No term of |s|^2 may exceed 1, so that mu is at least each lambda_i + |beta_i|.
-    ends = [value + ca.fabs(x) for value, x in zip(basis.values, beta, strict=True)]
-    mu = least = _most([top + _TINY * size + _LEAST, ca.SX(0.0), *ends])
+    mu = least = _most([top + _TINY * size + _LEAST, ca.SX(0.0), *ca.vertsplit(ends)])
     for _ in range(_NEWTON):
-        gaps = [mu - value for value in basis.values]
-        terms = [(x / gap) ** 2 for x, gap in zip(beta, gaps, strict=True)]
-        square, bend = sum(terms), sum(term / gap for term, gap in zip(terms, gaps, strict=True))
+        terms = (beta / (mu - eigenvalues)) ** 2
+        square, bend = ca.sum1(terms), ca.sum1(terms / (mu - eigenvalues))
         # 1/|s| is concave in mu: from the left of the root Newton's steps stay left of it.
         mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
-    s = [x / (mu - value) for x, value in zip(beta, basis.values, strict=True)]
-    value = mu + sum(x * y for x, y in zip(beta, s, strict=True))
-    s = _onto_sphere(s, [value >= top for value in basis.values], mu > 0.0)
-    return Extreme(value, [ca.SX(sum(v * y for v, y in zip(row, s, strict=True))) for row in basis.vectors])
+    s = beta / (mu - eigenvalues)
+    value = mu + ca.dot(beta, s)
+    place = _onto_sphere(ca.vertsplit(s), [value >= top for value in basis.values], mu > 0.0)
+    return Extreme(value, ca.vertsplit(ca.mtimes(V, ca.vertcat(*place))))
 
 
 def _onto_sphere(s: list[ca.SX], largest: list[ca.SX], outside: ca.SX) -> list[ca.SX]:
