@@ -150,7 +150,9 @@ def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> 
     line, before = without(words(name), option), contents(folder)
     inputs = [word for word in line if (folder / word).is_file()]
     if not inputs:
-        assert name in {"near", "design", "robot show", "robot new", "demo"}, "its line reads no file"
+        assert name in {"near", "design", "robot show", "robot new", "demo", "fleet report"}, (
+            "its line reads no file"
+        )
         return
     for path in inputs:
         Path("link").unlink(missing_ok=True)
@@ -276,7 +278,7 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as there, contextlib.chdir(there):
         ODD.mkdir(parents=True)
         shutil.copytree(folder, ODD, dirs_exist_ok=True)
-        line = [str(ODD / word) if (ODD / word).is_file() else word for word in words(name)]
+        line = [str(ODD / word) if (ODD / word).exists() else word for word in words(name)]
         outputs = {}
         for other, option, _ in OUTPUTS:
             if other == name:
