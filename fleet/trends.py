@@ -8,7 +8,7 @@ last days, by generalized least squares; the largest of these is compared with a
 exceeds once in a stated time (Bonferroni over series and days).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import NamedTuple
@@ -30,6 +30,7 @@ FEWEST = 8
 """Nights before a change that tell what is usual."""
 _MAD = 1.4826  # standard deviations a median absolute deviation is of
 _WITHIN = 0.9733  # variance of a normal variable cut at three standard deviations
+_LONGEST = 0.9  # memory: of a longer one every step would be scatter
 _MANY = 50  # differences whose median is sure enough
 _RELATIVE = ("FS", "FV", "FSM", "FVM")
 
@@ -131,10 +132,16 @@ def fleet_of(arms: Sequence[Arm], false_alarms: float = FALSE_ALARMS) -> Fleet:
     names = list(dict.fromkeys(one.quantity for one in series))
     scatter = {name: scatter_of([one for one in series if one.quantity == name]) for name in names}
     bound = bound_of(len(series), false_alarms)
+    alarms = _alarms(series, scatter, bound)
+    drifts = (drift_of(one, scatter[one.quantity]) for one in series)
+    steady = tuple(drift for drift in drifts if drift is not None)
+    return Fleet(arms, series, scatter, alarms, steady, _twins(arms), bound, first)
+
+
+def _alarms(series: Sequence[Series], scatter: Mapping[str, Scatter], bound: float) -> tuple[Alarm, ...]:
+    """Today's alarms, the largest first."""
     found = (alarm_of(one, scatter[one.quantity], bound) for one in series)
-    alarms = sorted((alarm for alarm in found if alarm is not None), key=lambda alarm: -abs(alarm.sigmas))
-    drifts = [drift for one in series if (drift := drift_of(one, scatter[one.quantity])) is not None]
-    return Fleet(arms, series, scatter, tuple(alarms), tuple(drifts), _twins(arms), bound, first)
+    return tuple(sorted((alarm for alarm in found if alarm is not None), key=lambda alarm: -abs(alarm.sigmas)))
 
 
 def bound_of(series: int, false_alarms: float = FALSE_ALARMS) -> float:
@@ -183,20 +190,27 @@ def scatter_of(series: Sequence[Series]) -> Scatter:
     slope, slope_sigma = _per_kelvin(series)
     left = [one.values - slope * one.temperature for one in series]
     # Differences of neighbouring nights hold the variance 2 (1 - phi) times, own errors apart.
-    steps = np.concatenate([np.diff(values) for values in left] or [np.zeros(0)])
-    centred = np.concatenate([values - np.median(values) for values in left])
-    own = float(np.median(np.concatenate([one.sigma for one in series]) ** 2))
-    far = np.concatenate([values[LAST:] - values[:-LAST] for values in left if len(values) > LAST] or [np.zeros(0)])
-    whole, step, apart = map(_spread, (centred, steps, far))
-    if far.size >= _MANY:  # nights far apart remember nothing, and no level is taken off them
-        whole = float(np.sqrt(0.5)) * apart
-    own = min(own, 0.5 * step**2)  # which holds a night's own error and more
+    whole, step = _whole(left), _spread(_apart(left, 1))
+    told = float(np.median(np.concatenate([one.sigma for one in series]) ** 2))
+    own = min(told, 0.5 * step**2)  # which holds a night's own error and more
     variance = max(whole**2 - own, 0.0)
     covariance = max(whole**2 - 0.5 * step**2, 0.0)  # of neighbouring nights
-    memory = min(covariance / variance, 0.9) if variance > 0.05 * own else 0.0
-    told = float(np.median(np.concatenate([one.sigma for one in series]) ** 2))
+    memory = min(covariance / variance, _LONGEST) if variance > 0.05 * own else 0.0
     share = float(np.sqrt(own / told)) if told > 0.0 else 1.0
     return Scatter(float(np.sqrt(variance)), float(memory), share, slope, slope_sigma)
+
+
+def _whole(left: Sequence[Array]) -> float:
+    """Standard deviation of single nights; by nights far apart, which remember nothing, where there are enough."""
+    far = _apart(left, LAST)
+    if far.size >= _MANY:
+        return float(np.sqrt(0.5)) * _spread(far)
+    return _spread(np.concatenate([values - np.median(values) for values in left]))
+
+
+def _apart(left: Sequence[Array], nights: int) -> Array:
+    """Differences over so many nights."""
+    return np.concatenate([np.zeros(0), *(x[nights:] - x[:-nights] for x in left if len(x) > nights)])
 
 
 def _spread(x: Array) -> float:
