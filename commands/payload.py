@@ -19,6 +19,7 @@ from .options import (
     PassportOptions,
     Setup,
     TableOptions,
+    ViewOptions,
     add_command,
     logs_of,
     option,
@@ -104,6 +105,7 @@ def add_parser(commands: Any) -> None:
         EssentialOptions,
         PairOptions,
         TableOptions,
+        ViewOptions,
         PassportOptions,
     )
     add_command(commands, "payload", run, *parts)
@@ -117,9 +119,11 @@ def run(
     essential: EssentialOptions,
     processing: PairOptions,
     files: TableOptions,
+    view: ViewOptions,
     passport: PassportOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     rule = essential.rule()
     asked.check(rule is not None)
     constraints = knowledge.constraints()
@@ -161,6 +165,7 @@ def run(
     files.write_tables(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
+    view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     recipe = recipe_of(
         "payload",
         setup,

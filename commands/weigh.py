@@ -18,6 +18,7 @@ from .options import (
     PassportOptions,
     RobotOptions,
     Setup,
+    ViewOptions,
     add_command,
     logs_of,
     option,
@@ -63,8 +64,8 @@ class _Weigh(FrictionOptions):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, PassportOptions)
-    add_command(commands, "weigh", run, *parts)
+    parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, ViewOptions)
+    add_command(commands, "weigh", run, *parts, PassportOptions)
 
 
 def run(
@@ -74,9 +75,11 @@ def run(
     drives: GainOptions,
     processing: PairOptions,
     files: PageOptions,
+    view: ViewOptions,
     passport: PassportOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if not asked.robot_parameters:
@@ -108,6 +111,7 @@ def run(
         return made
 
     files.write_page(page)
+    view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     recipe = recipe_of(
         "weigh",
         setup,

@@ -10,6 +10,7 @@ from . import recordings as recordings
 from . import render as render
 from . import sections as sections
 from . import simulators as simulators
+from . import view as view
 from .blocks import Block as Block
 from .blocks import Cell as Cell
 from .blocks import Drawing as Drawing
@@ -25,7 +26,6 @@ from .blocks import tables_of as tables_of
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
-from .figures.signals import save_signals as save_signals
 from .figures.stick import save_drawing as save_drawing
 from .provenance import Provenance as Provenance
 from .provenance import SourceFile as SourceFile
@@ -44,9 +44,11 @@ from .sections.design import design_screen as design_screen
 from .sections.fleet import fleet_page as fleet_page
 from .sections.fleet import fleet_screen as fleet_screen
 from .sections.fleet import reduced_screen as reduced_screen
+from .sections.following import following_page as following_page
 from .sections.following import following_screen as following_screen
 from .sections.gains import gains_page as gains_page
 from .sections.gains import gains_screen as gains_screen
+from .sections.log_check import check_page as check_page
 from .sections.log_check import check_screen as check_screen
 from .sections.log_check import fits_screen as fits_screen
 from .sections.near import NearResult as NearResult
@@ -60,6 +62,9 @@ from .sections.passport import passport_screen as passport_screen
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen
+from .sections.readings import readings_agree as readings_agree
+from .sections.readings import readings_page as readings_page
+from .sections.readings import readings_screen as readings_screen
 from .sections.robot import robot_page as robot_page
 from .sections.robot import robot_screen as robot_screen
 from .sections.robot import robot_section as robot_section

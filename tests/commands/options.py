@@ -5,6 +5,7 @@ of the command's line. An option without an entry fails the law of ``test_option
 with a value that must change something.
 """
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -53,12 +54,16 @@ STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--e
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
 PASSPORT = {"--passport": "--passport a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+VIEW = {"--view": "--view a.html", "--show": "--show"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
     "--acceleration": "--acceleration 2x",
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "--scene": "--scene scene.toml",
+    "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+    "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
+    "--torque-margin": "--torque-margin 5%",
 }
 MOTIONS = {
     "--json": "--json a.json",
@@ -80,6 +85,11 @@ _SCALE = "--mass 6 --mass-sigma 0.1"
 _NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
 _SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
 
+PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
+"""Of the controller that is played while lines run: others for each process that tests."""
+_PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
+HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
+
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
@@ -87,6 +97,7 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
     "fleet report": "nightly --json b.json",
     "compare": "first.csv second.csv --robot rx90 --json b.json",
@@ -109,7 +120,7 @@ LINES = {
 }
 
 OPTIONS: dict[str, dict[str, str]] = {
-    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | PASSPORT | {
+    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | PASSPORT | {
         "--json": "--json a.json",
         "--loaded": "--loaded rx_arm_loaded.csv",
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
@@ -119,7 +130,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
     },
-    "verify": LINKS | LOGS | _CURRENTS | {
+    "verify": LINKS | LOGS | _CURRENTS | PAGE | {
         "--robot": "--robot panda",
         "--log-map": "--log-map degrees.toml",
         "--signs": "--signs=1,-1",
@@ -127,7 +138,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | PASSPORT | {
+    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | PASSPORT | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -148,7 +159,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--total-mass": "--total-mass 20 60",
         "--rollout": "--validate rx_near_unloaded.csv | --rollout",
     },
-    "rollout": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
+    "rollout": ROBOT | LOGS | _CURRENTS | _FILTER | PAGE | {
         "--robot-parameters": "--robot-parameters other.json",
         "--data": "--data rx_near_unloaded.csv",
         "--against": "--against six_axis.urdf",
@@ -161,8 +172,14 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass": "--mass 6",
         "--payload": "--payload box.toml",
         "--mass-sigma": "--mass-sigma 0.1",
-        "--mounting": "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv | --mounting 1,2",
+        "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
+    },
+    "record": HOST | {
+        "maker": "ur",
+        "--seconds": "--seconds 0.2",
+        "--rate": "--rate 25",
+        "--out": "--out a.csv",
     },
     "fleet reduce": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | {
         "logs": "second.csv",
@@ -188,10 +205,9 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--json": "--json a.json",
     },
     "passport compare": {"files": "third.npz", "--json": "--json a.json"},
-    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
         "logs": "rx_near_unloaded.csv",
         "--data": "--data rx_near_unloaded.csv",
-        "--plots": "--plots .",
         "--json": "--json a.json",
     },
     "export": {
@@ -205,7 +221,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--despite-verdict": "--despite-verdict",
     },
     "robot list": {},
-    "robot show": ROBOT | {
+    "robot show": ROBOT | VIEW | {
         "--tip": "--robot six_axis.urdf | --tip link_3",
         "--base": "--robot six_axis.urdf | --base link_2",
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
@@ -233,6 +249,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "robot check": ROBOT | LOGS | _CURRENTS | _FILTER | {
         "--data": "--data rx_near_unloaded.csv",
+        "--report": "--report a.html",
         "--json": "--json a.json",
     },
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
@@ -244,7 +261,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out b.xml",
     }),
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
-    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--via-points": "--via-points 5",
         "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -262,13 +279,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
         "--bound": "--bound",
         "--val3": "--segments trapezoid | --val3 val3",
     },
-    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--pose": "--pose=0,-45,90,0,60,0",
         "--second-pose": "--second-pose=0,-45,90,90,45,90",
         "--joints": "--joints 3,4,5,6",
@@ -283,7 +299,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--starts": "--starts 2",
         "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
     },
-    "score": ROBOT | STAND_IN | PAGE | LIMITS | {
+    "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
@@ -296,12 +312,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": "--data-length 5",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--bound": "--bound",
         "--seed": "--bound | --seed 3",
         "--json": "--json a.json",
     },
-    "simulate": ROBOT | STAND_IN | {
+    "simulate": ROBOT | STAND_IN | VIEW | {
         "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
@@ -323,7 +338,7 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if _name == "demo" or ("--json" in _entries and _name not in ("verify", "robot check", "passport merge")):
+    if _name == "demo" or ("--json" in _entries and _name != "passport merge"):
         _entries["--details"] = "--details"
 
 
