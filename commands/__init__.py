@@ -17,7 +17,7 @@ COMMANDS = {
     "gains": "identify drive gains from currents and a payload of known mass",
     "record": "record from the robot itself, over the network",
     "compare": "recordings of one robot side by side: which is the odd one, and in what",
-    "fleet": "many recordings: reduced in parallel to a store of passports",
+    "fleet": "many recordings of many robots: reduced in parallel, and what changed",
     "passport": "what a passport holds; several merged, or compared",
     "check": "look at logs: what was understood, what looks wrong",
     "export": "write an identified payload for a controller or a simulator",

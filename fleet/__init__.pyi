@@ -1,12 +1,15 @@
 from . import answers as answers
 from . import catalog as catalog
 from . import codec as codec
+from . import drawing as drawing
 from . import engine as engine
 from . import files as files
 from . import merging as merging
+from . import nights as nights
 from . import passport as passport
 from . import reduction as reduction
 from . import store as store
+from . import trends as trends
 from .answers import answered as answered
 from .answers import payload_passport as payload_passport
 from .answers import robot_passport as robot_passport
@@ -24,3 +27,5 @@ from .passport import RobotPassport as RobotPassport
 from .reduction import Reduced as Reduced
 from .reduction import reduce_fleet as reduce_fleet
 from .store import Store as Store
+from .trends import Fleet as Fleet
+from .trends import fleet_of as fleet_of

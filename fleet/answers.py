@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.versions import versions
 from ..estimation.answers.identification import Identification, identified
@@ -15,6 +16,8 @@ from ..estimation.answers.payload_answer import PayloadAnswer
 from ..estimation.fit.estimate import Estimate, error_model, fit
 from ..estimation.payload.problem import PayloadProblem
 from .passport import Log, Passport, PayloadPassport, Recipe, RobotPassport
+
+_TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured
 
 
 def robot_passport(
@@ -95,19 +98,26 @@ def _(passport: PayloadPassport) -> PayloadAnswer:
 
 
 def free_estimate(answer: Identification | PayloadAnswer) -> Estimate:
-    """The free estimate to compare with others of the same arm: without the drive gains' errors, which all share.
+    """The free estimate to compare with others of one arm: without the drive gains' errors, which all share."""
+    own = answer.estimate if isinstance(answer, Identification) else answer.free.estimate
+    ratio = compared_sigma(own, own.sigma_robust) / np.maximum(own.sigma, _TINY)
+    return replace(own, covariance=own.covariance * np.outer(ratio, ratio), robust=None, gain_covariance=None)
+
+
+def compared_sigma(estimate: Estimate, robust: Array | None) -> Array:
+    """Standard deviations to compare recordings by, shape (c,), with the formula's degrees of freedom.
 
     From a dozen blocks the jackknife knows no single standard deviation well, but well by how much they are larger
-    than the formula's on the whole. The larger of its own and of the formula's, so scaled, is taken for each
-    parameter, with the degrees of freedom of the latter.
+    than the formula's on the whole. The larger of its own and of the formula's, so scaled, is taken.
+
+    Args:
+        estimate: with the formula's.
+        robust: the jackknife's, shape (c,); None without.
     """
-    own = answer.estimate if isinstance(answer, Identification) else answer.free.estimate
-    robust, formula = own.robust, np.maximum(own.sigma, np.finfo(float).tiny ** 0.25)
     if robust is None:
-        return replace(own, gain_covariance=None)
-    ratio = robust.sigma / formula
-    ratio = np.maximum(ratio, max(1.0, float(np.sqrt(np.mean(ratio**2)))))
-    return replace(own, covariance=own.covariance * np.outer(ratio, ratio), robust=None, gain_covariance=None)
+        return estimate.sigma
+    excess = float(np.sqrt(np.mean((robust / np.maximum(estimate.sigma, _TINY)) ** 2)))
+    return np.asarray(np.maximum(robust, max(1.0, excess) * estimate.sigma))
 
 
 class Shown(NamedTuple):

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from difflib import get_close_matches
@@ -111,25 +112,26 @@ def _form(pattern: str) -> re.Pattern[str]:
 
 def _of_table(table: str, logs: Sequence[str]) -> tuple[Entry, ...]:
     rows = list(csv.DictReader(read_text(table).splitlines()))
-    columns = list(rows[0]) if rows else []
-    if "file" not in columns or "arm" not in columns:
+    _check_columns(table, list(rows[0]) if rows else [])
+    listed = [_of_row(row, str(Path(table).parent)) for row in rows]
+    counted = Counter(entry.path for entry in listed)
+    more_than_once = f"{table} names it more than once: which row is right?"
+    entries = {
+        entry.path: entry._replace(wrong=more_than_once) if counted[entry.path] > 1 else entry for entry in listed
+    }
+    named = {_place(path) for path in entries}
+    beside = [Entry(log, {}, f"{table} does not name it") for log in logs if _place(log) not in named]
+    return tuple(sorted([*entries.values(), *beside], key=lambda entry: entry.path))
+
+
+def _check_columns(table: str, columns: Sequence[str]) -> None:
+    if not {"file", "arm"} <= set(columns):
         raise InputError(f"{table}: needs the columns file and arm, and may have {', '.join(KNOWN[1:])}")
-    if unknown := [name for name in columns if name not in ("file", *KNOWN)]:
-        near = get_close_matches(str(unknown[0]), KNOWN, 1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"{table}: column {unknown[0]!r} is not known{hint}")
-    entries = [_of_row(row, str(Path(table).parent)) for row in rows]
-    listed = [entry.path for entry in entries]
-    twice = {path for path in listed if listed.count(path) > 1} if len(set(listed)) < len(listed) else set()
-    entries = [
-        entry._replace(wrong=f"{table} names it more than once: which row is right?")
-        if entry.path in twice
-        else entry
-        for entry in {entry.path: entry for entry in entries}.values()
-    ]
-    named = {_place(path) for path in listed}
-    entries += [Entry(log, {}, f"{table} does not name it") for log in logs if _place(log) not in named]
-    return tuple(sorted(entries, key=lambda entry: entry.path))
+    for name in columns:
+        if name not in ("file", *KNOWN):
+            near = get_close_matches(str(name), KNOWN, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise InputError(f"{table}: column {name!r} is not known{hint}")
 
 
 def _place(path: str) -> str:

@@ -82,24 +82,21 @@ class Encoder:
 
     def tree(self, value: Any) -> Any:
         """A value as lists, texts and numbers."""
+        if value is None or isinstance(value, bool | str):
+            return value
+        if isinstance(value, int | float | np.number):
+            return _number(value)
+        if type(value).__name__ in KINDS:
+            return self._fields(value)
         match value:
-            case None | bool() | str():
-                return value
-            case np.integer() | int():
-                return int(value)
-            case np.floating() | float():
-                number = float(value)
-                return number if math.isfinite(number) else {"number": repr(number)}
             case np.ndarray():
                 return self._array(value)
             case WithoutEach():
                 return {_BLOCKS: [self.tree(block) for block in value.blocks]}
             case Mapping():
                 return {_MAP: [[self.tree(key), self.tree(entry)] for key, entry in value.items()]}
-        if type(value).__name__ in KINDS:
-            return self._fields(value)
-        if isinstance(value, Sequence):
-            return [self.tree(entry) for entry in value]
+            case Sequence():
+                return [self.tree(entry) for entry in value]
         raise TypeError(f"{type(value).__name__} has no place in a passport")
 
     def numbers(self) -> tuple[Array, NDArray[np.uint8]]:
@@ -172,6 +169,12 @@ class Decoder:
             blocks = [dataclasses.replace(block, columns=made.columns) for block in made.leave_one_out.blocks]
             made = dataclasses.replace(made, leave_one_out=WithoutEach(blocks))
         return made
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, int | np.integer):
+        return int(value)
+    return float(value) if math.isfinite(value) else {"number": repr(float(value))}
 
 
 def _turned(array: NDArray[Any]) -> bool:

@@ -106,53 +106,59 @@ def pooled(passports: Sequence[Passport]) -> Passport:
     """
     logs = tuple(dict.fromkeys(chain.from_iterable(passport.logs for passport in passports)))
     first, about = passports[0], _common([dict(passport.about) for passport in passports])
-    robots = [passport for passport in passports if isinstance(passport, RobotPassport)]
-    if isinstance(first, RobotPassport) and len(robots) == len(passports):
+    if isinstance(first, RobotPassport):
+        robots = [passport for passport in passports if isinstance(passport, RobotPassport)]
         equations = merged(passport.equations for passport in robots)
-        sampled = _together([passport.sampled for passport in robots])
-        return replace(first, logs=logs, about=about, equations=equations, sampled=sampled)
-    payloads = [passport for passport in passports if isinstance(passport, PayloadPassport)]
+        return replace(first, logs=logs, about=about, equations=equations, sampled=_together(robots))
     assert isinstance(first, PayloadPassport)
-    assert len(payloads) == len(passports)
-    sampled = _together([passport.sampled for passport in payloads])
+    payloads = [passport for passport in passports if isinstance(passport, PayloadPassport)]
     problem = _one_problem([passport.problem for passport in payloads])
-    return replace(first, logs=logs, about=about, problem=problem, sampled=sampled)
+    return replace(first, logs=logs, about=about, problem=problem, sampled=_together(payloads))
 
 
 def _one_problem(problems: Sequence[PayloadProblem]) -> PayloadProblem:
-    """The equations of several payload problems together.
-
-    Raises:
-        InputError: where more than equations decide the answer, as of a short motion.
-    """
+    """The equations of several payload problems together; raises InputError as ``_check_by_equations``."""
     first = problems[0]
-    if any(problem.short is not None or problem.scale is not None for problem in problems):
-        raise InputError(
-            "weighings, and payloads with --scale-sigma, do not merge by their equations: give all logs to one run"
-        )
-    if any((problem.known is None) != (first.known is None) for problem in problems):
-        raise InputError("one passport rests on a stored robot, another does not: they do not merge")
+    _check_by_equations(problems)
     bare = [problem.unloaded for problem in problems if problem.unloaded is not None]
     differences = [problem.difference for problem in problems if problem.difference is not None]
-    complete, rows = len(differences) == len(problems), np.array([problem.loaded.rows for problem in problems])
-    memory = np.array([problem.inflation or (1.0,) * rows.shape[1] for problem in problems])
-    share = rows / np.maximum(rows.sum(axis=0), 1)
-    reason = next((problem.without_difference for problem in problems if problem.without_difference), "")
+    reasons = sorted({problem.without_difference for problem in problems})
     return replace(
         first,
         loaded=merged(problem.loaded for problem in problems),
         unloaded=merged(bare) if bare else None,
-        difference=merged(differences) if complete else None,
-        without_difference=reason,
+        difference=merged(differences) if len(differences) == len(problems) else None,
+        without_difference=reasons[-1],
         stretches=tuple(chain.from_iterable(problem.stretches for problem in problems)),
-        inflation=tuple((memory * share).sum(axis=0).tolist()) if first.inflation else (),
+        inflation=_memory(problems) if first.inflation else (),
         few=all(problem.few for problem in problems),
     )
 
 
-def _together(parts: Sequence[Sampled]) -> Sampled:
+def _check_by_equations(problems: Sequence[PayloadProblem]) -> None:
+    """Refuse what more than equations decide.
+
+    Raises:
+        InputError: says what.
+    """
+    if any(problem.short is not None or problem.scale is not None for problem in problems):
+        raise InputError(
+            "weighings, and payloads with --scale-sigma, do not merge by their equations: give all logs to one run"
+        )
+    if len({problem.known is None for problem in problems}) > 1:
+        raise InputError("one passport rests on a stored robot, another does not: they do not merge")
+
+
+def _memory(problems: Sequence[PayloadProblem]) -> tuple[float, ...]:
+    """By how much the memory of each joint's errors raises variances: the mean over all rows."""
+    rows = np.array([problem.loaded.rows for problem in problems])
+    memory = np.array([problem.inflation for problem in problems])
+    return tuple((memory * rows / np.maximum(rows.sum(axis=0), 1)).sum(axis=0).tolist())
+
+
+def _together(passports: Sequence[RobotPassport | PayloadPassport]) -> Sampled:
     """What the samples of several passports showed; of other ways to take them the one that does best."""
-    rivals = {}
+    rivals, parts = {}, [passport.sampled for passport in passports]
     for rival in sorted(chain.from_iterable(part.rivals for part in parts), key=lambda rival: rival.fall):
         rivals[rival.kind, rival.name] = rival
     held_out = [part.held_out for part in parts if part.held_out is not None]

@@ -69,6 +69,11 @@ class Recipe:
         """Short text that differs between recipes."""
         return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
 
+    def differing(self, other: "Recipe") -> tuple[str, ...]:
+        """In what two recipes differ."""
+        names = self.__dataclass_fields__
+        return tuple(name for name in names if repr(getattr(self, name)) != repr(getattr(other, name)))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Passport:
@@ -122,20 +127,19 @@ class Passport:
         if arms[0] != arms[1]:
             raise InputError(f"{self.name} is of arm {arms[0]!r}, {other.name} of {arms[1]!r}: they do not merge")
         if self.recipe.fingerprint != other.recipe.fingerprint:
-            differing = [
-                name for name in self.recipe.__dataclass_fields__
-                if repr(getattr(self.recipe, name)) != repr(getattr(other.recipe, name))
-            ]  # fmt: skip
             raise InputError(
-                f"{self.name} and {other.name} were made by different recipes ({', '.join(differing)}): reduce "
-                "both with the same options"
+                f"{self.name} and {other.name} were made by different recipes "
+                f"({', '.join(self.recipe.differing(other.recipe))}): reduce both with the same options"
             )
-        twice = {log.sha256 for log in self.logs if log.role != "held out"} & {
-            log.sha256 for log in other.logs if log.role != "held out"
-        }
+        twice = self._fitted & other._fitted
         if twice and self.recipe.kind == "identify":
             name = next(log.name for log in other.logs if log.sha256 in twice)
             raise InputError(f"{name} is in both passports: a recording counts once")
+
+    @property
+    def _fitted(self) -> set[str]:
+        """Checksums of the logs that were fitted."""
+        return {log.sha256 for log in self.logs if log.role != "held out"}
 
 
 @dataclass(frozen=True, kw_only=True)

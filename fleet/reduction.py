@@ -101,37 +101,54 @@ def reduce_fleet(
     """
     recipe = recipe or Recipe("identify", robot.processing)
     plan, place = Plan(packed((robot, recipe)), log_map or LogMap()), Store.made(store, robot, recipe)
-    named = [entry if isinstance(entry, Entry) else Entry(entry, {}) for entry in entries]
     before = {row.file: row for row in place.rows()}
-    tasks, refused = _tasks(named, recipe, before)
+    tasks, refused = _tasks(list(map(_entry, entries)), recipe, before)
     missing = [task for task in tasks if not place.path(task.key).exists()]
-    batches = [missing[k : k + batch] for k in range(0, len(missing), batch)]
-    count, names, crashes = 0, {task.key: task.entry.path for task in tasks}, 0
-    if executor is None and workers > 1:
-        results = _by_processes(plan, batches, workers)
-    else:
-        results = _by(executor or Here(), plan, batches, workers)
-    try:
-        for done in results:
-            if isinstance(done, str):
-                crashes += 1
-                continue
-            count += 1
-            if done.reason:
-                refused[names[done.key]] = done.reason
-            else:
-                place.put(done.key, done.content)
-            progress(count / len(missing))
-    except BrokenExecutor as error:
-        raise InputError(
-            f"the workers were lost after {count} of {len(missing)} recordings ({error}): run it again, what is "
-            "done is kept"
-        ) from None
-    good = [task for task in tasks if task.entry.path not in refused]
-    rows = before | {t.entry.path: Row(t.entry.path, t.sha256, t.entry.about, t.key) for t in good}
-    place.finish(rows, {file: why for file, why in place.refused().items() if file not in rows} | refused)
+    results = _results(plan, [missing[k : k + batch] for k in range(0, len(missing), batch)], executor, workers)
+    bad, crashes = _kept(results, place, len(missing), progress)
+    refused |= {task.entry.path: bad[task.key] for task in missing if task.key in bad}
+    good = {t.entry.path: Row(t.entry.path, t.sha256, t.entry.about, t.key) for t in tasks if t.key not in bad}
+    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in good}
+    place.finish({file: row for file, row in before.items() if file not in refused} | good, earlier | refused)
     known = len(tasks) - len(missing)
     return Reduced(place, len(good) - known, known, refused, crashes)
+
+
+def _results(
+    plan: Plan, batches: Sequence[Sequence[Task]], executor: Executor | None, workers: int
+) -> Iterator[Done | str]:
+    """Results as they come, by an executor, by processes, or by this one alone."""
+    if executor is None and workers > 1:
+        return _by_processes(plan, batches, workers)
+    return _by(executor or Here(), plan, batches, workers)
+
+
+def _kept(
+    results: Iterator[Done | str], place: Store, count: int, progress: Callable[[float], None]
+) -> tuple[dict[str, str], int]:
+    """Put what is done into the store; why there is no passport, by its name, and how often workers were lost.
+
+    Raises:
+        InputError: if the workers are lost for good.
+    """
+    bad, done, crashes = dict[str, str](), 0, 0
+    try:
+        for result in results:
+            if isinstance(result, str):
+                crashes += 1
+                continue
+            done += 1
+            if result.reason:
+                bad[result.key] = result.reason
+            else:
+                place.put(result.key, result.content)
+            progress(done / count)
+    except BrokenExecutor as error:
+        raise InputError(
+            f"the workers were lost after {done} of {count} recordings ({error}): run it again, what is done is "
+            "kept"
+        ) from None
+    return bad, crashes
 
 
 def _tasks(
@@ -140,17 +157,13 @@ def _tasks(
     """What is to be done, and what cannot be, and why; ``before``: what the store held."""
     again = {entry.path for entry in entries}
     earlier = [row for file, row in before.items() if file not in again]
-    together = [*(Entry(row.file, row.about) for row in earlier), *entries]
-    refused = {entry.path: entry.wrong for entry in entries if entry.wrong} | same_time(together)
+    refused = _wrong([*(Entry(row.file, row.about) for row in earlier), *entries])
     tasks, seen = list[Task](), {row.sha256: row.file for row in earlier}
-    for entry in sorted(entries, key=lambda entry: entry.path):
-        if entry.path in refused:
-            continue
+    for entry in sorted((one for one in entries if one.path not in refused), key=lambda entry: entry.path):
         try:
-            with local(entry.path) as path:
-                digest = checksum(path)
-        except (OSError, InputError) as error:
-            refused[entry.path] = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+            digest = _digest(entry.path)
+        except InputError as error:
+            refused[entry.path] = str(error)
             continue
         if digest in seen:
             refused[entry.path] = f"holds the same bytes as {seen[digest]}: a recording counts once"
@@ -158,6 +171,23 @@ def _tasks(
         seen[digest] = entry.path
         tasks.append(Task(entry, digest, key_of(digest, entry.about, recipe)))
     return tasks, refused
+
+
+def _wrong(entries: Sequence[Entry]) -> dict[str, str]:
+    """What is known to be wrong before anything is read."""
+    return {entry.path: entry.wrong for entry in entries if entry.wrong} | same_time(entries)
+
+
+def _entry(log: Entry | str) -> Entry:
+    return log if isinstance(log, Entry) else Entry(log, {})
+
+
+def _digest(path: str) -> str:
+    try:
+        with local(path) as file:
+            return checksum(file)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}") from None
 
 
 @contextmanager

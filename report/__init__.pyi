@@ -41,6 +41,8 @@ from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page
 from .sections.design import design_screen as design_screen
+from .sections.fleet import fleet_page as fleet_page
+from .sections.fleet import fleet_screen as fleet_screen
 from .sections.fleet import reduced_screen as reduced_screen
 from .sections.following import following_page as following_page
 from .sections.following import following_screen as following_screen

@@ -92,6 +92,32 @@ class Equations:
         parts = each(self.leave_one_out, lambda part: part.with_column(name, columns, values))
         return replace(self, columns=(*self.columns, name), factors=factors, leave_one_out=parts)
 
+    def substituted(self, columns: Sequence[str], M: Array, shift: Array) -> "Equations":
+        """Equations in other parameters p, of which these are chi = M p + shift; nothing shared is kept.
+
+        Args:
+            columns: names of p.
+            M: c x len(columns).
+            shift: shape (c,).
+        """
+        factors = tuple(
+            np.column_stack([factor[:, :-1] @ M, factor[:, -1] - factor[:, :-1] @ shift]) for factor in self.factors
+        )
+        parts = each(self.leave_one_out, lambda part: part.substituted(columns, M, shift))
+        return replace(self, columns=tuple(columns), factors=factors, shared=(), leave_one_out=parts)
+
+    def of_joint(self, joint: int) -> "Equations":
+        """The equations of one joint alone, counted from 0; nothing shared is kept."""
+        parts = each(self.leave_one_out, lambda part: part.of_joint(joint))
+        return replace(
+            self,
+            factors=(self.factors[joint],),
+            rows=(self.rows[joint],),
+            effective_rows=(self.effective_rows[joint],),
+            shared=(),
+            leave_one_out=parts,
+        )
+
     def minus(self, names: Sequence[str], values: Array) -> "Equations":
         """Equations in the other parameters alone: the torque W chi of known ones is taken off.
 

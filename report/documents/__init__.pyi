@@ -8,6 +8,7 @@ from .check import pose_document as pose_document
 from .check import robot_check_document as robot_check_document
 from .design import design_document as design_document
 from .design import near_document as near_document
+from .fleet import fleet_document as fleet_document
 from .fleet import reduced_document as reduced_document
 from .gains import gains_document as gains_document
 from .parts import elimination_document as elimination_document

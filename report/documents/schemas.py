@@ -9,7 +9,7 @@ from ...common.schema import Document, json_schema
 from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
-from .fleet import ReducedDocument
+from .fleet import FleetDocument, ReducedDocument
 from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
 
@@ -21,6 +21,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "design": DesignDocument,
     "near": NearDocument,
     "rollout": RolloutsDocument,
+    "fleet_report": FleetDocument,
     "fleet_reduce": ReducedDocument,
     "passport": PassportDocument,
     "compare": ComparedDocument,

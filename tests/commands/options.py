@@ -12,6 +12,7 @@ import numpy as np
 from dynident import fleet
 from dynident.common.files import checksum
 from dynident.estimation import identify, read_recording
+from dynident.estimation.fit import weighted
 from dynident.model import load_robot
 
 ROBOT = {
@@ -98,6 +99,7 @@ LINES = {
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
     "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
+    "fleet report": "nightly --json b.json",
     "compare": "first.csv second.csv --robot rx90 --json b.json",
     "passport show": "first.npz --json b.json",
     "passport merge": "first.npz second.npz --out merged.npz",
@@ -187,6 +189,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--workers": "--workers 0",
         "--scheduler": "--scheduler tcp://127.0.0.1:1",
         "--batch": "--batch 2",
+        "--json": "--json a.json",
+    },
+    "fleet report": PAGE | {
+        "store": "=--json b.json | nightly",
+        "--false-alarms": "--false-alarms 0.1",
+        "--parquet": "--parquet tables",
         "--json": "--json a.json",
     },
     "compare": ROBOT | LOGS | _CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},
@@ -349,3 +357,17 @@ def make_passports(folder: Path) -> None:
         result = identify(robot, [read_recording(folder / f"{name}.csv", robot)])
         passport = fleet.robot_passport(result, fleet.Recipe("identify", robot.processing), [log])
         fleet.write_passport(folder / f"{name}.npz", passport)
+    make_store(folder, passport)
+
+
+def make_store(folder: Path, passport: fleet.RobotPassport) -> None:
+    """A store of two arms and three nights, drawn on a passport's motion."""
+    store, draw = fleet.Store.made(folder / "nightly", passport.robot, passport.recipe), np.random.default_rng(0)
+    values, rows = weighted(passport.equations).values, {}
+    for arm in ("left", "right"):
+        for night in range(1, 4):
+            about, name = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}.csv"
+            made = fleet.drawing.drawn(passport, values, fleet.drawing.noise_of(passport), draw, name, about)
+            rows[name] = fleet.store.Row(name, made.logs[0].sha256, about, f"{arm}{night}")
+            store.put(f"{arm}{night}", fleet.passport_bytes(made))
+    store.finish(rows, {})

@@ -1,0 +1,93 @@
+"""``dynident fleet report``: what changed in a fleet, by the passports of its nights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from .. import fleet, report
+from ..common.errors import InputError
+from ..common.files import made_folder
+from . import ANSWERED
+from .options import Options, PageOptions, add_command, option
+from .progress import bar
+from .values import positive_number
+
+
+@dataclass(frozen=True)
+class _Store(Options):
+    """A store, and how many false alarms are allowed."""
+
+    store: str = option("store", metavar="STORE", help="the --store of 'dynident fleet reduce'")
+    false_alarms: float = option(
+        type=positive_number,
+        default=fleet.trends.FALSE_ALARMS,
+        metavar="N",
+        help="alarms a month over the whole fleet where nothing changed (default: 1)",
+    )
+    parquet: str | None = option(
+        writes="folder", metavar="DIR", help="every night's numbers and the alarms as Parquet (needs pyarrow)"
+    )
+
+
+def add_parser(commands: Any) -> None:
+    """Arguments of the command."""
+    add_command(commands, "report", run, _Store, PageOptions, help="friction, payload, scales: what changed")
+
+
+def run(asked: _Store, files: PageOptions) -> int:
+    """Run it."""
+    store = fleet.Store.opened(asked.store)
+    found, refused = fleet.fleet_of(_arms(store), asked.false_alarms), store.refused()
+    files.show(report.fleet_screen(found, refused))
+    files.write_json(lambda: report.documents.fleet_document(found, refused))
+    words = {"robot": found.arms[0].name, "false alarms a month": f"{asked.false_alarms:g}"}
+    files.write_page(lambda: report.fleet_page(found, refused, files.provenance(words, asked)))
+    if asked.parquet:
+        write_tables(Path(made_folder(asked.parquet)), found)
+    return ANSWERED
+
+
+def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
+    """Each arm by its passports, one arm in memory at a time.
+
+    Raises:
+        InputError: if the store is empty, or does not say whose the recordings are.
+    """
+    rows = sorted(store.rows(), key=lambda row: row.about.get("arm", ""))
+    if not rows:
+        raise InputError(f"{store.root}: no recording in it")
+    arms, done = [], 0
+    with bar("reading nights") as progress:
+        for _, mine in groupby(rows, key=lambda row: row.about.get("arm", "")):
+            passports = []
+            for row in mine:
+                passport = fleet.read_passport(store.path(row.passport))
+                assert isinstance(passport, fleet.RobotPassport)
+                passports.append(passport)
+            arms.append(fleet.nights.arm_of(passports))
+            done += len(passports)
+            progress(done / len(rows))
+    return arms
+
+
+def write_tables(folder: Path, found: fleet.Fleet) -> None:
+    """Every night's numbers, and the alarms.
+
+    Raises:
+        InputError: without pyarrow.
+    """
+    nights = [
+        (arm.name, night.day, night.temperature, night.told, name, *number)
+        for arm in found.arms
+        for night in arm.nights
+        for name, number in night.numbers.items()
+    ]
+    names = ("arm", "day", "temperature", "told", "quantity", "value", "sigma")
+    alarms = [(*alarm[:6], str(alarm.new).lower()) for alarm in found.alarms]
+    heads = ("arm", "quantity", "since", "step", "sigma", "sigmas", "new")
+    if not fleet.store.write_parquet(folder / "nights.parquet", names, nights):
+        raise InputError("--parquet needs pyarrow: pip install 'dynident[fleet]'")
+    fleet.store.write_parquet(folder / "alarms.parquet", heads, alarms)

@@ -1,0 +1,138 @@
+"""What each recording of an arm says while the rest is fixed from all of them: friction, payload, drive scales."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..common.arrays import Array
+from ..common.errors import InputError
+from ..estimation.equations.equations import PAYLOAD, Equations, merged
+from ..estimation.fit.estimate import Estimate
+from ..estimation.fit.least_squares import joint_weights, weighted
+from ..estimation.fit.linear_problem import LinearProblem
+from ..estimation.fit.robust import jackknifed
+from ..estimation.payload.loaded_scale import FRICTION
+from ..model.names import parameter_kind
+from ..model.regressors import payload_columns
+from .answers import compared_sigma
+from .passport import RobotPassport
+
+MASS = "mass"
+"""The payload's mass less what the controller was told [kg], as a quantity of a night."""
+
+_CLEARLY = 4.0  # sigmas: such a change of the mass is taken for one
+
+
+class Measured(NamedTuple):
+    """A number of a night and its standard deviation."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Night:
+    """What one recording of an arm says.
+
+    Attributes:
+        arm: its name.
+        day: ISO date or time.
+        temperature: [deg C], nan where it is not known.
+        told: mass that the controller was told [kg].
+        numbers: by name: frictions ("FS2"), ``MASS``, and "scale 2", by which share a drive's torque is larger than
+            on the whole.
+    """
+
+    arm: str
+    day: str
+    temperature: float
+    told: float
+    numbers: dict[str, Measured]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm by all of its recordings.
+
+    Attributes:
+        name: of the arm.
+        nights: its recordings in the order of time.
+        pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
+    """
+
+    name: str
+    nights: tuple[Night, ...]
+    pooled: Estimate
+
+
+def arm_of(passports: Sequence[RobotPassport]) -> Arm:
+    """An arm by its passports, which name it and the day.
+
+    Raises:
+        InputError: if one does not, or a recording does not determine what is asked of it.
+    """
+    for passport in passports:
+        if not {"arm", "day"} <= set(passport.about):
+            raise InputError(f"{passport.name}: its arm and day are not known: give --pattern or --table to reduce")
+    ordered = sorted(passports, key=lambda passport: passport.about["day"])
+    told = [float(passport.about.get("payload", "0")) for passport in ordered]
+    usual = Counter(told).most_common(1)[0][0]
+    same = [passport.equations for passport, mass in zip(ordered, told, strict=True) if mass == usual]
+    whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
+    nights = tuple(_night(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
+    sigma = compared_sigma(weighted(same[-1]), robust_sigma(same[-1]))
+    excess = sigma / np.maximum(weighted(same[-1]).sigma, np.finfo(float).tiny ** 0.25)
+    wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
+    return Arm(ordered[0].about["arm"], nights, wide)
+
+
+def _night(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
+    """One recording: friction and a change of payload together, then each drive's scale beside its friction."""
+    names, equations = whole.names, passport.equations
+    frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
+    rest = np.array(whole.values)
+    rest[frictions] = 0.0
+    change = passport.base.effect_of(payload_columns(passport.robot))
+    own = np.eye(len(names))[:, frictions]
+    columns = [*(names[k] for k in frictions), *PAYLOAD]
+    both = _measured(equations.substituted(columns, np.column_stack([own, change]), rest))
+    numbers = {names[k]: both[names[k]] for k in frictions}
+    mass, sigma = both["M_L"]
+    numbers[MASS] = Measured(usual + mass - told, sigma)
+    if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
+        rest = rest + change @ np.array([both[name].value for name in PAYLOAD])
+    for j in range(passport.robot.n):
+        mine = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, np.eye(len(names))[:, mine]])
+        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in mine)], M, rest)
+        numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
+    temperature = float(passport.about.get("temperature", "nan"))
+    return Night(passport.about["arm"], passport.about["day"], temperature, told, numbers)
+
+
+def _measured(equations: Equations) -> dict[str, Measured]:
+    """Each parameter with a standard deviation to compare it by."""
+    estimate = weighted(equations)
+    sigma = compared_sigma(estimate, robust_sigma(equations))
+    return {
+        name: Measured(float(value), float(own))
+        for name, value, own in zip(estimate.names, estimate.values, sigma, strict=True)
+    }
+
+
+def robust_sigma(equations: Equations) -> Array | None:
+    """Standard deviations by the jackknife; None where there are too few blocks."""
+    blocks = len(equations.leave_one_out)
+    if blocks < 2:
+        return None
+    estimate = weighted(equations, joint_weights(equations, weighted(equations).values))
+    try:
+        left = LinearProblem(equations, equations.columns).without_blocks(
+            estimate.weights, [(b, -1) for b in range(blocks)]
+        )
+    except InputError:
+        return None
+    return jackknifed([left], estimate.values, equations.block_length).sigma

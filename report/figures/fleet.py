@@ -1,0 +1,74 @@
+"""Small multiples of a fleet: a line an arm, a panel a joint, the friction day by day."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...fleet import Fleet
+from ...fleet.trends import Series
+from ..blocks import Drawing
+from .canvas import BLUE, GREY, ORANGE, panels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_LINES = 20
+"""Arms in one drawing."""
+
+
+def fleet_figures(fleet: Fleet, kind: str, name: str, words: str) -> list[Drawing]:
+    """Drawings of one kind of quantity, so many arms each.
+
+    Args:
+        fleet: what its nights say.
+        kind: how the quantities begin, "FS"; or the one quantity.
+        name: of the drawings.
+        words: what the quantity is.
+    """
+    arms = [arm.name for arm in fleet.arms]
+    parts = [arms[k : k + _LINES] for k in range(0, len(arms), _LINES)]
+    return [_drawing(fleet, part, kind, f"{name}_{k}", words) for k, part in enumerate(parts, 1)]
+
+
+def _drawing(fleet: Fleet, arms: Sequence[str], kind: str, name: str, words: str) -> Drawing:
+    caption = (
+        f"{words}: a line an arm, a panel a quantity, day by day, the temperature's share taken off. The band is "
+        "what varies anyway (2 sigma); orange since an alarm."
+    )
+    return Drawing(name, caption, caption, lambda: _multiples(fleet, arms, kind))
+
+
+def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
+    rows = {arm: [one for one in fleet.series if one.arm == arm and one.quantity.startswith(kind)] for arm in arms}
+    columns = max(len(row) for row in rows.values())
+    size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
+    figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")
+    since = {(alarm.arm, alarm.quantity): alarm.since for alarm in fleet.alarms}
+    for line, (arm, row) in zip(axes, rows.items(), strict=True):
+        for axis, series in zip(line, row, strict=False):
+            _spark(axis, fleet, series, since.get((arm, series.quantity), np.inf))
+        line[0].set_ylabel(arm, rotation=0, ha="right", va="center", fontsize=8)
+    for axis, series in zip(axes[0], rows[arms[0]], strict=False):
+        axis.set_title(series.quantity, fontsize=8)
+    return figure
+
+
+def _spark(axis: Axes, fleet: Fleet, series: Series, since: float) -> None:
+    """One quantity of one arm: points, a band, and what is since an alarm."""
+    scatter = fleet.scatter[series.quantity]
+    values = 100.0 * (series.values - scatter.per_kelvin * series.temperature) if series.relative else series.values
+    size = 100.0 if series.relative else 1.0
+    band = 2.0 * size * float(np.hypot(scatter.sigma, scatter.own * np.median(series.sigma)))
+    late = series.days >= since
+    axis.axhspan(-band, band, color="0.92", linewidth=0)
+    axis.plot(series.days, values, color=GREY, linewidth=0.6)
+    axis.plot(series.days[~late], values[~late], ".", color=BLUE, markersize=2)
+    axis.plot(series.days[late], values[late], "s", color=ORANGE, markersize=2.5)
+    axis.set_xticks([])
+    axis.set_yticks([])
+    for spine in axis.spines.values():
+        spine.set_visible(False)

@@ -1,0 +1,144 @@
+"""A fleet's nights: what was put in is found, where nothing was put in little is said, and the page shows it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident import fleet, report
+from dynident.common.errors import InputError
+from dynident.estimation import identify, read_recording
+from dynident.estimation.fit import weighted
+from dynident.fleet import Log, Recipe, RobotPassport
+from dynident.fleet.drawing import drawn, noise_of
+from dynident.fleet.nights import MASS, arm_of
+from dynident.fleet.trends import LAST, Series, alarm_of, bound_of, fleet_of, scatter_of
+from dynident.model import load_robot
+from dynident.model.regressors import payload_columns
+from dynident.report.documents import fleet_document
+from dynident.report.provenance import Provenance, now
+from dynident.tests.frozen.inputs import unpack
+
+NIGHTS = 14
+
+
+@pytest.fixture(scope="module")
+def passport(tmp_path_factory: pytest.TempPathFactory) -> RobotPassport:
+    place = tmp_path_factory.mktemp("given")
+    unpack(place)
+    robot = load_robot("rx90")
+    result = identify(robot, [read_recording(place / "rx_arm_unloaded.csv", robot)])
+    return fleet.robot_passport(
+        result, Recipe("identify", robot.processing), [Log("without payload", "a.csv", "0" * 64)]
+    )
+
+
+@pytest.fixture(scope="module")
+def found(passport: RobotPassport) -> fleet.Fleet:
+    """Three arms: friction of joint 2 larger by half since three nights; a payload that was not told; neither."""
+    draw, base = np.random.default_rng(3), passport.base
+    values, noise = weighted(passport.equations).values, 0.2 * noise_of(passport)
+    lump = base.effect_of(payload_columns(passport.robot))[:, 9]
+    arms = []
+    for arm in ("worn", "laden", "still"):
+        nights = []
+        for night in range(NIGHTS):
+            now_values = np.array(values)
+            if arm == "worn" and night >= NIGHTS - 3:
+                now_values[base.columns.index("FS2")] *= 1.5
+            told = "2" if arm == "laden" and night == 5 else "0"
+            if arm == "laden" and night in (5, NIGHTS - 1):
+                now_values = now_values + 2.0 * lump
+            about = {
+                "arm": arm,
+                "day": f"2026-01-{night + 1:02d}",
+                "temperature": f"{20 + night % 4}",
+                "payload": told,
+            }
+            nights.append(drawn(passport, now_values, noise, draw, f"{arm}{night}", about))
+        arms.append(arm_of(nights[::-1]))
+    return fleet_of(arms)
+
+
+def test_what_changed_is_named_and_nothing_else(found: fleet.Fleet) -> None:
+    assert {(alarm.arm, alarm.quantity) for alarm in found.alarms} == {("worn", "FS2"), ("laden", MASS)}
+    worn = next(alarm for alarm in found.alarms if alarm.arm == "worn")
+    laden = next(alarm for alarm in found.alarms if alarm.arm == "laden")
+    assert (worn.since, worn.new) == (NIGHTS - 3, False)
+    assert abs(worn.step - 0.5) < 4.0 * worn.sigma
+    assert (laden.since, laden.new) == (NIGHTS - 1, True)
+    assert abs(laden.step - 2.0) < 4.0 * laden.sigma
+
+
+def test_a_payload_that_was_told_is_no_change(found: fleet.Fleet) -> None:
+    laden = next(arm for arm in found.arms if arm.name == "laden")
+    told = laden.nights[5]
+    assert told.told == 2.0
+    assert abs(told.numbers[MASS].value) < 5.0 * told.numbers[MASS].sigma
+
+
+def test_the_page_names_it(found: fleet.Fleet, tmp_path: Path) -> None:
+    page = report.fleet_page(found, {"bad.csv": "time runs back"}, Provenance("dynident", now()))
+    report.write_report(tmp_path / "fleet.html", page)
+    text = (tmp_path / "fleet.html").read_text()
+    assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
+    document = fleet_document(found, {"bad.csv": "time runs back"})
+    assert [alarm.new for alarm in document.alarms] == [alarm.new for alarm in found.alarms]
+    assert len(document.last) == len(found.series)
+
+
+def test_drawn_equations_spread_as_their_covariance(passport: RobotPassport) -> None:
+    """Mean and standard deviation of the estimates of drawn recordings, against the formula's."""
+    draw, values, noise = np.random.default_rng(0), weighted(passport.equations).values, noise_of(passport)
+    weights = 1.0 / noise
+    made = [drawn(passport, values, noise, draw, "x", {}) for _ in range(60)]
+    estimates = [weighted(one.equations, weights) for one in made]
+    spread = np.std([estimate.values for estimate in estimates], axis=0, ddof=1) / estimates[0].sigma
+    sigma = float(np.sqrt(np.mean(spread**2)))
+    rows, effective, c = passport.equations.equations, sum(passport.equations.effective_rows), len(values)
+    assert abs(sigma / np.sqrt((effective - c) / (rows - c)) - 1.0) < 0.1
+    off = (np.mean([estimate.values for estimate in estimates], axis=0) - values) / estimates[0].sigma
+    assert np.abs(off).max() < 5.0 / np.sqrt(60.0)
+
+
+def series(draw: np.random.Generator, days: int = 40, step: float = 0.0, since: int = 35) -> Series:
+    """Scatter of 3 % with a memory of .5, own errors of 1 %, 1 % a kelvin."""
+    x, warm = np.empty(days), draw.normal(scale=3.0, size=days)
+    x[0] = draw.normal()
+    for d in range(1, days):
+        x[d] = 0.5 * x[d - 1] + np.sqrt(0.75) * draw.normal()
+    values = 0.03 * x + 0.01 * draw.normal(size=days) + 0.01 * warm + step * (np.arange(days) >= since)
+    return Series("a", "FS1", True, 1.0, np.arange(float(days)), values, np.full(days, 0.01), warm)
+
+
+def test_scatter_is_measured_whatever_a_few_arms_do() -> None:
+    draw = np.random.default_rng(1)
+    scatter = scatter_of([series(draw, step=0.5 * (k < 3)) for k in range(40)])
+    assert abs(scatter.sigma - 0.03) < 0.004
+    assert abs(scatter.memory - 0.5) < 0.15
+    assert abs(scatter.per_kelvin - 0.01) < 5.0 * scatter.per_kelvin_sigma + 1e-4
+
+
+def test_alarms_are_as_rare_as_stated() -> None:
+    """The bound holds over days and series together: one quiet series in ten may be an alarm, and some are."""
+    draw, quiet = np.random.default_rng(2), 1000
+    many = [series(draw, days=20) for _ in range(quiet)]
+    scatter, bound = scatter_of(many), bound_of(1, 30.0 * 0.1)
+    alarms = sum(alarm_of(one, scatter, bound) is not None for one in many)
+    assert 0.03 * quiet < alarms < 0.13 * quiet
+
+
+def test_an_arm_without_a_name_or_day_is_refused(passport: RobotPassport) -> None:
+    with pytest.raises(InputError, match="arm and day are not known"):
+        arm_of([passport])
+    alone = fleet_of([arm_of([replace(passport, about={"arm": "a", "day": "2026-01-01"})])])
+    assert not alone.alarms
+    assert alone.twins is None
+
+
+def test_few_days_give_no_alarm() -> None:
+    draw = np.random.default_rng(4)
+    assert alarm_of(series(draw, days=8), scatter_of([series(draw) for _ in range(5)]), 0.0) is None
+    late = alarm_of(series(draw, step=1.0, since=40 - LAST), scatter_of([series(draw) for _ in range(20)]), 4.0)
+    assert late is not None
+    assert late.since == 40 - LAST
