@@ -16,6 +16,7 @@ COMMANDS = {
     "rollout": "how far the identified robot's motion strays from a recording's",
     "gains": "identify drive gains from currents and a payload of known mass",
     "record": "record from the robot itself, over the network",
+    "apply": "write an identified payload into the controller, over the network",
     "check": "look at logs: what was understood, what looks wrong",
     "export": "write an identified payload for a controller or a simulator",
     "robot": "show a robot, make a new one, check its kinematics by a recording",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import estimation, model, report
@@ -11,7 +11,9 @@ from . import ANSWERED, DO_NOT_USE
 from .options import (
     FrictionOptions,
     GainOptions,
+    HostOptions,
     KnowledgeOptions,
+    Options,
     PageOptions,
     PairOptions,
     RobotOptions,
@@ -19,11 +21,14 @@ from .options import (
     add_command,
     option,
 )
+from .progress import status
 from .values import joint_list
+from .weigh_live import LiveOptions, weigh_live
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-from .progress import status
+
+_NOT_LIVE = ("loaded", "unloaded", "moving", "inertia")
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,7 @@ class _Weigh(FrictionOptions):
     loaded: tuple[str, ...] = option(
         reads="with payload",
         action="append",
-        required=True,
+        default=[],
         metavar="LOG",
         help="the motion with the payload; give it again for repeated recordings, in the order they were made",
     )
@@ -60,8 +65,9 @@ class _Weigh(FrictionOptions):
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     add_command(
-        commands, "weigh", run, RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions
-    )
+        commands, "weigh", run,
+        RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, LiveOptions, HostOptions,
+    )  # fmt: skip
 
 
 def run(
@@ -71,8 +77,20 @@ def run(
     drives: GainOptions,
     processing: PairOptions,
     files: PageOptions,
+    stream: LiveOptions,
+    controller: HostOptions,
 ) -> int:
     """Run it."""
+    if stream.asked:
+        _refuse_all(asked, _NOT_LIVE)
+        _refuse_all(knowledge, [entry.name for entry in fields(knowledge)])
+        _refuse_all(processing, ("max_mismatch",))
+        _refuse_all(files, ("report", "plots"))
+        return weigh_live(arm, asked, drives, processing, files, stream, controller)
+    for name, part in (("until", stream), ("watch", stream), ("host", controller), ("port", controller)):
+        part.refuse(name, "belongs to --live or --replay")
+    if not asked.loaded:
+        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if not asked.robot_parameters:
@@ -105,6 +123,13 @@ def run(
 
     files.write_page(page)
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _refuse_all(part: Options, names: Sequence[str]) -> None:
+    """Refuse options of recordings beside a stream."""
+    for name in names:
+        if getattr(part, name) != ():
+            part.refuse(name, "has no meaning for --live and --replay")
 
 
 def _problems(
