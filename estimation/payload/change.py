@@ -11,7 +11,7 @@ from ..equations.observation import Observation
 from .constant_torques import FREE, HeldFriction, held_friction, less_robot
 from .window import Block, MovingWindow
 
-_LATEST = (2, 3, 4)
+_LATEST = (1, 2, 3, 4)
 """Blocks at the end of the window that another payload is tried for."""
 _BEFORE = 5
 """Blocks that must lie before them: fewer are no measure of what is usual."""
@@ -40,7 +40,7 @@ class Change(NamedTuple):
 
 
 def change_in(window: MovingWindow) -> Change | None:
-    """The change in the last blocks of a window that explains their torques best; None where one payload does.
+    """The latest change that explains the last blocks' torques; None where one payload does for the whole window.
 
     The size of the errors is that of the last window that was long enough: it is the robot's, not the payload's.
     The equations are those of the window, the robot's torque taken off and friction held near its own; four more
@@ -62,17 +62,15 @@ def change_in(window: MovingWindow) -> Change | None:
     A, y = np.vstack([part[:, :-1] for part in rows]), np.concatenate([part[:, -1] for part in rows])
     near = _near(columns, held)
     A, y = np.vstack([A, near]), np.append(y, np.zeros(len(near)))
-    best, fall = None, _RISE
-    for count in tried:
+    for count in tried:  # a later beginning holds nothing of the payload before
         first = sum(map(len, rows[:-count]))
         D = np.zeros((len(A), 4))
         D[first : len(A) - len(near)] = A[first : len(A) - len(near), -4:]
-        found = _explained(A, y, D)
-        if found[2] > fall:
-            fall, begin = found[2], blocks[-count].start
-            half = _NORMAL95 * found[1]
-            best = Change(begin, found[0], found[0] - half, found[0] + half)
-    return best
+        mass, sigma, fall = _explained(A, y, D)
+        if fall > _RISE:
+            half = _NORMAL95 * sigma
+            return Change(blocks[-count].start, mass, mass - half, mass + half)
+    return None
 
 
 def _less(block: Block, window: MovingWindow) -> Observation:

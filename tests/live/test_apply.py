@@ -84,7 +84,7 @@ REFUSED: dict[str, tuple[dict[str, Any], tuple[str, ...], int, str]] = {
         {"verdict": {"level": "do_not_use", "reasons": ["noise"]}},
         ("--yes",),
         1,
-        "'do not use': noise",
+        "not sent: the verdict",
     ),
     "another frame": ({"frame": "gripper"}, ("--yes",), 2, "not the flange: nothing was sent"),
     "too heavy": ({"rated_payload_kg": 2.0}, ("--yes",), 2, "the arm carries 2 kg"),
