@@ -2,8 +2,8 @@
 
     python benchmarks/live.py [seconds] [empty recordings]
 
-Asked for: 500 Hz for 60 s with at most 10 % of one core and 99.5 % of the samples; a window of 20 s updates in 20 ms;
-memory flat; no change told in 20 simulated recordings of an empty arm.
+Asked for: 500 Hz for 60 s with at most 10 % of one core and 99.5 % of the samples; a window of 20 s updates in
+20 ms; memory flat; no change told in 20 simulated recordings of an empty arm.
 """
 
 import resource
@@ -63,9 +63,9 @@ def weigh(count: int) -> None:
         list(weighing.feed(recording))
         told, seconds = told + len(weighing.changes), seconds + float(np.ptp(recording.t))
         sizes.append(tracemalloc.get_traced_memory()[0] / 2**20)
-    print(
-        f"{count} empty recordings, {seconds:.0f} s: {told} changes told; memory {sizes[0]:.1f} to {sizes[-1]:.1f} MiB"
-    )
+    print(f"{count} empty recordings, {seconds:.0f} s: {told} changes told")
+    if sizes:
+        print(f"memory after the first and the last of them: {sizes[0]:.1f} and {sizes[-1]:.1f} MiB")
 
 
 if __name__ == "__main__":

@@ -55,8 +55,8 @@ def after(first: Recording, second: Recording) -> Recording:
     assert first.qd is not None
     assert second.qd is not None
     t = np.concatenate([first.t, second.t + first.t[-1] + 0.5])
-    pairs = (first.q, second.q), (first.torque, second.torque), (first.qd, second.qd)
-    return Recording(t, *map(np.concatenate, pairs))
+    q, torque = np.vstack([first.q, second.q]), np.vstack([first.torque, second.torque])
+    return Recording(t, q, torque, np.vstack([first.qd, second.qd]))
 
 
 def filled(empty: Empty, recording: Recording) -> MovingWindow:
