@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from .progress import note, quiet, status
 from .values import mass
 
 if TYPE_CHECKING:
-    from ..estimation.payload import LiveWeighing, Told, Weighed
+    from ..estimation.payload import Change, LiveWeighing, Told, Weighed
 
 _CHUNK = 10
 """Samples of a log that are replayed at once."""
@@ -118,7 +118,7 @@ def _follow(
                     if told.change is not None:
                         tell(change_line(told))
                         if stream.watch:
-                            _append(stream.watch, json.dumps(change_document(told)))
+                            _append(stream.watch, _line(told))
                     progress(f"{told.time:.0f} s: {state_line(told.weighed, stream.until)}")
                     if stream.until is not None and told.weighed.half_width <= stream.until:
                         return ""
@@ -191,18 +191,21 @@ def state_line(weighed: Weighed, until: float | None) -> str:
     return line
 
 
+def _line(told: Told) -> str:
+    """A change as one line of JSON."""
+    assert told.change is not None
+    document = report.documents.change_document(told.change, told.time)
+    return json.dumps(json.loads(report.documents.json_text(document)))
+
+
 def change_line(told: Told) -> str:
     """A change in words."""
     assert told.change is not None
-    time, step, low, high = told.change
-    return f"{time:.1f} s: payload changed by {step:+.2f} kg ({low:+.2f} to {high:+.2f}), told at {told.time:.1f} s"
+    return f"{told.change.time:.1f} s: payload changed by {_step(told.change)}, told at {told.time:.1f} s"
 
 
-def change_document(told: Told) -> dict[str, Any]:
-    """A change as JSON."""
-    assert told.change is not None
-    time, step, low, high = told.change
-    return {"time_s": time, "told_s": told.time, "change_kg": step, "interval95_kg": [low, high]}
+def _step(change: Change) -> str:
+    return f"{change.mass:+.2f} kg ({change.low:+.2f} to {change.high:+.2f})"
 
 
 def _show(weighing: LiveWeighing, files: ResultOptions, robot: model.Robot) -> None:
@@ -221,30 +224,9 @@ def _show(weighing: LiveWeighing, files: ResultOptions, robot: model.Robot) -> N
         lines.append(f"centre of mass [mm]: {', '.join(centre)}")
     lines.append(f"{len(weighing.changes)} changes of payload")
     if files.details:
-        lines += [f"  {c.time:.1f} s: {c.mass:+.2f} kg ({c.low:+.2f} to {c.high:+.2f})" for c in weighing.changes]
+        lines += [
+            f"  {c.time:.1f} s: {c.mass:+.2f} kg ({c.low:+.2f} to {c.high:+.2f})" for c, _ in weighing.changes
+        ]
     files.show(report.Screen([report.Remarks(lines)]))
-    files.write_json(lambda: live_document(weighing, robot))
-
-
-def live_document(weighing: LiveWeighing, robot: model.Robot) -> dict[str, Any]:
-    """The last window and all changes."""
-    assert weighing.latest is not None
-    last = weighing.latest.weighed
-    seen = not last.hidden
-    return {
-        "robot": robot.name,
-        "frame": robot.payload_frame,
-        "seconds": last.seconds,
-        "mass_kg": last.mass if seen else None,
-        "interval95_kg": [last.low, last.high] if seen else None,
-        "com_m": _finite(last.com),
-        "com_sigma_m": _finite(last.com_sigma),
-        "hidden": last.hidden,
-        "changes": [
-            {"time_s": c.time, "change_kg": c.mass, "interval95_kg": [c.low, c.high]} for c in weighing.changes
-        ],
-    }
-
-
-def _finite(values: np.ndarray) -> list[float | None]:
-    return [float(x) if math.isfinite(x) else None for x in values]
+    documents = [report.documents.change_document(change, told) for change, told in weighing.changes]
+    files.write_json(lambda: report.documents.live_document(robot.name, robot.payload_frame, last, documents))

@@ -28,12 +28,12 @@ class LiveWeighing:
 
     Attributes:
         window: the blocks.
-        changes: that were found so far.
+        changes: that were found so far, and when each was told [s].
         latest: what the last block said; None before the first.
     """
 
     window: MovingWindow
-    changes: list[Change] = field(default_factory=list)
+    changes: list[tuple[Change, float]] = field(default_factory=list)
     latest: Told | None = None
 
     def __post_init__(self) -> None:
@@ -53,7 +53,7 @@ class LiveWeighing:
             self.window.add(block)
             change = change_in(self.window)
             if change is not None:
-                self.changes.append(change)
+                self.changes.append((change, float(recording.t[-1])))
                 # The block in which it changed holds both payloads.
                 self.window.since(change.time + 0.5 * (block.stop - block.start))
             self.latest = Told(float(recording.t[-1]), self.window.weighed(), change)

@@ -9,12 +9,14 @@ from ...common.schema import Document, json_schema
 from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
+from .live import LiveDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,
     "payload": StoredPayload,
     "weigh": StoredPayload,
+    "weigh_live": LiveDocument,
     "gains": StoredGains,
     "design": DesignDocument,
     "near": NearDocument,
