@@ -83,7 +83,8 @@ def weigh_live(
     gains = drives.errors(setup, (), (), stored)
     if stream.live:
         for name in _OF_LOGS:
-            processing.refuse(name, "is of logs: a controller tells what it sends")
+            if getattr(processing, name) not in ((), ""):
+                processing.refuse(name, "is of logs: a controller tells what it sends")
         if not controller.host:
             raise InputError("give --host, the controller's name or address")
         samples = _from_controller(controller, setup)

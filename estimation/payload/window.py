@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...model import Processing, Robot, base_parameters
 from ...model.inertia import payload_spread
 from ...model.motion import Measurement
@@ -166,13 +167,16 @@ class MovingWindow:
         nothing = Weighed(np.nan, np.nan, np.nan, np.full(3, np.nan), np.full(3, np.inf), self.seconds)
         if len(self.blocks) < _FEWEST:
             return nothing._replace(hidden="not visible yet: keep moving" if self.blocks else "no joint moves")
-        problem = self.problem()
-        short = problem.short
-        assert short is not None
-        if not short.visibility.mass_visible:
-            return nothing._replace(hidden=_hidden(short.visibility.joints, self.robot.n))
-        posed = METHODS[1](problem)
-        estimate = posed.solved()
+        try:
+            problem = self.problem()
+            short = problem.short
+            assert short is not None
+            if not short.visibility.mass_visible:
+                return nothing._replace(hidden=_hidden(short.visibility.joints, self.robot.n))
+            posed = METHODS[1](problem)
+            estimate = posed.solved()
+        except InputError:  # too few rows, or of too few kinds: more motion mends both
+            return nothing._replace(hidden="not visible yet: keep moving")
         estimate = replace(estimate, robust=by_memory(problem, posed, estimate))
         model = error_model(short.resolved(estimate, None), self._gains)
         places = [PAYLOAD.index(name) for name in model.names]
