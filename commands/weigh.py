@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .. import estimation, model, report
+from .. import estimation, fleet, model, report
 from ..common.errors import InputError
+from ..common.files import checksum
 from . import ANSWERED, DO_NOT_USE
 from .options import (
     FrictionOptions,
@@ -16,10 +17,14 @@ from .options import (
     Options,
     PageOptions,
     PairOptions,
+    PassportOptions,
     RobotOptions,
     Setup,
+    ViewOptions,
     add_command,
+    logs_of,
     option,
+    recipe_of,
 )
 from .progress import status
 from .values import joint_list
@@ -27,8 +32,6 @@ from .weigh_live import LiveOptions, weigh_live
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-_NOT_LIVE = ("loaded", "unloaded", "moving", "inertia")
 
 
 @dataclass(frozen=True)
@@ -64,10 +67,8 @@ class _Weigh(FrictionOptions):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(
-        commands, "weigh", run,
-        RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, LiveOptions, HostOptions,
-    )  # fmt: skip
+    parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, ViewOptions)
+    add_command(commands, "weigh", run, *parts, PassportOptions, LiveOptions, HostOptions)
 
 
 def run(
@@ -77,20 +78,17 @@ def run(
     drives: GainOptions,
     processing: PairOptions,
     files: PageOptions,
+    view: ViewOptions,
+    passport: PassportOptions,
     stream: LiveOptions,
     controller: HostOptions,
 ) -> int:
     """Run it."""
     if stream.asked:
-        _refuse_all(asked, _NOT_LIVE)
-        _refuse_all(knowledge, [entry.name for entry in fields(knowledge)])
-        _refuse_all(processing, ("max_mismatch",))
-        _refuse_all(files, ("report", "plots"))
+        _refuse_beside_stream(asked, processing, files, (knowledge, view, passport))
         return weigh_live(arm, asked, drives, processing, files, stream, controller)
-    for name, part in (("until", stream), ("watch", stream), ("host", controller), ("port", controller)):
-        part.refuse(name, "belongs to --live or --replay")
-    if not asked.loaded:
-        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
+    _refuse_without_stream(asked, stream, controller)
+    view.check_view()
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
     if not asked.robot_parameters:
@@ -122,14 +120,42 @@ def run(
         return made
 
     files.write_page(page)
+    view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
+    recipe = recipe_of(
+        "weigh",
+        setup,
+        gains,
+        friction_change=asked.change if stored else 0.0,
+        constraints=tuple(constraints),
+        stand_in=stand_in,
+        moving=asked.moving,
+        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    )
+    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
-def _refuse_all(part: Options, names: Sequence[str]) -> None:
-    """Refuse options of recordings beside a stream."""
-    for name in names:
-        if getattr(part, name) != ():
-            part.refuse(name, "has no meaning for --live and --replay")
+def _refuse_beside_stream(
+    asked: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
+) -> None:
+    """Refuse options of recordings where samples come one after the other."""
+    named: list[tuple[Options, Sequence[str]]] = [(asked, ("loaded", "unloaded", "moving", "inertia"))]
+    named += [(processing, ("max_mismatch",)), (files, ("report", "plots"))]
+    named += [(part, [entry.name for entry in fields(part) if entry.metadata]) for part in others]
+    for part, names in named:
+        for name in names:
+            if getattr(part, name) != ():
+                part.refuse(name, "has no meaning for --live and --replay")
+
+
+def _refuse_without_stream(asked: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
+    """Refuse options of a stream where there is none."""
+    for option_name in ("until", "watch"):
+        stream.refuse(option_name, "belongs to --live or --replay")
+    for option_name in ("host", "port"):
+        controller.refuse(option_name, "belongs to --live or --replay")
+    if not asked.loaded:
+        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
 
 
 def _problems(

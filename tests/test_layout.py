@@ -18,7 +18,7 @@ import pytest
 from dynident.model import load_robot
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("common", "model", "estimation", "trajectories", "live", "report")
+ROOMS = ("common", "model", "estimation", "trajectories", "live", "fleet", "report")
 HANDS = ("__main__.py", "cli.py", "commands")
 """What hands values from room to room."""
 MAY_IMPORT: dict[str, set[str]] = {
@@ -27,7 +27,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "estimation": {"common", "model"},
     "trajectories": {"common", "model"},
     "live": {"common"},
-    "report": {"common", "model", "estimation", "trajectories"},
+    "fleet": {"common", "model", "estimation"},
+    "report": {"common", "model", "estimation", "trajectories", "fleet"},
     "__init__.py": {"common", "model", "estimation", "trajectories"},
 } | {name: set(ROOMS) for name in HANDS}
 FILES = sorted(

@@ -50,15 +50,21 @@ def change_in(window: MovingWindow) -> Change | None:
     tried = [count for count in _LATEST if count <= len(blocks) - _BEFORE]
     if not tried:
         return None
-    usual = [_less(block, window) for block in blocks[: -tried[-1]]]
+    less = [less_robot(block.equations, window.known.values) for block in blocks]
+    usual = less[: -tried[-1]]
     if len(usual) >= _KNOWN:
         window.usual = held_friction([usual[0].followed_by(usual[1:])], window.sigmas)
     held = window.usual
     if held is None:
         return None
-    latest = [_less(block, window) for block in blocks[-tried[-1] :]]
-    rows = [_weighted(one, held) for one in (*usual, *latest)]
-    columns = usual[0].columns
+    return _latest_change(blocks, less, held, tried)
+
+
+def _latest_change(
+    blocks: Sequence[Block], less: Sequence[Observation], held: HeldFriction, tried: Sequence[int]
+) -> Change | None:
+    """Try another payload for ever more of the last blocks."""
+    rows, columns = [_weighted(part, held) for part in less], less[0].columns
     A, y = np.vstack([part[:, :-1] for part in rows]), np.concatenate([part[:, -1] for part in rows])
     near = _near(columns, held)
     A, y = np.vstack([A, near]), np.append(y, np.zeros(len(near)))
@@ -71,10 +77,6 @@ def change_in(window: MovingWindow) -> Change | None:
             half = _NORMAL95 * sigma
             return Change(blocks[-count].start, mass, mass - half, mass + half)
     return None
-
-
-def _less(block: Block, window: MovingWindow) -> Observation:
-    return less_robot(block.equations, window.known.values)
 
 
 def _weighted(part: Observation, held: HeldFriction) -> Array:

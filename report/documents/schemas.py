@@ -9,7 +9,9 @@ from ...common.schema import Document, json_schema
 from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
+from .fleet import ReducedDocument
 from .live import LiveDocument
+from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
@@ -21,6 +23,9 @@ DOCUMENTS: dict[str, type[Document]] = {
     "design": DesignDocument,
     "near": NearDocument,
     "rollout": RolloutsDocument,
+    "fleet_reduce": ReducedDocument,
+    "passport": PassportDocument,
+    "compare": ComparedDocument,
     "check": CheckDocument,
     "verify": FollowingDocument,
     "robot_check": RobotCheckDocument,
