@@ -16,6 +16,7 @@ COMMANDS = {
     "rollout": "how far the identified robot's motion strays from a recording's",
     "gains": "identify drive gains from currents and a payload of known mass",
     "record": "record from the robot itself, over the network",
+    "apply": "write an identified payload into the controller, over the network",
     "compare": "recordings of one robot side by side: which is the odd one, and in what",
     "fleet": "many recordings of many robots: reduced in parallel, and what changed",
     "passport": "what a passport holds; several merged, or compared",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import estimation, fleet, model, report
@@ -12,7 +12,9 @@ from . import ANSWERED, DO_NOT_USE
 from .options import (
     FrictionOptions,
     GainOptions,
+    HostOptions,
     KnowledgeOptions,
+    Options,
     PageOptions,
     PairOptions,
     PassportOptions,
@@ -24,11 +26,12 @@ from .options import (
     option,
     recipe_of,
 )
+from .progress import status
 from .values import joint_list
+from .weigh_live import LiveOptions, weigh_live
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-from .progress import status
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class _Weigh(FrictionOptions):
     loaded: tuple[str, ...] = option(
         reads="with payload",
         action="append",
-        required=True,
+        default=[],
         metavar="LOG",
         help="the motion with the payload; give it again for repeated recordings, in the order they were made",
     )
@@ -65,7 +68,7 @@ class _Weigh(FrictionOptions):
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, ViewOptions)
-    add_command(commands, "weigh", run, *parts, PassportOptions)
+    add_command(commands, "weigh", run, *parts, PassportOptions, LiveOptions, HostOptions)
 
 
 def run(
@@ -77,8 +80,14 @@ def run(
     files: PageOptions,
     view: ViewOptions,
     passport: PassportOptions,
+    stream: LiveOptions,
+    controller: HostOptions,
 ) -> int:
     """Run it."""
+    if stream.asked:
+        _refuse_beside_stream(asked, processing, files, (knowledge, view, passport))
+        return weigh_live(arm, asked, drives, processing, files, stream, controller)
+    _refuse_without_stream(asked, stream, controller)
     view.check_view()
     if not asked.unloaded and not asked.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
@@ -124,6 +133,29 @@ def run(
     )
     passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _refuse_beside_stream(
+    asked: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
+) -> None:
+    """Refuse options of recordings where samples come one after the other."""
+    named: list[tuple[Options, Sequence[str]]] = [(asked, ("loaded", "unloaded", "moving", "inertia"))]
+    named += [(processing, ("max_mismatch",)), (files, ("report", "plots"))]
+    named += [(part, [entry.name for entry in fields(part) if entry.metadata]) for part in others]
+    for part, names in named:
+        for name in names:
+            if getattr(part, name) != ():
+                part.refuse(name, "has no meaning for --live and --replay")
+
+
+def _refuse_without_stream(asked: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
+    """Refuse options of a stream where there is none."""
+    for option_name in ("until", "watch"):
+        stream.refuse(option_name, "belongs to --live or --replay")
+    for option_name in ("host", "port"):
+        controller.refuse(option_name, "belongs to --live or --replay")
+    if not asked.loaded:
+        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
 
 
 def _problems(

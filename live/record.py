@@ -35,8 +35,9 @@ class Recorder:
         stops: what stopped the arm, with the time since the start [s].
     """
 
-    def __init__(self, recipe: Recipe, rate: float, length: float = math.inf) -> None:
-        """Begin an empty one, that ends after a length [s]."""
+    def __init__(self, recipe: Recipe, rate: float, length: float = math.inf, keep: bool = True) -> None:
+        """Begin an empty one, that ends after a length [s]; without ``keep`` samples are only watched."""
+        self._keep = keep
         self.recipe, self.rate, self.length = recipe, rate, length
         self.count = self.repeated = 0
         self.stops: list[tuple[float, str]] = []
@@ -89,6 +90,8 @@ class Recorder:
                 self.count += 1
         new = Samples(self.recipe, bytes(self._kept[kept:]))
         self._watch(new)
+        if not self._keep:
+            self._kept.clear()
         return new
 
     def _new(self, now: float) -> bool:

@@ -203,12 +203,12 @@ def _robust(problem: PayloadProblem, posed: Posed, estimate: Estimate) -> Robust
     except InputError:
         if problem.short is not None or not problem.inflation:
             raise
-        return _by_memory(problem, posed, estimate, None)
+        return by_memory(problem, posed, estimate, None)
     ends = np.cumsum([len(group) for group in groups])[:-1]
     robust = jackknifed(np.split(values, ends), estimate.values, length)
     whole = _with_lasting(problem, posed, estimate, robust)
     if problem.few or (problem.corrected and robust.degrees_of_freedom + 1 < FEW):
-        return _by_memory(problem, posed, estimate, replace(whole, blocks=robust.blocks))
+        return by_memory(problem, posed, estimate, replace(whole, blocks=robust.blocks))
     return whole
 
 
@@ -237,12 +237,18 @@ def _with_lasting(
     )
 
 
-def _by_memory(
-    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance | None
+def by_memory(
+    problem: PayloadProblem, posed: Posed, estimate: Estimate, robust: RobustCovariance | None = None
 ) -> RobustCovariance:
-    """By how much each joint's errors remember; the jackknife of the few blocks counts where it is larger.
+    """Robust covariance by how much each joint's errors remember; the jackknife counts where it is larger.
 
     Of a robot that the recordings correct the jackknife is left out: a few seconds say next to nothing of it.
+
+    Args:
+        problem: with the inflation of each joint's errors.
+        posed: what the method makes of it.
+        estimate: its solution.
+        robust: the jackknife's, of few blocks; None without.
     """
     covariance = posed.remembered(estimate.weights, problem.inflation)
     if robust is not None and not problem.corrected:

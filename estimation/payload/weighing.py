@@ -84,7 +84,7 @@ def difference_weighing(
         bare_equations(free, [pair[0] for pair in still], masks, processing),
     )
     own_parameters = robot_of(without_payload)
-    payload_observer, path_observer = _observer(robot, None), difference_observer(robot)
+    payload_observer, path_observer = observer_of(robot, None), difference_observer(robot)
     observations, ripples = [], []
     for (before, after), keep in zip(still, masks, strict=True):
         after_moving = _held_as(before.motion, after.motion, moving)
@@ -165,7 +165,7 @@ def known_robot_weighing(
     base = base_parameters(robot)
     measured = filtered(loaded, processing, progress)
     moving = _moving(measured, processing, joints, robot)
-    observer = _observer(robot, base, friction_change > 0.0)
+    observer = observer_of(robot, base, friction_change > 0.0)
     still = [at_rest(data, moving) for data in measured]
     masks = [telling_rows(data.motion, moving, processing) for data in still]
     _check_rows([recording.source for recording in loaded], masks)
@@ -223,7 +223,7 @@ def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
     return [weighing_problem(problem.robot, problem.base, [run], *setting) for run in short.runs]
 
 
-def _observer(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
+def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
     """Observer of [W, free columns, W_L]; of torque differences without base parameters and nothing viscous."""
     free = robot.with_offsets(True)
     own = base.columns if base is not None else ()

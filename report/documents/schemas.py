@@ -10,6 +10,8 @@ from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 from .fleet import FleetDocument, ReducedDocument
+from .fleet import ReducedDocument
+from .live import LiveDocument
 from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
 
@@ -17,6 +19,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,
     "payload": StoredPayload,
     "weigh": StoredPayload,
+    "weigh_live": LiveDocument,
     "gains": StoredGains,
     "design": DesignDocument,
     "near": NearDocument,

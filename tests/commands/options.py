@@ -5,6 +5,7 @@ of the command's line. An option without an entry fails the law of ``test_option
 with a value that must change something.
 """
 
+import json
 import os
 from pathlib import Path
 
@@ -90,6 +91,16 @@ PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid()
 _PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
 HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
 
+
+def put_payloads(folder: Path) -> None:
+    """Two payloads in the flange's frame: one to use, and one that its verdict refuses."""
+    document = json.loads((folder / "rx_payload.json").read_text())
+    document["frame"] = "tool0: the bare flange"
+    for name, level in (("flange", "use"), ("refused", "do_not_use")):
+        document["verdict"]["level"] = level
+        (folder / f"{name}.json").write_text(json.dumps(document))
+
+
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
@@ -97,6 +108,7 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "apply": f"flange.json --to ur --yes {_PLAYED} --script-port {PORTS['script_port']}",
     "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
     "fleet report": "nightly --json b.json",
@@ -129,6 +141,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
+        "--live": "--live ur",
+        "--replay": "--replay rx_near_loaded.csv",
+        "--until": "=--robot rx90 --robot-parameters earlier.json --replay rx_arm_loaded.csv | --until 9kg",
+        "--watch": "--watch a.jsonl",
+        **HOST,
     },
     "verify": LINKS | LOGS | _CURRENTS | PAGE | {
         "--robot": "--robot panda",
@@ -174,6 +191,13 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass-sigma": "--mass-sigma 0.1",
         "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
+    },
+    "apply": HOST | {
+        "payload": "tx_robot.json",
+        "--to": "--to ur10",
+        "--yes": "=flange.json --to ur --host 127.0.0.1 | --yes",
+        "--despite-verdict": "=refused.json --to ur --host 127.0.0.1 | --despite-verdict",
+        "--script-port": "--script-port 1",
     },
     "record": HOST | {
         "maker": "ur",

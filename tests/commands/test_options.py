@@ -14,7 +14,7 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.model import INERTIAL
-from dynident.tests.commands.options import LINES, OPTIONS, PORTS, make_passports
+from dynident.tests.commands.options import LINES, OPTIONS, PORTS, make_passports, put_payloads
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 from dynident.tests.live.played import playing
@@ -63,6 +63,7 @@ def inputs() -> Iterator[Path]:
     with folder_of_inputs() as folder, playing(**PORTS):
         for name, text in TEXTS.items():
             (folder / name).write_text(text)
+        put_payloads(folder)
         for name, share in (("before", 0.9), ("after", 0.95)):
             follow(folder / "rx_near_loaded.csv", folder / f"{name}.csv", share)
         for name in ("unloaded", "loaded"):  # the same numbers twice are refused

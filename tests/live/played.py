@@ -16,6 +16,7 @@ class Played:
         command = [sys.executable, "-S", str(Path(__file__).with_name("player.py")), json.dumps(asked)]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.port, self.script_port = self.next()["ports"]
+        self.host = str(asked.get("host", "127.0.0.1"))
 
     def next(self) -> dict[str, Any]:
         """What it tells next; waits for it."""
@@ -35,7 +36,7 @@ class Played:
     @property
     def address(self) -> list[str]:
         """Options that lead to it."""
-        return ["--host", "127.0.0.1", "--port", str(self.port)]
+        return ["--host", self.host, "--port", str(self.port)]
 
 
 @contextmanager

@@ -117,7 +117,8 @@ class Player:
                 self.packet(connection, "v", struct.pack(">4I", self.major, 12, 0, 1))
             elif kind == ord("O"):
                 (rate,) = struct.unpack_from(">d", payload)
-                recipe = payload[8:].decode().split(",")
+                # ur_rtde ends its list with a comma, which controllers take.
+                recipe = [name for name in payload[8:].decode().split(",") if name]
                 unknown = self.absent | (set(recipe) - set(TYPES))
                 types = ["NOT_FOUND" if name in unknown else TYPES[name] for name in recipe]
                 step = 1.0 / min(rate, self.rate)

@@ -573,6 +573,24 @@ def test_rollout() -> None:
     same(documents.rollouts_document("arm", [rollout]), {"robot": "arm", "rollouts": [expected]})
 
 
+@pytest.mark.parametrize("hidden", ["", "not visible yet"])
+def test_weigh_live(hidden: str) -> None:
+    change: Any = SimpleNamespace(time=57.5, mass=2.75, low=2.5, high=3.0)
+    weighed: Any = SimpleNamespace(
+        mass=2.8, low=2.7, high=2.9, com=np.array([0.1, 0.2, np.nan]), com_sigma=np.array([0.01, 0.02, np.inf]),
+        seconds=20.0, hidden=hidden,
+    )  # fmt: skip
+    line = {"time_s": 57.5, "change_kg": 2.75, "interval95_kg": [2.5, 3.0], "told_s": 62.5}
+    told = documents.change_document(change, 62.5)
+    same(told, line)
+    expected = {
+        "robot": "arm", "frame": "tool0", "seconds": 20.0, "mass_kg": None if hidden else 2.8,
+        "interval95_kg": None if hidden else [2.7, 2.9], "com_m": [0.1, 0.2, None],
+        "com_sigma_m": [0.01, 0.02, None], "hidden": hidden, "changes": [line],
+    }  # fmt: skip
+    same(documents.live_document("arm", "tool0", weighed, [told]), expected)
+
+
 def test_verify() -> None:
     joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
     total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
