@@ -78,10 +78,10 @@ def now() -> datetime:
 
 def versions() -> dict[str, str]:
     """Versions of dynident, Python, and the packages that decide numbers and figures."""
-    found = {"dynident": __version__, "Python": platform.python_version()}
+    used = {"dynident": __version__, "Python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            found[package] = version(package)
+            used[package] = version(package)
         except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            used[package] = "not installed"
+    return used
