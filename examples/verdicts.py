@@ -36,17 +36,19 @@ class Shown:
 
 def recorded(load: InertialParameters, speed: float, seed: int) -> tuple[Recording, Recording]:
     """The same random motion without and with a payload, at a share of the speed limits."""
-    arm, motion = Simulator(ROBOT), random_via_points(ROBOT, 10, seed, speed).motion(rate=200.0)
+    arm, motion = Simulator(ROBOT), random_via_points(ROBOT, 14, seed, speed).motion(rate=200.0)
     bare, heavy = (arm.record(motion, body, RX90_NOISE, seed=k) for k, body in enumerate((None, load)))
     return bare, heavy
 
 
 def good() -> Shown:
     """A heavy payload on a fast motion."""
-    load = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.05, 0.06, 0.04])
-    bare, heavy = recorded(load, 0.5, 1)
+    load = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.25, 0.3, 0.2])
+    bare, heavy = recorded(load, 0.9, 1)
     answer = answer_payload(payload_problem(ROBOT, [heavy], [bare]))
-    return Shown("use", "7 kg on a fast motion: all ten numbers can be typed in.", answer, "by_joints")
+    return Shown(
+        "use", "7 kg, half a metre long, on a fast motion: all ten numbers can be typed in.", answer, "by_joints"
+    )
 
 
 def slow() -> Shown:
@@ -62,8 +64,8 @@ def slow() -> Shown:
 
 def scaled() -> Shown:
     """The torque of joint 3 comes out a tenth too small under load."""
-    load = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.05, 0.06, 0.04])
-    bare, heavy = recorded(load, 0.5, 1)
+    load = InertialParameters.from_com(7.0, [0.0, 0.02, 0.14], [0.25, 0.3, 0.2])
+    bare, heavy = recorded(load, 0.9, 1)
     torque = np.array(heavy.torque)
     torque[:, 2] *= 0.9
     answer = answer_payload(payload_problem(ROBOT, [replace(heavy, torque=torque)], [bare]))

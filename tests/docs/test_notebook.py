@@ -42,7 +42,7 @@ def test_every_cell_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     results = [ran(cell, names) for cell in cells()]
     log, answer, figure = (results[k][1] for k in (1, 2, 3))
     assert "<table" in log._repr_html_()
-    assert "Verdict: use" in answer._repr_html_()
+    assert "Verdict: use mass" in answer._repr_html_()
     assert figure.axes
     assert results[3][0].strip().endswith(")")
     assert answer.payload.mass.low < 7.0 < answer.payload.mass.high
