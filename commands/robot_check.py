@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
-from .options import PageOptions, ProcessingOptions, RobotOptions, Setup, add_command, option
+from .options import FilterOptions, PageOptions, RobotOptions, Setup, add_command, option
 from .progress import status
 from .robot_poses import checked_poses
 
@@ -18,12 +18,6 @@ torques or currents, recorded without payload, other orders, senses and zeros of
 robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 if the pose is not
 reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
-
-
-class _Processing(ProcessingOptions):
-    """Processing without decimation: the samples are thin by themselves."""
-
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
 
 
 @dataclass(frozen=True)
@@ -44,14 +38,14 @@ def add_parser(commands: Any) -> None:
         "check",
         run,
         RobotOptions,
-        _Processing,
+        FilterOptions,
         _Data,
         help="check order, senses and zeros of the joints by a recording: its tool poses, its torques",
         description=_DESCRIPTION,
     )
 
 
-def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
+def run(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
     robot = setup.robot

@@ -33,7 +33,7 @@ def with_settings(parser: argparse.ArgumentParser, words: Sequence[str]) -> tupl
     """
     command, below, depth = _command(parser, words)
     given = _given(below, words[depth:])
-    if "config" not in given:
+    if not given.get("config"):  # argparse refuses one that names no file
         return tuple(words)
     path = given["config"][-1]
     added: list[str] = []

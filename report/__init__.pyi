@@ -10,6 +10,7 @@ from . import recordings as recordings
 from . import render as render
 from . import sections as sections
 from . import simulators as simulators
+from . import view as view
 from .blocks import Block as Block
 from .blocks import Cell as Cell
 from .blocks import Drawing as Drawing
@@ -40,6 +41,7 @@ from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page
 from .sections.design import design_screen as design_screen
+from .sections.fleet import reduced_screen as reduced_screen
 from .sections.following import following_page as following_page
 from .sections.following import following_screen as following_screen
 from .sections.gains import gains_page as gains_page
@@ -53,6 +55,8 @@ from .sections.near import near_page as near_page
 from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
+from .sections.passport import compared_screen as compared_screen
+from .sections.passport import passport_screen as passport_screen
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen

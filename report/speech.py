@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..common.errors import InputError
-from ..common.files import write_text
+from ..common.files import checksum, write_text
+from ..common.versions import versions
 from ..estimation import Identification, PayloadAnswer
 from ..estimation.answers import DriveGains
 from ..estimation.diagnosis import LogCheck
@@ -25,7 +26,7 @@ from .documents import (
     json_text,
     payload_document,
 )
-from .provenance import Provenance, SourceFile, checksum, now, versions
+from .provenance import Provenance, SourceFile, now
 from .render.html import blocks_html, page_html
 from .render.terminal import screen_text
 from .sections.design import design_page, design_screen

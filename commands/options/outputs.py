@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ... import estimation, report
 from ...common.errors import InputError
-from ...common.files import write_text
+from ...common.files import checksum, write_text
+from ...common.versions import versions
 from ..progress import quiet
 from ..settings import is_settings_file, settings_text
 from .reading import Options, option
@@ -127,13 +128,13 @@ class PageOptions(ResultOptions):
             parts: options that name files.
         """
         files = tuple(
-            report.SourceFile(role, path, report.provenance.checksum(path))
+            report.SourceFile(role, path, checksum(path))
             for part in parts
             for _, role, path in part.named("reads")
             if Path(path).is_file()
         )
         command = shlex.join(["dynident", *self.argv])
-        date, used = report.provenance.now(), report.provenance.versions()
+        date, used = report.provenance.now(), versions()
         return report.Provenance(command, date, files, used, settings)
 
 

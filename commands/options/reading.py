@@ -118,7 +118,9 @@ class _Terminal(Options):
         help="options from a file, as every report writes one; the command line goes before it",
     )
     quiet: bool = option(
-        either="manner", action="store_true", help="print no screen and no notes: files and exit status tell"
+        either="manner",
+        action="store_true",
+        help="print no screen and no notes: files and exit status tell; what is asked for as text is printed",
     )
     verbose: bool = option(either="manner", action="store_true", help="print every step with its time")
 

@@ -8,8 +8,11 @@ from .check import pose_document as pose_document
 from .check import robot_check_document as robot_check_document
 from .design import design_document as design_document
 from .design import near_document as near_document
+from .fleet import reduced_document as reduced_document
 from .gains import gains_document as gains_document
 from .parts import elimination_document as elimination_document
+from .passport import compared_document as compared_document
+from .passport import passport_document as passport_document
 from .payload import free_estimate as free_estimate
 from .payload import payload_document as payload_document
 from .robot import constrained_document as constrained_document

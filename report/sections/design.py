@@ -17,6 +17,7 @@ from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure, sigma_figure
 from ..motions.written import rests_on
 from ..provenance import Provenance
+from .bounded import holding_tables, payload_notes
 from .data import report_page
 from .description import assumed_notes
 
@@ -62,6 +63,7 @@ def design_screen(
     """
     kind = problem.criterion.kind
     notes = [replay_note(kind, replay)] if replay is not None else []
+    notes += payload_notes(problem, score)
     notes += assumed_notes(problem.robot, *rests_on(problem))
     notes += [floor_note(kind, floor)] if floor is not None else []
     lines = [f"Criterion {criterion_text(kind, score.value)}."]
@@ -73,8 +75,9 @@ def design_screen(
         Notes([*lines, *([after] if designed else [])]),
         Remarks(notes),
     ]
-    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels)]
-    return Screen(first, details, "condition numbers, every parameter")
+    held = holding_tables(problem, score)
+    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels), *held]
+    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if held else ''}")
 
 
 def limits_in_words(score: Score) -> str:

@@ -16,6 +16,7 @@ from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
 from ..motions.written import assumed_line, rests_on
 from ..provenance import Provenance
+from .bounded import holding_tables, payload_notes
 from .data import report_page
 from .description import assumed_notes
 from .design import how_to_run, limits_banner, limits_in_words, limits_table
@@ -91,7 +92,9 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
         Notes([after]),
         Remarks([*hints, *near_notes(result)]),
     ]
-    return Screen(first, [visibility_table(result.visibility)], "which parameters these joints show")
+    held = holding_tables(result.design.problem, result.design.score)
+    what = f"which parameters these joints show{', what brakes hold' if held else ''}"
+    return Screen(first, [visibility_table(result.visibility), *held], what)
 
 
 def near_notes(result: NearResult) -> list[str]:
@@ -112,6 +115,7 @@ def near_notes(result: NearResult) -> list[str]:
             "Torque limits are NOT checked: the description has no torque limits or no parameters "
             "(--robot-parameters or --arm-mass); the rehearsal does not show them either."
         )
+    lines += payload_notes(result.design.problem, result.design.score)
     return [*lines, *assumed_notes(result.robot, *rests_on(result.design.problem))]
 
 

@@ -24,9 +24,10 @@ from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
 from dynident.report.render.terminal import COLUMNS
 from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
-from dynident.tests.commands.options import LINES
+from dynident.tests.commands.options import LINES, PORTS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.live.played import playing
 from rich.cells import cell_len
 
 ODD = Path("odd[") / "bold][red]"
@@ -52,9 +53,11 @@ FILES = [(name, option) for name, option, kind in OUTPUTS if kind == "file"]
 @pytest.fixture(scope="module")
 def folder() -> Iterator[Path]:
     """All inputs, in the working folder."""
-    with folder_of_inputs() as here:
+    with folder_of_inputs() as here, playing(**PORTS):
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
+        run([*words("identify"), "--json", "earlier.json"])
+        make_passports(here)
         yield here
 
 
@@ -152,7 +155,7 @@ def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> 
     line, before = without(words(name), option), contents(folder)
     inputs = [word for word in line if (folder / word).is_file()]
     if not inputs:
-        assert name in {"near", "design", "robot show", "robot new", "demo"}, "its line reads no file"
+        assert name in {"near", "design", "robot show", "robot new", "demo", "record"}, "its line reads no file"
         return
     for path in inputs:
         Path("link").unlink(missing_ok=True)
@@ -291,7 +294,18 @@ def test_titles_and_frames_are_never_markup(folder: Path) -> None:
 
 LISTINGS = ("robot list", "robot show", "codegen")
 """What prints a list or a table as long as the robot, not an answer."""
-LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
+LIGHT = (
+    "verify",
+    "export",
+    "passport show",
+    "robot show",
+    "robot new",
+    "robot urdf",
+    "check",
+    "robot check",
+    "identify",
+    "gains",
+)
 
 
 @pytest.mark.parametrize(
@@ -306,7 +320,8 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
         outputs = {}
         for other, option, _ in OUTPUTS:
             if other == name:
-                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.svg")
+                ending = "csv" if name == "record" else "svg"
+                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.{ending}")
                 line = [*without(line, option), option, str(outputs[option])]
         status, out, err = run(line)
         assert status in (0, 1), err
