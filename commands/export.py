@@ -85,8 +85,8 @@ class _Export(Options):
                 "flange's pose in it (0 0 0 0 0 0 if it is the same)"
             )
         if self.tool_frame is not None:
-            told = f"tool, at {_told(self.tool_frame)} in the flange"
-            load = replace(_seen_from("--tool-frame", load, self.tool_frame, told), in_tool_frame=True)
+            frame = f"tool, at {_told(self.tool_frame)} in the flange"
+            load = replace(_seen_from("--tool-frame", load, self.tool_frame, frame), in_tool_frame=True)
         if self.meters_per_unit is not None:
             load = replace(load, meters_per_unit=self.meters_per_unit)
         return load

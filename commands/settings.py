@@ -144,11 +144,11 @@ def _read(path: str, command: str) -> dict[str, Any]:
         raise InputError(f"{_OPTION} {path}: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{_OPTION} {path}: is not TOML: {error}") from None
-    told = table.pop("command", command)
-    if told != command:
+    meant = table.pop("command", command)
+    if meant != command:
         raise InputError(
-            f"{_OPTION} {path}: is for 'dynident {told}', not for 'dynident {command}': "
-            f"give a file of {command!r}, or call {told!r}"
+            f"{_OPTION} {path}: is for 'dynident {meant}', not for 'dynident {command}': "
+            f"give a file of {command!r}, or call {meant!r}"
         )
     return table
 

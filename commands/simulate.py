@@ -129,16 +129,16 @@ def _references(
     robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
 ) -> dict[str, trajectories.motions.Plan]:
     """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
-    found: dict[str, trajectories.motions.Plan] = {}
+    motions: dict[str, trajectories.motions.Plan] = {}
     for file in files:
         name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
-        if name in found:
+        if name in motions:
             raise InputError(f"--trajectory: two files are called {name!r}: rename one")
         trajectory = trajectories.SampledTrajectory(*estimation.recordings.read_trajectory(file, robot), file)
         trajectory.check_limits(described)
-        found[name] = trajectory
-    if found:
-        return found
+        motions[name] = trajectory
+    if motions:
+        return motions
     try:
         return {
             "random": trajectories.plan_point_to_point(

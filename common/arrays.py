@@ -28,8 +28,8 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     if array.ndim != len(expected) or any(
         want is not None and want != got for want, got in zip(expected, array.shape, strict=True)
     ):
-        wanted = " x ".join("any" if size is None else str(size) for size in expected)
-        raise ValueError(f"{name} has shape {array.shape}, expected {wanted}")
+        sizes = " x ".join("any" if size is None else str(size) for size in expected)
+        raise ValueError(f"{name} has shape {array.shape}, expected {sizes}")
     if not _finite(array):
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
@@ -38,12 +38,12 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
 
 def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
     """Whether it is a float array that can no longer change."""
-    held: Any = values
-    while isinstance(held, np.ndarray) and held.dtype == np.float64 and not held.flags.writeable:
-        base: Any = held.base
+    owner: Any = values
+    while isinstance(owner, np.ndarray) and owner.dtype == np.float64 and not owner.flags.writeable:
+        base: Any = owner.base
         if base is None or isinstance(base, mmap.mmap | bytes):
             return True
-        held = base
+        owner = base
     return False
 
 

@@ -210,11 +210,11 @@ def _plain(value: Any) -> Any:
 
 
 def _array(kind: Any, values: Any) -> Any:
-    told = "a list of numbers" if kind == _Row else "a list of lists of numbers"
+    shape = "a list of numbers" if kind == _Row else "a list of lists of numbers"
     try:
         rows = msgspec.convert(values, _NUMBERS[kind])
     except msgspec.ValidationError:  # it would not tell where the list is
-        raise ValueError(f"must be {told}, got {_shown(values)}") from None
+        raise ValueError(f"must be {shape}, got {_shown(values)}") from None
     if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
@@ -258,9 +258,9 @@ def _inner(text: str, cause: BaseException | None, kind: Any) -> WrongKeyError |
     """What is wrong with a key of the table at which an error stands."""
     if isinstance(cause, WrongKeyError):
         return cause
-    for word, told in (("required", _missing), ("unknown", _unknown)):
-        if found := re.search(rf"{word} field `(.*)`", text):
-            return WrongKeyError(found[1], told(kind, found[1]))
+    for word, wrong_key in (("required", _missing), ("unknown", _unknown)):
+        if named := re.search(rf"{word} field `(.*)`", text):
+            return WrongKeyError(named[1], wrong_key(kind, named[1]))
     return None
 
 
@@ -293,9 +293,16 @@ def chosen(kind: Any, data: Any) -> Any:
         return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):
         return kind
-    several = [chosen(one, data) for one in get_args(kind)]
+    several = [chosen(alternative, data) for alternative in get_args(kind)]
     lists = isinstance(data, list)
-    return next((one for one in several if (get_origin(one) is tuple) == lists and one is not NoneType), kind)
+    return next(
+        (
+            alternative
+            for alternative in several
+            if (get_origin(alternative) is tuple) == lists and alternative is not NoneType
+        ),
+        kind,
+    )
 
 
 def words(kind: Any) -> str:

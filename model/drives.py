@@ -171,7 +171,7 @@ class Drives:
 
 
 def drive_terms(
-    drives: Drives, qd: Any, qdd: Any, sign: Callable[[Any], Any] = ca.sign, one: Any = _ONE
+    drives: Drives, qd: Any, qdd: Any, sign: Callable[[Any], Any] = ca.sign, unit: Any = _ONE
 ) -> dict[str, dict[int, Any]]:
     """What multiplies each drive parameter, row by row: {"FV2": {1: qd2}}.
 
@@ -179,13 +179,13 @@ def drive_terms(
         qd: joint speeds, n x 1 [rad/s or m/s]; as arrays n x N.
         qdd: joint accelerations, n x 1 [rad/s^2 or m/s^2]; as arrays n x N.
         sign: what stands for the sign in Coulomb friction.
-        one: what stands for the number 1.
+        unit: what stands for the number 1.
 
     Source: (2), (3) and, for coupled drives, (10) and (11).
     """
     terms: dict[str, dict[int, Any]] = {}
     for row in range(qd.shape[0]):
-        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": one}
+        factors = {"IA": qdd[row], "FS": sign(qd[row]), "FV": qd[row], "OFF": unit}
         for name in drives.names(row + 1):
             terms[name] = {row: factors[parameter_kind(name)]}
     if drives.coupling:

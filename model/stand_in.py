@@ -166,15 +166,15 @@ def missing_inertial(robot: Robot) -> list[str]:
 
 def _friction(robot: Robot) -> dict[str, float]:
     """Friction by torque limits and speeds, by parameter; none of joints without them."""
-    found: dict[str, float] = {}
+    parameters: dict[str, float] = {}
     for number, joint in enumerate(robot.joints, start=1):
         most, fastest = joint.limits.torque, joint.limits.speed
         if np.isfinite([most, fastest]).all():
             dry, viscous = 0.5 * FRICTION * most, 0.5 * FRICTION * most / fastest
             # Of coupled drives one rotor turns with both joints, and rubs on its own.
             shares = {"FS": dry, "FV": viscous, "FSM": 0.5 * dry, "FVM": 0.5 * viscous}
-            found |= {f"{kind}{number}": value for kind, value in shares.items()}
-    return found
+            parameters |= {f"{kind}{number}": value for kind, value in shares.items()}
+    return parameters
 
 
 def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
@@ -255,11 +255,11 @@ def _limited(robot: Robot, parameters: Mapping[str, float]) -> Robot:
     )
     rated = np.isfinite(robot.rated_payload)
     payload = "rated payload" if rated else f"a payload of {_load(robot, parameters):.2g} kg (itself assumed)"
-    told = (
+    source = (
         f"{ASSUMED}: {SAFETY:g} times the largest torque of links and {payload} at rest and at the largest "
         f"acceleration{', or of friction where that is more' if (rubs > needed).any() else ''}"
     )
-    return replace(robot, joints=joints, sources={**robot.sources, "torque": told})
+    return replace(robot, joints=joints, sources={**robot.sources, "torque": source})
 
 
 def _poses(robot: Robot) -> Array:

@@ -63,8 +63,8 @@ class PayloadVisibility:
 
     def alone(self, mass_known: bool) -> tuple[int, ...]:
         """Positions of the parameters that are determined; with the mass itself where it is known."""
-        wanted: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
-        return tuple(k for k in range(10) if self._shown(k) in wanted or (k == 9 and mass_known))
+        answers: tuple[Shown, ...] = ("yes", "only with a known mass") if mass_known else ("yes",)
+        return tuple(k for k in range(10) if self._shown(k) in answers or (k == 9 and mass_known))
 
     def resolved(self, mass_known: bool) -> tuple[tuple[int, ...], Array, Array]:
         """How ``alone`` follows from what the r ``chosen`` columns get by least squares: x = A theta + b M.
@@ -110,8 +110,8 @@ def visibility_of(W: Array, joints: Sequence[int]) -> PayloadVisibility:
     if not np.any(W):
         return PayloadVisibility(tuple(joints), np.zeros((0, 10)), ())
     rows = np.vstack([W, np.zeros((max(10 - len(W), 0), 10))])
-    found = base_parameters_of(INERTIAL, rows)
-    return PayloadVisibility(tuple(joints), found.grouping, found.chosen)
+    base = base_parameters_of(INERTIAL, rows)
+    return PayloadVisibility(tuple(joints), base.grouping, base.chosen)
 
 
 def payload_visibility(
@@ -157,8 +157,8 @@ def checked_joints(robot: Robot, joints: Sequence[int]) -> list[int]:
     """
     wrong = [joint for joint in joints if not 1 <= joint <= robot.n]
     if wrong or len(set(joints)) != len(joints) or not joints:
-        told = ", ".join(map(str, joints)) or "none"
-        raise InputError(f"joints {told}: give different numbers from 1 to {robot.n}")
+        numbers = ", ".join(map(str, joints)) or "none"
+        raise InputError(f"joints {numbers}: give different numbers from 1 to {robot.n}")
     return [joint - 1 for joint in joints]
 
 

@@ -53,23 +53,25 @@ class KnowledgeOptions(Options):
         Raises:
             InputError: if they make no sense.
         """
-        found: list[estimation.possible.Constraint] = [estimation.PossibleBody()]
+        constraints: list[estimation.possible.Constraint] = [estimation.PossibleBody()]
         if (self.mass is None) != (self.mass_sigma is None):
             raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
         if self.mass is not None and self.mass_sigma is not None:
             with about("--mass", "--mass-sigma"):
-                found.append(estimation.KnownMass(self.mass, self.mass_sigma))
+                constraints.append(estimation.KnownMass(self.mass, self.mass_sigma))
         if self.mass_min is not None or self.mass_max is not None:
             least = 0.0 if self.mass_min is None else self.mass_min
             with about("--mass-min", "--mass-max"):
-                found.append(estimation.MassBounds(least, math.inf if self.mass_max is None else self.mass_max))
+                constraints.append(
+                    estimation.MassBounds(least, math.inf if self.mass_max is None else self.mass_max)
+                )
         if self.com_within is not None:
             with about("--com-within"):
-                found.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
+                constraints.append(estimation.CentreOfMassInBox(self.com_within[::2], self.com_within[1::2]))
         if self.ellipsoid is not None:
             with about("--ellipsoid"):
-                found.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
-        return found
+                constraints.append(estimation.InEllipsoid(self.ellipsoid[:3], self.ellipsoid[3:]))
+        return constraints
 
 
 @dataclass(frozen=True)

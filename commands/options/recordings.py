@@ -159,8 +159,8 @@ class ProcessingOptions(LogOptions):
             raise InputError("--equation-rate and --decimate say the same: give one of them")
         # What is given takes the place of either in the robot's file.
         either = {"decimate": 1, "equation_rate": None}
-        told = either if self.has("equation_rate") or self.has("decimate") else {}
-        return told | {entry.name: getattr(self, entry.name) for entry in fields(self)
+        given = either if self.has("equation_rate") or self.has("decimate") else {}
+        return given | {entry.name: getattr(self, entry.name) for entry in fields(self)
                 if entry.name in settings and self.has(entry.name)}  # fmt: skip
 
 

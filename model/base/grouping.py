@@ -76,13 +76,13 @@ def closed_form_base_parameters(robot: Robot) -> BaseParameters:
     if robot.coupling:
         return _decided_by_rank(robot)
     lengths = _named_lengths(robot)
-    found = moves(robot)
+    regroupings = moves(robot)
     columns = standard_columns(robot)
-    grouping = _apply(found, robot, columns, np.eye(len(columns)), {})
+    grouping = _apply(regroupings, robot, columns, np.eye(len(columns)), {})
     symbols = {name: Polynomial.symbol(name) for name in lengths}
     start = np.eye(len(columns)).astype(object)
-    symbolic = _apply(found, robot, columns, start, symbols) if symbols else grouping
-    dropped = {f"{move.drop}{move.joint + 1}" for move in found}
+    symbolic = _apply(regroupings, robot, columns, start, symbols) if symbols else grouping
+    dropped = {f"{move.drop}{move.joint + 1}" for move in regroupings}
     chosen = tuple(k for k, name in enumerate(columns) if name not in dropped)
     expressions = tuple(linear_text(dict(zip(columns, symbolic[k], strict=True))) for k in chosen)
     return BaseParameters(columns, chosen, grouping[list(chosen)], "closed form", expressions)
@@ -100,11 +100,11 @@ def moves(robot: Robot) -> list[Move]:
             "use base_parameters or local_transfer_base_parameters"
         )
     chain = chain_at_zero(robot)
-    found: list[Move] = []
+    regroupings: list[Move] = []
     for j in reversed(range(robot.n)):
         rules = _revolute if robot.joints[j].revolute else _prismatic
-        found += [move for move in rules(chain, j, robot) if _has(robot, move.drop)]
-    return found
+        regroupings += [move for move in rules(chain, j, robot) if _has(robot, move.drop)]
+    return regroupings
 
 
 def _has(robot: Robot, kind: str) -> bool:
@@ -155,12 +155,16 @@ def _prismatic_drive(chain: Chain, j: int, robot: Robot) -> Iterator[Move]:
 
 
 def _apply(
-    found: list[Move], robot: Robot, columns: tuple[str, ...], rows: NDArray[Any], symbols: dict[str, Polynomial]
+    regroupings: list[Move],
+    robot: Robot,
+    columns: tuple[str, ...],
+    rows: NDArray[Any],
+    symbols: dict[str, Polynomial],
 ) -> NDArray[Any]:
     """Carry out the moves on ``rows``: row k starts as parameter k and becomes what it stands for."""
     place = {name: k for k, name in enumerate(columns)}
     transfers = [transfer_matrix(joint, symbols) for joint in robot.joints]
-    for move in found:
+    for move in regroupings:
         number = move.joint + 1
         amount = rows[place[f"{move.drop}{number}"]] * (1.0 / move.change[move.drop])
         for kind, size in move.change.items():

@@ -237,20 +237,20 @@ def _parameters(
     notes: list[str] = []
     own = {joint.name for joint, _ in links}
     for j, ((moving, at), frame) in enumerate(zip(links, frames.frames, strict=True), start=1):
-        total, found = np.zeros(10), False
+        total, massive = np.zeros(10), False
         stack = [(moving.child, frame.inverse() @ at)]
         while stack:
             name, pose = stack.pop()
             body = tree.links[name]
             if body is not None:
-                total, found = total + body.moved(pose.R, pose.p).vector, True
+                total, massive = total + body.moved(pose.R, pose.p).vector, True
                 notes += _impossible(name, body)
             for joint in children[name]:
                 if joint.kind == "fixed":
                     stack.append((joint.child, pose @ joint.origin))
                 elif joint.name not in own:
                     notes.append(f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out")
-        if found:
+        if massive:
             values |= InertialParameters(total).named(str(j))
         if moving.damping is not None:
             values[f"FV{j}"] = moving.damping

@@ -215,8 +215,8 @@ class _Reader:
         return name
 
     def _reference(self, element: ElementTree.Element, tag: str, where: str) -> str:
-        found = element.find(tag)
-        link = found.get("link") if found is not None else None
+        named = element.find(tag)
+        link = named.get("link") if named is not None else None
         if not link:
             raise self._error(where, f"<{tag} link=...> is missing")
         return link

@@ -70,9 +70,9 @@ def cache_folder() -> Path:
 
 
 def _wanted_folder() -> Path:
-    wanted = os.environ.get("DYNIDENT_CACHE")
-    if wanted:
-        return Path(wanted)
+    folder = os.environ.get("DYNIDENT_CACHE")
+    if folder:
+        return Path(folder)
     base = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "dynident"
 
@@ -122,8 +122,8 @@ def _suffix() -> str:
 
 
 @functools.cache
-def _compiler(wanted: str) -> Path:
-    for name in filter(None, (wanted, "cc", "gcc", "clang")):
+def _compiler(chosen: str) -> Path:
+    for name in filter(None, (chosen, "cc", "gcc", "clang")):
         program = shutil.which(name)
         if program is not None:
             return Path(program).absolute()
@@ -171,8 +171,8 @@ def _asked(compiler: Path, flags: Sequence[str], source: str, target: str, patie
             process.wait()
             return f"to finish within {patience:g} s"
         messages.seek(0)
-        told = messages.read().decode(errors="replace").strip()[:200]
-        return f"({told or process.returncode})" if process.returncode else ""
+        words = messages.read().decode(errors="replace").strip()[:200]
+        return f"({words or process.returncode})" if process.returncode else ""
 
 
 def _moved(finished: Path, place: Path) -> Path:

@@ -197,8 +197,8 @@ class ControllerLoad:
         x, y, z = self.flange.origin
         turn = ", ".join(f"{np.degrees(angle) + 0.0:g}" for angle in self.flange.rpy)
         place = f"({x:g}, {y:g}, {z:g}) m, ({turn}) deg"
-        told = f"flange, at {place} in {self.frame} ({self.flange_source or 'no source'})"
-        return self.seen_from(self.flange.R, self.flange.p, told)
+        frame = f"flange, at {place} in {self.frame} ({self.flange_source or 'no source'})"
+        return self.seen_from(self.flange.R, self.flange.p, frame)
 
 
 def _digits(values: Array, half_width: float) -> int:

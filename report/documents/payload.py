@@ -203,8 +203,10 @@ def possible_estimate(payload: ConstrainedPayload) -> PossibleEstimate:
         physically_consistent=payload.body.physically_consistent,
         constraints=tuple(constraint.description for constraint in result.constraints),
         active=tuple(
-            ActiveDocument(held.multiplier, constraint=held.description, p_value=p_values[id(held.constraint)])
-            for held in result.active
+            ActiveDocument(
+                active.multiplier, constraint=active.description, p_value=p_values[id(active.constraint)]
+            )
+            for active in result.active
         ),
         chi2_rise=result.chi2_rise,
         p_value=result.p_value,

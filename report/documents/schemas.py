@@ -10,7 +10,6 @@ from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
 from .fleet import FleetDocument, ReducedDocument
-from .fleet import ReducedDocument
 from .live import LiveDocument
 from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument

@@ -74,18 +74,18 @@ def _through(written: WrittenMotion, plan: ViaPoints) -> list[Descriptor]:
     """
     nominal = _nominal(written)
     leave = np.zeros(len(plan.points)) if plan.rests else _leave(written, plan.points)
-    found = []
+    descriptors = []
     for k, (T, step) in enumerate(zip(plan.durations, np.abs(np.diff(plan.points, axis=0)), strict=True)):
         # As the slowest joint has them; the others follow its law.
         by_speed, by_acceleration = float((step / nominal.speed).max()), float((step / nominal.acceleration).max())
         accel, rounding = nominal.most_acceleration, 0.0
         if isinstance(plan.segment, Trapezoid):
-            wanted, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
-            accel = min(_percent(wanted + rounding), accel)
+            percent, rounding = by_acceleration * plan.segment.peak_acceleration / T**2, 0.005
+            accel = min(_percent(percent + rounding), accel)
         speed = _speed(by_speed, by_acceleration / (0.01 * accel), T) if plan.rests else by_speed / T
         vel = min(_percent(speed + rounding), nominal.most_speed)
-        found.append(Descriptor(accel, vel, accel, leave[k + 1], leave[k + 1]))
-    return found
+        descriptors.append(Descriptor(accel, vel, accel, leave[k + 1], leave[k + 1]))
+    return descriptors
 
 
 def _blended(written: WrittenMotion, plan: BlendedPoints) -> list[Descriptor]:

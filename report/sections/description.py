@@ -86,19 +86,19 @@ def _known_of(robot: Robot) -> list[str]:
 
 def _sources(robot: Robot) -> Iterable[str]:
     """Where the numbers come from, sources that are one told once."""
-    told: dict[str, list[str]] = {}
+    by_source: dict[str, list[str]] = {}
     for name, words in SOURCED.items():
         if name in robot.sources:
-            told.setdefault(robot.sources[name], []).append(words)
-    return (f"{_sentence(', '.join(names))}: {source}." for source, names in told.items())
+            by_source.setdefault(robot.sources[name], []).append(words)
+    return (f"{_sentence(', '.join(names))}: {source}." for source, names in by_source.items())
 
 
 def assumed_notes(robot: Robot, *what: str) -> list[str]:
     """What was assumed of a robot, and how; ``what``: of ``model.robot.SOURCED``, all without."""
-    told: dict[str, list[str]] = {}
+    by_assumption: dict[str, list[str]] = {}
     for name, how in robot.assumed(*what).items():
-        told.setdefault(how, []).append(SOURCED[name])
-    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in told.items()]
+        by_assumption.setdefault(how, []).append(SOURCED[name])
+    return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in by_assumption.items()]
 
 
 def _sentence(text: str) -> str:

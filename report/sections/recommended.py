@@ -96,9 +96,11 @@ def consistency_section(answer: PayloadAnswer) -> Section:
         "A body can exist if the 4 x 4 pseudo-inertia has no negative eigenvalue; positive moments alone are not "
         "enough. A small p says that the data contradict the constraints."
     )
-    held = "; ".join(constraint.description for constraint in answer.recommended.result.constraints)
+    constraints = "; ".join(constraint.description for constraint in answer.recommended.result.constraints)
     table = Table("Physical consistency", columns(("",), headings), rows)
-    return Section("consistency", "Physical consistency", [Text(words), table, Text(f"Constraints: {held}.")])
+    return Section(
+        "consistency", "Physical consistency", [Text(words), table, Text(f"Constraints: {constraints}.")]
+    )
 
 
 def agreement(answer: PayloadAnswer) -> list[Text]:
@@ -136,8 +138,8 @@ def _cost_note(payload: ConstrainedPayload) -> str:
     result = payload.result
     if not result.active:
         return "No constraint is active: the free estimate can exist as it is."
-    held = "; ".join(active.description for active in result.active)
-    return f"Active: {held}. Their price: chi2 rises by {result.chi2_rise:.3g} (p {payload.p_value:.2g})."
+    bounds = "; ".join(active.description for active in result.active)
+    return f"Active: {bounds}. Their price: chi2 rises by {result.chi2_rise:.3g} (p {payload.p_value:.2g})."
 
 
 def _conflict_notes(payloads: Sequence[ConstrainedPayload]) -> list[str]:

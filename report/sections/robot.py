@@ -55,13 +55,13 @@ def joint_table(result: Identification) -> Table:
     for j, joint in enumerate(result.robot.joints, 1):
         unit = "N·m" if joint.revolute else "N"
         shares = [percent(float(relative[j - 1])) for relative in residuals]
-        found = {
+        friction = {
             kind: with_sigma(float(estimate.values[k]), float(estimate.total_sigma[k]))
             for k, name in enumerate(result.base.columns)
             for kind in ("FS", "FV")
             if name == f"{kind}{j}"
         }
-        rows.append((f"joint {j}", *shares, found.get("FS", "-"), unit, found.get("FV", "-"), f"{unit}·s"))
+        rows.append((f"joint {j}", *shares, friction.get("FS", "-"), unit, friction.get("FV", "-"), f"{unit}·s"))
     fits = ("unexplained", *(["held out"] if held_out is not None else []))
     headings = (
         *columns(("",), (*fits, "Coulomb friction")),

@@ -111,11 +111,11 @@ def _friction_note(problem: PayloadProblem, short: ShortMotion) -> str:
 
 
 def _offsets_note(short: ShortMotion) -> str:
-    held = short.held
-    if not held.joints:
+    constant = short.held
+    if not constant.joints:
         return "constant torques are free too."
-    joints = ", ".join(str(j + 1) for j in held.joints)
-    sigmas = ", ".join(f"{held.sigma[j]:.2g}" for j in held.joints)
+    joints = ", ".join(str(j + 1) for j in constant.joints)
+    sigmas = ", ".join(f"{constant.sigma[j]:.2g}" for j in constant.joints)
     return (
         f"constant torques of joint {joints} may change by {sigmas} N·m or N (1 sigma, {100 * OFFSET_SHARE:.1f} % "
         "of Coulomb friction), which the intervals allow for."

@@ -131,16 +131,16 @@ def _left_out(whole: WholeRobot, names: Mapping[int, str]) -> Iterator[str]:
 def _matching(whole: WholeRobot, placed: Mapping[str, Placed], path: str) -> dict[int, str]:
     """Names in the model by the robot's joints, from 0."""
     lists = (whole.joint_names, *whole.robot.joint_names, [f"joint{j + 1}" for j in range(whole.robot.n)])
-    found: dict[int, str] = {}
+    matches: dict[int, str] = {}
     for j in range(whole.robot.n):
         own = [names[j] for names in lists if names[j] in placed]
-        found |= {j: own[0]} if own else {}
-    if not found:
+        matches |= {j: own[0]} if own else {}
+    if not matches:
         raise InputError(
             f"{path}: none of its joints ({', '.join(placed) or 'none'}) is called as the robot's "
             f"({', '.join(whole.joint_names)}): give joint_names in a robot file of your own"
         )
-    return found
+    return matches
 
 
 def _bodies(
