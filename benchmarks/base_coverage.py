@@ -3,10 +3,10 @@
 Run: OPENBLAS_NUM_THREADS=1 python benchmarks/base_coverage.py [--robots 20] [--recordings 3] [--first 0]
 
 The shipped arms in turn with the bodies and drives of their stand-ins, each link's and each joint's numbers times
-a factor between .7 and 1.3. Every recording is a random motion with noise of .05 to .25 of each joint's torque, white
-or (every other one) of a third that remembers 20 samples, and is identified for itself. The intervals are those that
-are stated: robust where the recording allows it, else the formula's. Asked: 92 to 99 % over all, no robot and no
-kind of parameter below 85 %.
+a factor between .7 and 1.3. Every recording is a random motion with noise of .05 to .25 of each joint's torque,
+white or (every other one) of a third that remembers 20 samples, and is identified for itself. The intervals are
+those that are stated: robust where the recording allows it, else the formula's. Asked: 92 to 99 % over all, no
+robot and no kind of parameter below 85 %.
 """
 
 import argparse

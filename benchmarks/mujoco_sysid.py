@@ -1,13 +1,13 @@
 """MuJoCo's own identification beside this program's, on the same recordings: rollouts, torques, CPU time.
 
 Run: OPENBLAS_NUM_THREADS=1 python benchmarks/mujoco_sysid.py TRAINING HELD_OUT --robot ur10e --drive-gains K1,K2,..
-     [--seconds 50] [--iterations 8] [--step 0.002]   (needs: pip install 'mujoco[sysid]')
+     [--rollouts 60] [--cpu 240] [--step 0.002]   (needs: pip install 'mujoco[sysid]')
 
 ``mujoco.sysid`` fits ten numbers of each link (its pseudo-inertia), armature, damping and friction loss of each
 joint by finite differences over open-loop rollouts of .5 s that start from filtered positions and speeds. It starts
 from cylinders of half the maker's mass and the same drive in each joint. ``dynident identify`` and ``dynident robot
 mjcf`` are timed as commands, start-up and imports with them; of the other the optimization alone, neither import
-nor filter.
+nor filter. It is stopped after a stated CPU time with the best model until then; whether it had ended is printed.
 """
 
 import argparse
@@ -126,12 +126,12 @@ def parameters(spec: Any, model: Any) -> Any:
     return chosen
 
 
-def windows(spec: Any, data: Measurement, seconds: float) -> Any:
-    """The recording's first seconds as rollouts of ``WINDOW``."""
+def windows(spec: Any, data: Measurement, count: int) -> Any:
+    """Rollouts of ``WINDOW`` with starts spread evenly over the recording."""
     model, motion = spec.compile(), data.motion
     step = float(motion.t[1] - motion.t[0])
     length = round(WINDOW / step)
-    starts = range(0, min(round(seconds / step), len(motion.t)) - length, length)
+    starts = np.linspace(0, len(motion.t) - length - 1, count).astype(int).tolist()
     states, controls, sensors = [], [], []
     names = [(joint.name, sysid.SignalType.MjStateQPos) for joint in spec.joints]
     for start in starts:
@@ -151,18 +151,39 @@ def difference(_: Any, __: Any, measured: Any, model: Any, ___: bool, state: Arr
     return measured.data[1:] - predicted, measured, measured
 
 
-def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> tuple[Any, float, int]:
-    """The model that ``mujoco.sysid`` finds, CPU time [s] and number of rollouts fitted."""
+class Search(NamedTuple):
+    """What ``mujoco.sysid`` came to: model, CPU time [s], iterations, and whether it ended by itself."""
+
+    spec: Any
+    cpu: float
+    iterations: int
+    ended: bool
+
+
+class StoppedError(Exception):
+    """The CPU time is used up."""
+
+
+def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> Search:
+    """The model that ``mujoco.sysid`` finds."""
     spec.option.timestep = arguments.step
-    sequences = windows(spec, data, arguments.seconds)
+    sequences = windows(spec, data, arguments.rollouts)
     residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1, modify_residual=difference)
-    start = parameters(spec, spec.compile())
-    before = time.process_time()
-    best, _ = sysid.optimize(
-        start, residual, "mujoco", verbose=False, max_iters=arguments.iterations, x_scale="jac"
-    )
+    best, ended = parameters(spec, spec.compile()), True
+    before, passed = time.process_time(), [best.as_vector()]
+
+    def watched(log: list[Any]) -> None:
+        passed.append(np.ravel(log[-1].candidate).copy())
+        if time.process_time() - before > arguments.cpu:
+            raise StoppedError
+
+    try:
+        best, _ = sysid.optimize(best, residual, "mujoco", verbose=False, x_scale="jac", iter_callback=watched)
+    except StoppedError:
+        ended = False
+        best.update_from_vector(passed[-1])
     cpu = time.process_time() - before
-    return sysid.apply_param_modifiers_spec(best, spec.copy()), cpu, len(sequences.measured_rollout)
+    return Search(sysid.apply_param_modifiers_spec(best, spec.copy()), cpu, len(passed) - 1, ended)
 
 
 def torque_residual(path: Path, data: Measurement, processing: Processing) -> float:
@@ -193,10 +214,10 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
         console.print(f"dynident: {ours:.1f} s CPU")
         spec = start_model(folder / "ours.xml", robot)
         (folder / "start.xml").write_text(compiled(spec), encoding="utf-8")
-        found, theirs, count = fitted(arguments, spec, measurement(training, robot.processing))
-        (folder / "sysid.xml").write_text(compiled(found), encoding="utf-8")
+        theirs = fitted(arguments, spec, measurement(training, robot.processing))
+        (folder / "sysid.xml").write_text(compiled(theirs.spec), encoding="utf-8")
         stored = estimation.files.read_stored_robot(str(folder / "robot.json"))
-        cpu = {"ours.xml": ours, "sysid.xml": theirs, "start.xml": 0.0}
+        cpu = {"ours.xml": ours, "sysid.xml": theirs.cpu, "start.xml": 0.0}
         arms = {file: MujocoArm(folder / file, robot) for file in cpu}
         (rollout,) = roll_out_all(robot, stored.possible_values, [held_out], robot.processing, (WINDOW,), arms)
         data = measurement(held_out, robot.processing)
@@ -205,9 +226,10 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
             for file, seconds in cpu.items()
         }
     size = (
-        f"{count} rollouts of {WINDOW:g} s, steps of {1e3 * arguments.step:g} ms, {arguments.iterations} iterations"
+        f"{arguments.rollouts} rollouts of {WINDOW:g} s, steps of {1e3 * arguments.step:g} ms, {theirs.iterations} "
+        f"iterations, {'ended' if theirs.ended else 'stopped, not ended'}"
     )
-    console.print(table(lines, f"{held_out.source}; mujoco.sysid {mujoco.__version__}: {size}"))
+    console.print(table(lines, f"{held_out.source}; mujoco.sysid {mujoco.__version__}, {size}"))
     own = np.degrees(rollout.spread(IDENTIFIED, WINDOW).median)  # type: ignore[union-attr]
     console.print(
         f"dynident rollout {own:.2f} deg, constant speed {median(rollout, CONSTANT):.2f} deg, "
@@ -249,8 +271,8 @@ def main() -> None:
     parser.add_argument("held_out")
     parser.add_argument("--robot", default="ur10e")
     parser.add_argument("--drive-gains", required=True)
-    parser.add_argument("--seconds", type=float, default=50.0, help="of the training recording, for mujoco.sysid")
-    parser.add_argument("--iterations", type=int, default=8, help="of mujoco.sysid's optimizer")
+    parser.add_argument("--rollouts", type=int, default=60, help="of the training recording, for mujoco.sysid")
+    parser.add_argument("--cpu", type=float, default=240.0, help="after which mujoco.sysid is stopped [s]")
     parser.add_argument("--step", type=float, default=0.002, help="of its simulation [s]")
     arguments = parser.parse_args()
     robot = load_robot(arguments.robot)
