@@ -19,6 +19,7 @@ from .options import (
     Options,
     RehearsedRobotOptions,
     ShapeOptions,
+    ViewOptions,
     add_command,
     option,
 )
@@ -69,6 +70,7 @@ def add_parser(commands: Any) -> None:
         LimitOptions,
         _Search,
         _DesignFiles,
+        ViewOptions,
     )
 
 
@@ -79,8 +81,10 @@ def run(
     limits: LimitOptions,
     search: _Search,
     files: _DesignFiles,
+    view: ViewOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     robot = arm.load()
     asked = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
     request = build_request(robot, asked, goal, limits)
@@ -103,6 +107,7 @@ def run(
         robot, design.plan, request.problem.bounds, report.motions.design_head(design)
     )
     files.write(written)
+    view.write_view(lambda: report.view.view_of(robot, samples, problem=request.problem))
     return ANSWERED
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,8 +11,10 @@ from .. import model, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
 from .options import GoalOptions, LimitOptions
-from .progress import note
+from .options.limits import Known
 
+if TYPE_CHECKING:
+    Payload = model.InertialParameters | trajectories.PayloadSet
 _ZERO = 1e-9  # SI units: what standard parameters leave where they cancel
 
 
@@ -58,16 +59,16 @@ def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: 
     Raises:
         InputError: for whatever does not fit; one line.
     """
-    robot, known = limits.known(robot)
-    payload = _payload(limits.heaviest_payload) if limits.heaviest_payload else None
-    bounds = limits.bounds(robot)
-    reference = _payload_reference(robot, payload) if goal.payload_only else _reference(robot, known)
+    known = limits.known(robot)
+    robot, bounds = known.robot, limits.bounds(known.robot)
+    payload = limits.payload(robot, bounds)
+    reference = _payload_reference(robot, payload) if goal.payload_only else _reference(robot, known.values)
     problem = trajectories.build_design(
         robot,
         motion.shape,
         goal.goal(robot, bounds, reference, motion.length),
         bounds=bounds,
-        loads=_loads(robot, known, payload, bounds, goal.payload_only),
+        loads=_loads(known, payload, bounds, goal.payload_only, limits.torque_margin),
         duration=motion.longest,
         start=motion.start,
         scene=limits.read_scene(),
@@ -77,9 +78,9 @@ def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: 
     return Request(problem, reference, labels)
 
 
-def _payload_reference(robot: model.Robot, payload: model.InertialParameters | None) -> dict[str, float]:
-    """Values of the heaviest payload's parameters, that standard deviations are relative to."""
-    values = payload.named(str(robot.n)) if payload is not None else {}
+def _payload_reference(robot: model.Robot, payload: Payload | None) -> dict[str, float]:
+    """Values of the heaviest payload's parameters, that standard deviations are relative to; none of a set."""
+    values = payload.named(str(robot.n)) if isinstance(payload, model.InertialParameters) else {}
     return {name: value for name, value in values.items() if abs(value) > _ZERO}
 
 
@@ -92,34 +93,14 @@ def _reference(robot: model.Robot, known: Mapping[str, float]) -> dict[str, floa
 
 
 def _loads(
-    robot: model.Robot,
-    known: Mapping[str, float],
-    payload: model.InertialParameters | None,
+    known: Known,
+    payload: Payload | None,
     bounds: trajectories.JointBounds,
     payload_only: bool,
+    margin: float | None,
 ) -> trajectories.Loads | None:
     if not np.isfinite(bounds.torque).any():
         if payload is not None and not payload_only:
             raise InputError("--heaviest-payload counts in torque limits: give --torque-limits")
         return None
-    return trajectories.Loads(known or robot.parameters, payload) if known or payload else None
-
-
-def _payload(text: str) -> model.InertialParameters:
-    """A TOML file, or a point mass "7.0" or "7.0@0,0,0.2" [kg, m]."""
-    if Path(text).suffix.lower() == ".toml":
-        return model.read_payload(text)
-    mass, _, place = text.partition("@")
-    try:
-        kilograms = float(mass)
-        com = [float(x) for x in place.split(",")] if place else [0.0, 0.0, 0.0]
-    except ValueError:
-        kilograms, com = np.nan, [0.0]
-    if not (0.0 < kilograms < 1e6) or len(com) != 3 or not np.isfinite(com).all():
-        raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file")
-    if not place:
-        note(
-            f"--heaviest-payload {text} is taken as a point at the origin of the last link's frame: give kg@x,y,z "
-            "or a TOML file to put it where it hangs"
-        )
-    return model.InertialParameters.from_com(kilograms, com, np.zeros((3, 3)))
+    return known.loads(payload, margin) if known.values or payload or margin else None

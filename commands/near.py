@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -23,11 +22,14 @@ from .options import (
     NoiseOptions,
     Options,
     RehearsedRobotOptions,
+    ViewOptions,
     add_command,
     in_si,
     option,
 )
 from .options.goals import RATE
+from .options.limits import Known
+from .options.reading import about
 from .progress import note
 from .values import gains_list, joint_list, positive, positive_number, whole
 
@@ -36,6 +38,7 @@ _NOISE = 0.007
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
 _REHEARSAL = 0.1  # of the speed
+_RUN_RATE = 500.0  # Hz: at which a whole run is looked at
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,10 @@ class _Near(Options):
         if self.mass is not None:
             self.refuse("expected_mass", "is for a payload that was not weighed: leave it out with --mass")
         if max(self.joints) > robot.n:
-            raise InputError(f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints")
+            raise InputError(
+                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them "
+                f"from 1, at the base, to {robot.n}"
+            )
 
     def ranges(self, robot: model.Robot) -> Array:
         """A range for each moving joint [rad or m]."""
@@ -107,12 +113,6 @@ class _Near(Options):
         """About what the payload is."""
         mass = self.mass or self.expected_mass or _MASS
         return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
-
-
-class _Limits(LimitOptions):
-    """Limits; the payload to come is the heaviest."""
-
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"heaviest_payload"})
 
 
 @dataclass(frozen=True)
@@ -145,18 +145,28 @@ class _NearFiles(MotionFiles):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, _Limits, _NearFiles)
+    add_command(
+        commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, LimitOptions, _NearFiles, ViewOptions
+    )
 
 
-def run(arm: RehearsedRobotOptions, options: _Near, noise: NoiseOptions, limits: _Limits, files: _NearFiles) -> int:
+def run(
+    arm: RehearsedRobotOptions,
+    options: _Near,
+    noise: NoiseOptions,
+    limits: LimitOptions,
+    files: _NearFiles,
+    view: ViewOptions,
+) -> int:
     """Visibility first, then the design."""
     robot = arm.load()
     options.check(robot)
     if noise.torque_noise is None:
         noise.refuse("independent_rate", "has no effect without --torque-noise")
     files.check(robot, "rehearsal")
-    robot, known = limits.known(robot)
-    bounds = limits.bounds(robot)
+    view.check_view()
+    known = limits.known(robot)
+    robot, bounds = known.robot, limits.bounds(known.robot)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, options.seed)
     visibility = shape.visibility(robot)
@@ -165,18 +175,31 @@ def run(arm: RehearsedRobotOptions, options: _Near, noise: NoiseOptions, limits:
     except InputError:
         files.show(report.Screen([report.visibility_table(visibility)]))
         raise
-    limited, loads = _torques(robot, known, bounds, options.expected)
+    limited, loads = _torques(known, bounds, limits, options.expected)
     scene = limits.read_scene()
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
+    trajectories.design.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
+    missed = [limit for limit in _whole_run(problem, design) if limit.relative > 0.0]
+    if missed:
+        raise InputError(f"the way between the poses does not keep every limit ({missed[0]}): choose other poses")
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
     files.show(screen)
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen.blocks, files.provenance({}, limits, arm)))
+    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
+    view.write_view(lambda: report.view.view_of(robot, samples, problem=problem))
     return ANSWERED
+
+
+def _whole_run(
+    problem: trajectories.DesignProblem, design: trajectories.Design
+) -> tuple[trajectories.design.LimitCheck, ...]:
+    """Limits that count along the ways between two poses, which the design leaves as they are."""
+    two = design.plan.motion(_RUN_RATE) if len(problem.family.reach[0]) > 1 else None
+    return trajectories.design.checks_of_run(problem, two) if two is not None else ()
 
 
 def _shape(
@@ -187,9 +210,11 @@ def _shape(
     seed: int,
 ) -> tuple[trajectories.NearShape, Array | None]:
     """What is asked of the motion, and a second pose that would help where none was asked for."""
-    first = in_si(options.pose, robot)
-    shape = trajectories.NearShape(first[None], options.joints, options.ranges(robot), options.duration)
-    shape.check(robot, bounds)
+    ranges = options.ranges(robot)
+    with about("--pose"):
+        first = in_si(options.pose, robot)
+        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
+        shape.check(robot, bounds)
     if options.second_pose is None:
         visible = options.mass_sigma is not None or shape.visibility(robot).mass_visible
         return shape, trajectories.design.second_pose(robot, shape, goal, bounds, seed) if visible else None
@@ -229,13 +254,19 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 
 def _torques(
-    robot: model.Robot,
-    known: Mapping[str, float],
-    bounds: trajectories.JointBounds,
-    expected: model.InertialParameters,
+    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, expected: model.InertialParameters
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
-    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown."""
-    parameters = known or robot.parameters
-    if parameters and np.isfinite(bounds.torque).any():
-        return bounds, trajectories.Loads(parameters, expected)
+    """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
+
+    Raises:
+        InputError: if a payload was bounded that torque limits cannot be kept for.
+    """
+    robot, payload = known.robot, limits.payload(known.robot, bounds)
+    if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
+        return bounds, known.loads(payload or expected, limits.torque_margin)
+    if payload is not None or limits.torque_margin is not None:
+        option = "--heaviest-payload" if payload is not None else "--torque-margin"
+        raise InputError(
+            f"{option} counts in torque limits: give --torque-limits, and --robot-parameters or --arm-mass"
+        )
     return replace(bounds, torque=np.full(robot.n, np.inf)), None

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import model, report
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import FramedRobotOptions, Options, add_command, option
+from .options import FramedRobotOptions, Options, ViewOptions, add_command, in_si, option, print_lines
 from .values import numbers
 
 
@@ -32,12 +34,14 @@ def add_parser(commands: Any) -> None:
         run,
         FramedRobotOptions,
         _Drawing,
+        ViewOptions,
         help="table, limits and frames of a robot, and a drawing",
     )
 
 
-def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
+def run(arm: FramedRobotOptions, drawing: _Drawing, view: ViewOptions) -> int:
     """Run it."""
+    view.check_view()
     check_drawing(drawing.drawing)
     robot = arm.load()
     at = drawing.at or (0.0,) * robot.n
@@ -46,7 +50,14 @@ def run(arm: FramedRobotOptions, drawing: _Drawing) -> int:
     report.print_blocks(report.robot_description(model.stand_in.rehearsed(robot)))
     if drawing.drawing:
         draw(robot, drawing.drawing, at)
+    view.write_view(lambda: report.view.view_of(robot, _still(robot, at)))
     return ANSWERED
+
+
+def _still(robot: model.Robot, at: tuple[float, ...]) -> model.Motion:
+    """The arm held at positions in degrees and metres."""
+    q = in_si(at, robot)[None]
+    return model.Motion(np.zeros(1), q, np.zeros_like(q), np.zeros_like(q))
 
 
 def check_drawing(path: str | None) -> None:
@@ -64,4 +75,4 @@ def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
     q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
     shown = ", ".join(f"{x:g}" for x in at)
     report.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
-    print(f"Drawn at {shown}: {path}")
+    print_lines(f"Drawn at {shown}: {path}")

@@ -7,13 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from .. import estimation, model, trajectories
+from .. import estimation, model, report, trajectories
 from ..common.errors import InputError
 from . import ANSWERED
 from .motion_pages import Judged, show
 from .motion_request import Asked, build_request
 from .motion_search import floor_of
-from .options import GoalOptions, LimitOptions, Options, PageOptions, RehearsedRobotOptions, add_command, option
+from .options import (
+    GoalOptions,
+    LimitOptions,
+    Options,
+    PageOptions,
+    RehearsedRobotOptions,
+    ViewOptions,
+    add_command,
+    option,
+)
 from .values import positive_number, whole
 
 
@@ -37,13 +46,21 @@ class _Scored(Options):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "score", run, RehearsedRobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions)
+    add_command(
+        commands, "score", run, RehearsedRobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions, ViewOptions
+    )
 
 
 def run(
-    arm: RehearsedRobotOptions, scored: _Scored, goal: GoalOptions, limits: LimitOptions, files: PageOptions
+    arm: RehearsedRobotOptions,
+    scored: _Scored,
+    goal: GoalOptions,
+    limits: LimitOptions,
+    files: PageOptions,
+    view: ViewOptions,
 ) -> int:
     """Run it."""
+    view.check_view()
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
     asked = Asked(length=scored.max_duration, longest=scored.max_duration)
@@ -53,6 +70,8 @@ def run(
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None
     judged = Judged(f"Motion of {scored.log}", score, motion, floor=floor, source=scored.log)
     show(files, request, judged, scored, limits, goal, arm)
+    problem = request.problem
+    view.write_view(lambda: report.view.view_of(problem.robot, motion, problem=problem))
     return ANSWERED
 
 

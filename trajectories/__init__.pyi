@@ -7,6 +7,7 @@ from .design.floor import floor_under as floor_under
 from .design.goal import Earlier as Earlier
 from .design.goal import Goal as Goal
 from .design.near_goal import NearGoal as NearGoal
+from .design.payloads import PayloadSet as PayloadSet
 from .design.problem import DesignProblem as DesignProblem
 from .design.scene import Scene as Scene
 from .design.scene import read_scene as read_scene

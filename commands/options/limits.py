@@ -6,10 +6,15 @@ import argparse
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from ... import estimation, model, trajectories
-from ..values import gains_list, number
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ..values import fraction, gains_list, number
+from .payload_bounds import payload_bounds, region
 from .reading import Options, each_joint, in_si, option
 
 
@@ -29,6 +34,26 @@ def _acceleration_limit(text: str) -> Any:
 def _torque_list(text: str) -> tuple[float, ...] | str:
     """The word "none"; or a number per joint."""
     return text if text == "none" else gains_list(text)
+
+
+class Known(NamedTuple):
+    """What is known of a robot.
+
+    Attributes:
+        robot: with its parameters, or a stand-in's.
+        values: identified parameters by name; none of a stand-in.
+        covariance: of ``values`` in their order.
+    """
+
+    robot: model.Robot
+    values: Mapping[str, float]
+    covariance: Array | None
+
+    def loads(
+        self, payload: model.InertialParameters | trajectories.PayloadSet | None, margin: float | None
+    ) -> trajectories.Loads:
+        """Parameters that torque limits are computed from."""
+        return trajectories.Loads(self.values or self.robot.parameters, payload, self.covariance, margin or 0.0)
 
 
 @dataclass(frozen=True)
@@ -55,18 +80,47 @@ class LimitOptions(Options):
         metavar="KG[@X,Y,Z]|TOML",
         help="torque limits hold without it and with it",
     )
+    within: tuple[tuple[float, ...], bool] | None = option(
+        type=region,
+        metavar="R|A,B,C|box:A,B,C",
+        help="torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]",
+    )
+    torque_margin: float | None = option(
+        type=fraction, metavar="SHARE", help="of the torque limits that stays free, such as 10%%"
+    )
     scene: str | None = option(
         reads="scene", metavar="TOML", help="floor, walls, and bodies that keep clear of each other"
     )
 
-    def known(self, robot: model.Robot) -> tuple[model.Robot, Mapping[str, float]]:
-        """The robot with the parameters of ``--robot-parameters``, and these by name; a stand-in without."""
+    def known(self, robot: model.Robot) -> Known:
+        """What is known of the robot: ``--robot-parameters``, or a stand-in."""
         if not self.robot_parameters:
-            return model.stand_in.rehearsed(robot), {}
+            return Known(model.stand_in.rehearsed(robot), {}, None)
         robot = model.assumed_limits.with_assumed_limits(robot)
         stored = estimation.files.read_stored_robot(self.robot_parameters)
         values = dict(zip(stored.estimate.names, stored.estimate.values.tolist(), strict=True))
-        return stored.applied_to(robot), values
+        return Known(stored.applied_to(robot), values, np.asarray(stored.estimate.covariance))
+
+    def payload(
+        self, robot: model.Robot, bounds: trajectories.JointBounds
+    ) -> model.InertialParameters | trajectories.PayloadSet | None:
+        """The heaviest payload, or every payload within bounds, in the last link's frame.
+
+        Raises:
+            InputError: if options contradict each other, or torque limits are missing that a set needs.
+        """
+        if self.torque_margin is not None and not np.isfinite(bounds.torque).any():
+            raise InputError("--torque-margin has no effect without torque limits: give --torque-limits")
+        if self.heaviest_payload is None:
+            self.refuse("within", "needs --heaviest-payload KG[@X,Y,Z]: the largest mass there")
+            return None
+        missing = np.flatnonzero(~np.isfinite(bounds.torque)) + 1
+        if self.within is not None and len(missing):
+            joints = ", ".join(map(str, missing))
+            raise InputError(
+                f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
+            )
+        return payload_bounds(robot, self.heaviest_payload, self.within)
 
     def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
         """Limits of the joints."""

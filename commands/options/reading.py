@@ -19,7 +19,10 @@ from .. import COMMANDS
 from ..progress import Manner, finished, speaking
 
 Writes = Literal["", "file", "folder", "stream"]
-_NEEDED = ("not a file in a folder that exists", "is not a folder, nor can one be made there")
+_NEEDED = (
+    "not a file in a folder that exists: make the folder, or give another path",
+    "is not a folder, nor can one be made there: give another path",
+)
 
 
 def option(

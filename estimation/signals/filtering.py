@@ -1,7 +1,4 @@
-"""Signal processing: uneven time to even, Butterworth, central differences.
-
-scipy.interpolate is imported where it is used: it is slow to import.
-"""
+"""Signal processing: uneven time to even, Butterworth, central differences."""
 
 import math
 from collections.abc import Callable
@@ -10,6 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.interpolation import MonotoneCubic
 from ...common.paged import ROWS, empty, give_back, parts
 from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
@@ -122,10 +120,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
 
 def between(t: Array, values: Array) -> Callable[[Array], Array]:
     """Values (N, k) of rising times at any time, by monotone cubic interpolation; nan before and after them."""
-    from scipy.interpolate import PchipInterpolator
-
-    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, axis=0, extrapolate=False)
-    return interpolated
+    return MonotoneCubic(t, values)
 
 
 def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str, duration: float) -> None:

@@ -34,7 +34,7 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
         InputError: if there is no such robot or file, or if the file cannot be used; the key is named.
     """
     text = str(name)
-    if Path(name).suffix.lower() == ".urdf" and Path(name).is_file():
+    if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():
         return load_urdf(name, base, tip)
     if base is not None or tip is not None:
         raise InputError(f"--base and --tip choose links of a URDF file, {text!r} is none: leave them out")

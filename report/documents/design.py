@@ -22,7 +22,7 @@ from ...trajectories import (
     ViaPoints,
 )
 from ...trajectories import NearMotion as NearPlan
-from ...trajectories.design import Floor
+from ...trajectories.design import Floor, holding_torques
 from ...trajectories.motions import Plan
 from ..motions.written import rests_on
 
@@ -46,6 +46,16 @@ class LimitsDocument(Document, frozen=True):
     feasible: bool | UnsetType = field(default=UNSET, name="met")
     nearest: tuple[LimitDocument, ...] | UnsetType = UNSET
     torque_checked: bool | UnsetType = UNSET
+
+
+class PayloadBoundsDocument(Document, frozen=True):
+    """Every payload up to a mass in a region of the last link's frame; ``holding``: what brakes hold, N·m or N."""
+
+    mass: float
+    region: Literal["ball", "cube"]
+    centre: Vector
+    axes: Matrix
+    holding: Vector = field(name="holding_torque")
 
 
 class FloorDocument(Document, frozen=True):
@@ -101,6 +111,7 @@ class DesignDocument(Document, frozen=True):
     data_length: Number = field(name="data_length_s")
     duration: float = field(name="duration_s")
     limits: LimitsDocument
+    payload_bounds: PayloadBoundsDocument | None
     floor: FloorDocument | None
     evaluated: str | None
     val3_replay: ReplayDocument | None
@@ -148,6 +159,7 @@ class NearDocument(Document, frozen=True):
     rehearsal_s: float
     cpu_s: float
     limits: LimitsDocument
+    payload_bounds: PayloadBoundsDocument | None
     assumed: dict[str, str]
     seed: int
 
@@ -182,6 +194,7 @@ def design_document(
         robot_fingerprint=problem.robot.fingerprint,
         predicted_sigma_percent=percent,
         limits=LimitsDocument.of(score, nearest=nearest),
+        payload_bounds=_payload_bounds(problem, score),
         floor=FloorDocument.of(floor) if floor else None,
         evaluated=evaluated,
         val3_replay=ReplayDocument.of(replay, replay.learnt) if replay else None,
@@ -190,6 +203,12 @@ def design_document(
         solver="augmented" if design else UNSET,
         motion=_motion(design.plan) if design else UNSET,
     )
+
+
+def _payload_bounds(problem: DesignProblem, score: Score) -> PayloadBoundsDocument | None:
+    if problem.payloads is None:
+        return None
+    return PayloadBoundsDocument.of(problem.payloads, holding=holding_torques(problem, score.samples.q))
 
 
 def _motion(plan: Plan) -> MotionDocument:
@@ -215,7 +234,12 @@ def near_document(
         visibility=VisibilityDocument.of(visibility),
         predicted_sigma=spread_document(spread),
         rehearsal_s=motion.slowed(0.1).duration,
-        limits=LimitsDocument(score.max_violation, torque_checked=design.problem.torque_limited),
+        limits=LimitsDocument(
+            score.max_violation,
+            torque_checked=design.problem.torque_limited,
+            nearest=tuple(map(LimitDocument.of, score.limits)),
+        ),
+        payload_bounds=_payload_bounds(design.problem, score),
         assumed=design.problem.robot.assumed(*rests_on(design.problem)),
     )
 

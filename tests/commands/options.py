@@ -5,6 +5,15 @@ of the command's line. An option without an entry fails the law of ``test_option
 with a value that must change something.
 """
 
+import os
+from pathlib import Path
+
+import numpy as np
+from dynident import fleet
+from dynident.common.files import checksum
+from dynident.estimation import identify, read_recording
+from dynident.model import load_robot
+
 ROBOT = {
     "--robot": "--robot tx40",
     "--base": "--base link_1",
@@ -42,13 +51,18 @@ LINKS = {name: ROBOT[name] for name in ("--robot", "--base", "--tip")}
 GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma-common 1%"}
 STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
+PASSPORT = {"--passport": "--passport a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
+VIEW = {"--view": "--view a.html", "--show": "--show"}
 LIMITS = {
     "--speed-override": "--speed-override 0.5",
     "--acceleration": "--acceleration 2x",
     "--torque-limits": "--torque-limits 300,300,120,50,40,20",
     "--robot-parameters": "--robot-parameters tx_robot.json",
     "--scene": "--scene scene.toml",
+    "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
+    "--within": "--heaviest-payload 2@0,0,0.1 | --within 0.1",
+    "--torque-margin": "--torque-margin 5%",
 }
 MOTIONS = {
     "--json": "--json a.json",
@@ -70,6 +84,11 @@ _SCALE = "--mass 6 --mass-sigma 0.1"
 _NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
 _SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
 
+PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
+"""Of the controller that is played while lines run: others for each process that tests."""
+_PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
+HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
+
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
@@ -77,6 +96,12 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
+    "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
+    "compare": "first.csv second.csv --robot rx90 --json b.json",
+    "passport show": "first.npz --json b.json",
+    "passport merge": "first.npz second.npz --out merged.npz",
+    "passport compare": "first.npz second.npz --json b.json",
     "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
     "robot list": "",
@@ -93,7 +118,7 @@ LINES = {
 }
 
 OPTIONS: dict[str, dict[str, str]] = {
-    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | {
+    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | PASSPORT | {
         "--json": "--json a.json",
         "--loaded": "--loaded rx_arm_loaded.csv",
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
@@ -103,7 +128,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
     },
-    "verify": LINKS | LOGS | _CURRENTS | {
+    "verify": LINKS | LOGS | _CURRENTS | PAGE | {
         "--robot": "--robot panda",
         "--log-map": "--log-map degrees.toml",
         "--signs": "--signs=1,-1",
@@ -111,7 +136,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | {
+    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | PASSPORT | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -123,7 +148,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
-    "identify": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | {
+    "identify": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | PASSPORT | {
         "--data": "--data rx_near_unloaded.csv",
         "--validate": "--validate rx_near_unloaded.csv",
         "--constrained": "--constrained none",
@@ -148,10 +173,33 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
     },
-    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+    "record": HOST | {
+        "maker": "ur",
+        "--seconds": "--seconds 0.2",
+        "--rate": "--rate 25",
+        "--out": "--out a.csv",
+    },
+    "fleet reduce": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | {
+        "logs": "second.csv",
+        "--store": "--store other",
+        "--table": "--table robots.csv",
+        "--pattern": "--pattern {arm}.csv",
+        "--workers": "--workers 0",
+        "--scheduler": "--scheduler tcp://127.0.0.1:1",
+        "--batch": "--batch 2",
+        "--json": "--json a.json",
+    },
+    "compare": ROBOT | LOGS | _CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},
+    "passport show": {"file": "=--json b.json | second.npz", "--json": "--json a.json"},
+    "passport merge": {
+        "files": "third.npz",
+        "--out": "--out other.npz",
+        "--json": "--json a.json",
+    },
+    "passport compare": {"files": "third.npz", "--json": "--json a.json"},
+    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
         "logs": "rx_near_unloaded.csv",
         "--data": "--data rx_near_unloaded.csv",
-        "--plots": "--plots .",
         "--json": "--json a.json",
     },
     "export": {
@@ -165,7 +213,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--despite-verdict": "--despite-verdict",
     },
     "robot list": {},
-    "robot show": ROBOT | {
+    "robot show": ROBOT | VIEW | {
         "--tip": "--robot six_axis.urdf | --tip link_3",
         "--base": "--robot six_axis.urdf | --base link_2",
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
@@ -193,6 +241,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "robot check": ROBOT | LOGS | _CURRENTS | _FILTER | {
         "--data": "--data rx_near_unloaded.csv",
+        "--report": "--report a.html",
         "--json": "--json a.json",
     },
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
@@ -204,7 +253,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--out": "--out b.xml",
     }),
     "codegen": ROBOT | {"--function": "--function regressor", "--out": "--out other"},
-    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "design": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--via-points": "--via-points 5",
         "--fourier": f"={_BRIEF} --fourier 2 --duration 3 | --fourier 3",
         "--segments": "--segments trapezoid",
@@ -222,13 +271,12 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": f"={_WHOLE} --data-from earlier.json --data-length 5 | --data-length 50",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--seed": "--seed 3",
         "--starts": "--starts 2",
         "--bound": "--bound",
         "--val3": "--segments trapezoid | --val3 val3",
     },
-    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | {
+    "near": ROBOT | STAND_IN | PAGE | LIMITS | MOTIONS | VIEW | {
         "--pose": "--pose=0,-45,90,0,60,0",
         "--second-pose": "--second-pose=0,-45,90,90,45,90",
         "--joints": "--joints 3,4,5,6",
@@ -243,7 +291,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--starts": "--starts 2",
         "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
     },
-    "score": ROBOT | STAND_IN | PAGE | LIMITS | {
+    "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",
         "--log-map": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --log-map turned.toml",
         "--cutoff": f"={_SCORE.replace('rx_arm', 'rx_arm_loaded')} | --cutoff 5",
@@ -256,12 +304,11 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--data-length": "--data-length 5",
         "--torque-noise": "--torque-noise 1,2,3,4,5,6",
         "--independent-rate": "--independent-rate 50",
-        "--heaviest-payload": "--heaviest-payload 7@0,0,0.2",
         "--bound": "--bound",
         "--seed": "--bound | --seed 3",
         "--json": "--json a.json",
     },
-    "simulate": ROBOT | STAND_IN | {
+    "simulate": ROBOT | STAND_IN | VIEW | {
         "--arm-mass": "=--robot ur10e --rate 50 --out out | --arm-mass 20",
         "--trajectory": "--trajectory rx_arm.csv",
         "--payload": "--payload box.toml",
@@ -283,5 +330,22 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if _name == "demo" or ("--json" in _entries and _name not in ("verify", "robot check")):
+    if _name == "demo" or ("--json" in _entries and _name != "passport merge"):
         _entries["--details"] = "--details"
+
+
+def make_passports(folder: Path) -> None:
+    """Three passports of one robot: of a recording, of it with other noise, and with still other noise."""
+    robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
+    header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
+    (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
+    for seed, name in enumerate(("first", "second", "third")):
+        noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
+        np.savetxt(
+            folder / f"{name}.csv", rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0))), delimiter=",",
+            header=header, comments="", fmt="%.9g",
+        )  # fmt: skip
+        log = fleet.Log("without payload", f"{name}.csv", checksum(folder / f"{name}.csv"))
+        result = identify(robot, [read_recording(folder / f"{name}.csv", robot)])
+        passport = fleet.robot_passport(result, fleet.Recipe("identify", robot.processing), [log])
+        fleet.write_passport(folder / f"{name}.npz", passport)

@@ -87,7 +87,7 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--criterion", "e"), "invalid choice"),
+        (("--criterion", "e"), "there is no 'e'"),
         (("--payload-only", "--parameters", "M"), "cannot design for these parameters of robot 'rx90': M"),
         (("--via-points", "5", "--fourier", "3"), "not allowed with"),
         (("--via-points", "2"), "at least 3"),
@@ -119,6 +119,16 @@ def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch:
         (("--payload-only", "--criterion", "a"), "needs reference values"),
         (("--heaviest-payload", "7", "--torque-limits", "none"), "give --torque-limits"),
         (("--heaviest-payload", "heavy", "--torque-limits", "1,1,1,1,1,1"), "give kg, kg@x,y,z (m), or a TOML"),
+        (("--within", "0.1"), "--within needs --heaviest-payload"),
+        (("--heaviest-payload", "7", "--within", "0"), "each above 0 m"),
+        (("--heaviest-payload", "7", "--within", "box:1,2"), "give R, A,B,C or box:A,B,C"),
+        (("--heaviest-payload", "x.toml", "--within", "0.1"), "x.toml is one"),
+        (
+            ("--heaviest-payload", "7", "--within", "0.1", "--torque-limits", "none"),
+            "a torque limit of every joint",
+        ),
+        (("--torque-margin", "100%"), "torque margin of 1"),
+        (("--torque-margin", "10%", "--torque-limits", "none"), "no effect without torque limits"),
         (("--scene", "nowhere.toml"), "no such file"),
         (("--robot-parameters", "nowhere.json"), "no such file"),
         (("--data-from", "nowhere.npz"), "needs --data-length"),
@@ -151,9 +161,9 @@ def test_bad_requests(
     ("options", "words"),
     [
         (("nowhere.csv",), "no such file"),
-        (("nowhere.csv", "--samples", "x.csv"), "unrecognized arguments: --samples"),
-        (("nowhere.csv", "--segments", "blend"), "unrecognized arguments: --segments"),
-        (("nowhere.csv", "--starts", "3"), "unrecognized arguments: --starts"),
+        (("nowhere.csv", "--samples", "x.csv"), "has no option --samples"),
+        (("nowhere.csv", "--segments", "blend"), "has no option --segments"),
+        (("nowhere.csv", "--starts", "3"), "has no option --starts"),
         (("nowhere.csv", "--seed", "3"), "--seed has no effect without --bound"),
         (("nowhere.csv", "--payload-only", "--columns", "XX6"), "leave columns out"),
         (("nowhere.csv", "--data-from", "nowhere.npz"), "needs --data-length"),

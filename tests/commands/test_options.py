@@ -14,9 +14,10 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.model import INERTIAL
-from dynident.tests.commands.options import LINES, OPTIONS
+from dynident.tests.commands.options import LINES, OPTIONS, PORTS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
+from dynident.tests.live.played import playing
 
 TEXTS = {
     "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
@@ -59,7 +60,7 @@ DECLARED = {
 @pytest.fixture(scope="module")
 def inputs() -> Iterator[Path]:
     """All inputs in a folder of their own, which is the working folder."""
-    with folder_of_inputs() as folder:
+    with folder_of_inputs() as folder, playing(**PORTS):
         for name, text in TEXTS.items():
             (folder / name).write_text(text)
         for name, share in (("before", 0.9), ("after", 0.95)):
@@ -69,6 +70,7 @@ def inputs() -> Iterator[Path]:
             (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
+        make_passports(folder)
         (folder / "heavy.toml").write_text(HEAVY)
         yield folder
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from ...common.arrays import Array
@@ -19,8 +20,12 @@ from .goal import Goal
 from .information import SPRING, RegressorKernel, regressor_kernel
 from .limits import Limit, duration_limit, state_limit, torque_limit
 from .near_goal import NearGoal
+from .payload_limit import RobotTorque, payload_limit
+from .payloads import PayloadSet
 from .problem import DesignProblem
-from .scene import Scene
+from .scene import Capsule, Scene
+
+_WRIST = 3  # links before the flange that the ball of the payloads may overlap
 
 
 @dataclass(frozen=True)
@@ -30,11 +35,25 @@ class Loads:
     Attributes:
         parameters: standard or base parameters of the robot by name.
         heaviest: the heaviest payload expected, in the last link's frame; the limits then hold without and
-            with it.
+            with it. A set: they hold for each of its bodies, and without any.
+        covariance: of ``parameters`` in their order; None where they are taken as exact. It counts for a set, by
+            two standard deviations of the robot's own torque.
+        margin: share of the torque limits that stays free.
     """
 
     parameters: Mapping[str, float]
-    heaviest: InertialParameters | None = None
+    heaviest: InertialParameters | PayloadSet | None = None
+    covariance: Array | None = None
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a margin that leaves nothing.
+
+        Raises:
+            InputError: unless it is at least 0 and below 1.
+        """
+        if not 0.0 <= self.margin < 1.0:
+            raise InputError(f"a torque margin of {self.margin:g}: give a share of the limits from 0 to below 1")
 
 
 def build_design(
@@ -68,14 +87,17 @@ def build_design(
     if isinstance(goal, NearGoal):
         goal = goal.beside_friction(robot, shape, family)
     model, base = goal.model(robot), base_parameters(robot) if np.isfinite(bounds.torque).any() else None
-    kernel = regressor_kernel(model, _regressor_columns(model, goal.names(robot), base))
+    payloads = loads.heaviest if loads is not None and isinstance(loads.heaviest, PayloadSet) else None
+    names = (*goal.names(robot), *(payload_columns(robot) if payloads is not None else ()))
+    around = None if scene is None else _with_payload(scene, payloads, robot.n)
+    kernel = regressor_kernel(model, _regressor_columns(model, names, base))
     limits = (
         *_joint_limits(family, bounds),
         *(_torque_limits(robot, base, kernel, bounds, loads) if base is not None else ()),
         *((duration_limit(duration),) if duration is not None and family.free_duration else ()),
-        *((clearance(robot, scene),) if scene is not None else ()),
+        *((clearance(robot, around),) if around is not None else ()),
     )
-    problem = DesignProblem(model, bounds, family, goal, kernel, limits)
+    problem = DesignProblem(model, bounds, family, goal, kernel, limits, payloads, around)
     _check_start(problem, pose)
     problem.require_full_rank(family.random(np.random.default_rng(0)))
     return problem
@@ -114,15 +136,56 @@ def _torque_limits(
     robot: Robot, base: BaseParameters, kernel: RegressorKernel, bounds: JointBounds, loads: Loads | None
 ) -> Iterator[Limit]:
     """Torque limits for each load."""
-    values = _base_values(robot, base, robot.parameters if loads is None else loads.parameters)
+    loads = loads or Loads(robot.parameters)
+    values = _base_values(robot, base, loads.parameters)
+    torque = (1.0 - loads.margin) * bounds.torque
+    if isinstance(loads.heaviest, PayloadSet):
+        own = RobotTorque(_by_column(kernel, base, values), _root(kernel, base, loads))
+        yield payload_limit(kernel, own, torque, loads.heaviest, payload_columns(robot))
+        return
     cases = {"": values}
-    if loads is not None and loads.heaviest is not None:
+    if isinstance(loads.heaviest, InertialParameters):
         change = base.effect_of(payload_columns(robot)) @ loads.heaviest.vector
         cases = {"without payload": values, "with the heaviest payload": values + change}
     for load, chi in cases.items():
-        by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
-        coefficients = np.array([by_name.get(name, 0.0) for name in kernel.columns])
-        yield torque_limit(kernel, coefficients, bounds.torque, load)
+        yield torque_limit(kernel, _by_column(kernel, base, chi), torque, load)
+
+
+def _with_payload(scene: Scene, payloads: PayloadSet | None, n: int) -> Scene:
+    """The scene with the ball that holds the payloads: clear of all surfaces, and of bodies below the wrist."""
+    if payloads is None:
+        return scene
+    x, y, z = (float(c) for c in payloads.centre)
+    ball = Capsule("payload within bounds", n, payloads.radius, (x, y, z))
+    pairs = tuple((ball.name, body.name) for body in scene.bodies if body.link <= n - _WRIST)
+    return replace(scene, bodies=(*scene.bodies, ball), pairs=(*scene.pairs, *pairs))
+
+
+def _by_column(kernel: RegressorKernel, base: BaseParameters, chi: Array) -> Array:
+    """Coefficients of the kernel's columns, the known spring's among them."""
+    by_name = dict(zip(base.columns, chi, strict=True)) | {SPRING: -1.0}
+    return np.array([by_name.get(name, 0.0) for name in kernel.columns])
+
+
+def _root(kernel: RegressorKernel, base: BaseParameters, loads: Loads) -> Array:
+    """Root of the covariance of ``_by_column``, c x r; r = 0 without one.
+
+    Raises:
+        InputError: if the covariance is not that of the base parameters.
+    """
+    root = np.zeros((len(kernel.columns), 0))
+    if loads.covariance is None:
+        return root
+    names = list(loads.parameters)
+    if not set(base.columns) <= set(names) or np.shape(loads.covariance) != (len(names),) * 2:
+        raise InputError(
+            "a covariance of the torques' parameters must be that of all base parameters, in their order"
+        )
+    values, V = np.linalg.eigh(loads.covariance)
+    root = np.zeros((len(kernel.columns), len(names)))
+    for name in base.columns:
+        root[kernel.columns.index(name)] = (V * np.sqrt(np.maximum(values, 0.0)))[names.index(name)]
+    return root
 
 
 def _base_values(robot: Robot, base: BaseParameters, known: Mapping[str, float]) -> Array:

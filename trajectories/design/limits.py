@@ -52,7 +52,8 @@ class Limit:
     pullback: Callable[[State, Array, State], None]
 
 
-def _joints(n: int) -> tuple[str, ...]:
+def joint_labels(n: int) -> tuple[str, ...]:
+    """What the columns of n joints are called in messages."""
     return tuple(f"joint {j + 1}" for j in range(n))
 
 
@@ -78,7 +79,7 @@ def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, 
 
     one = np.ones(low.shape[1])
     # In messages the first part stands for all; each sample is judged by its own.
-    return Limit("state", name, _joints(len(one)), -one, one, middle[0], half[0], values, pullback)
+    return Limit("state", name, joint_labels(len(one)), -one, one, middle[0], half[0], values, pullback)
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:
@@ -94,7 +95,7 @@ def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str =
     def pullback(_: State, slope: Array, into: State) -> None:
         kernel.torque_slope(slope / unit, chi, into.entries)
 
-    name, labels, middle = f"torque {load}".strip(), _joints(len(torque)), np.zeros(len(torque))
+    name, labels, middle = f"torque {load}".strip(), joint_labels(len(torque)), np.zeros(len(torque))
     return Limit(
         "torque", name, labels, -high, high, middle, unit, lambda x: kernel.torque(x.entries, chi) / unit, pullback
     )

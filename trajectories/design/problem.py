@@ -16,6 +16,8 @@ from .criterion import Criterion
 from .goal import Goal
 from .information import RegressorKernel
 from .limits import Limit, LimitCheck, Penalty, State, check
+from .payloads import PayloadSet
+from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,8 @@ class DesignProblem:
         goal: what is to be learnt.
         kernel: the regressor.
         limits: what the motion has to keep.
+        scene: what the motion keeps clear of, the ball of ``payloads`` included.
+        payloads: the set for each body of which the torque limits hold, in the last link's frame.
     """
 
     robot: Robot
@@ -36,6 +40,8 @@ class DesignProblem:
     goal: Goal
     kernel: RegressorKernel
     limits: tuple[Limit, ...]
+    payloads: PayloadSet | None = None
+    scene: Scene | None = None
 
     def __post_init__(self) -> None:
         """Refuse a goal that does not fit the robot."""
@@ -76,15 +82,21 @@ class DesignProblem:
         samples = self.family.sample(x, finer)
         return State(samples, self.kernel.entries(samples, width))
 
+    def at_rest(self, poses: Array) -> State:
+        """The arm held at poses (N, n)."""
+        still = np.zeros_like(poses)
+        samples = Samples(np.ones(len(poses)), poses, still, still)
+        return State(samples, self.kernel.entries(samples, 0.0))
+
     def clear(self, poses: Array) -> bool:
         """Whether poses (N, n) keep clear of obstacles and of each other's bodies."""
         return all(nearest.room >= 0.0 for nearest in self.clearances(poses))
 
     def clearances(self, poses: Array) -> list[LimitCheck]:
         """How near poses (N, n) come to what is in the scene."""
-        still = np.zeros_like(poses)
-        state = State(Samples(np.ones(len(poses)), poses, still, still), np.zeros((0, len(poses))))
-        return [check(limit, state) for limit in self.limits if limit.kind == "clearance"]
+        limits = [limit for limit in self.limits if limit.kind == "clearance"]
+        state = self.at_rest(poses) if limits else None
+        return [check(limit, state) for limit in limits if state is not None]
 
     def row_weights(self, samples: Samples, weighted: bool, duration: float | None = None) -> Array:
         """Weight of each row's square, (n, N): the number of independent recordings it stands for.

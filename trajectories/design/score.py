@@ -1,5 +1,6 @@
 """How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -7,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.errors import InputError
 from ...common.linear import decomposed
 from ...model import Motion, inverse_dynamics, standard_columns
 from ...model.kernel import Kernel
 from ..motions.samples import Samples
 from .criterion import condition_numbers
-from .limits import LimitCheck, State, check
+from .limits import Limit, LimitCheck, State, check, excess
 from .problem import DesignProblem
 
 FINER = 10
@@ -92,6 +94,69 @@ def score_motion(problem: DesignProblem, motion: Motion) -> Score:
     return score_samples(problem, _samples(motion))
 
 
+def checks_of_run(problem: DesignProblem, motion: Motion) -> tuple[LimitCheck, ...]:
+    """Torque and clearance limits along all of a run, the ways between poses included, as a controller makes it."""
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    return tuple(check(limit, state) for limit in problem.limits if limit.kind in ("torque", "clearance"))
+
+
+def holding_torques(problem: DesignProblem, poses: Array) -> Array:
+    """Largest torque [N·m or N] of each joint that holds the arm at poses (N, n), of all loads; shape (n,).
+
+    It is what brakes have to hold when power is cut there. Zero without torque limits.
+    """
+    state, n = problem.at_rest(poses), problem.robot.n
+    torques = [
+        np.abs(limit.values(state) * limit.unit).reshape(-1, n)
+        for limit in problem.limits
+        if limit.kind == "torque"
+    ]
+    return np.asarray(np.vstack([np.zeros((1, n)), *torques]).max(axis=0))
+
+
+def check_held(problem: DesignProblem, poses: Array) -> None:
+    """Refuse poses (N, n) in which a load breaks a torque limit at rest.
+
+    Raises:
+        InputError: says which joint, and which share of the limit it needs.
+    """
+    state = problem.at_rest(poses)
+    for held in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
+        if held.violation > 0.0:
+            raise InputError(
+                f"at rest in the pose: {held.name} of {held.worst} is {held.value:.4g} against {held.limit:.4g}: "
+                "choose another pose, or a lighter payload"
+            )
+
+
+def room_over_time(problem: DesignProblem, motion: Motion) -> Array:
+    """What each joint leaves of its nearest limit, (N, n), in units of the limit; positions: of half the range."""
+    b, n = problem.bounds, problem.robot.n
+    rooms = [
+        np.minimum(motion.q - b.low, b.high - motion.q) / b.half,
+        1.0 - np.abs(motion.qd) / b.speed,
+        1.0 - np.abs(motion.qdd) / b.acceleration,
+    ]
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    for limit in problem.limits:
+        if limit.kind == "torque":
+            rooms += np.split(-excess(limit, limit.values(state)), len(limit.labels) // n, axis=1)
+    return np.asarray(np.min(rooms, axis=0))
+
+
+def taught_over_time(problem: DesignProblem, motion: Motion) -> Array:
+    """What each sample of a motion teaches: its rows' share of the information, summing to the rank; shape (N,).
+
+    It is the trace of the hat matrix, sample by sample.
+    """
+    samples = _samples(motion)
+    state = State(samples, problem.kernel.entries(samples, 0.0))
+    rows = _rows(problem, state, problem.row_weights(samples, True), False)
+    return np.asarray((decomposed(rows).range ** 2).sum(axis=1).reshape(problem.robot.n, -1).sum(axis=0))
+
+
 def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     """Torques on a motion [N·m or N], (N, n), by the name of each load that the design reckons with.
 
@@ -102,7 +167,7 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     if limits:
         samples = _samples(motion)
         state = State(samples, problem.kernel.entries(samples, 0.0))
-        return {limit.name: limit.values(state) * limit.unit for limit in limits}
+        return {name: torque for limit in limits for name, torque in _by_load(limit, state, motion.q.shape[1])}
     known, names = problem.robot.parameters, standard_columns(problem.robot)
     if not all(name in known for name in names):
         return {}
@@ -110,6 +175,16 @@ def load_torques(problem: DesignProblem, motion: Motion) -> dict[str, Array]:
     chi = np.array([known[name] for name in names])
     torque[:, dynamics.rows] = dynamics(motion.q, motion.qd, motion.qdd, chi).T
     return {"torque": torque}
+
+
+def _by_load(limit: Limit, state: State, n: int) -> Iterator[tuple[str, Array]]:
+    """Torques of each joint, (N, n), the largest and the smallest where a limit stands for many payloads."""
+    torque = limit.values(state) * limit.unit
+    if torque.shape[1] == n:
+        yield limit.name, torque
+    else:
+        yield f"largest {limit.name}", torque[:, :n]
+        yield f"smallest {limit.name}", torque[:, n:]
 
 
 def _samples(motion: Motion) -> Samples:

@@ -1,0 +1,185 @@
+"""An arm in motion as a view: what is where at each time, without any viewer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...estimation import PayloadAnswer
+from ...model import Motion, Pose, Recording, Robot
+from ...model.frames import frames_at, step
+from ...model.stand_in import cylinder_radius
+from ...trajectories import DesignProblem, PayloadSet
+from ...trajectories.design import room_over_time, taught_over_time
+from .shapes import Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
+
+_RATE, _MOST = 20.0, 450  # times a second, and in all
+_THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
+_LINK, _AXIS, _NEAR, _BODY, _FLOOR = (90, 110, 140), (30, 60, 200), (220, 40, 30), (200, 140, 40), (200, 205, 210)
+_BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), (70, 70, 70)
+_LITTLE, _MUCH = np.array([200.0, 210.0, 230.0]), np.array([200.0, 30.0, 60.0])
+_TOUCHED = 0.02  # of a limit: a joint nearer to one is marked
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What is shown.
+
+    Attributes:
+        title: in words.
+        times: [s], shape (N,).
+        frames: poses of frames 0 to n and the payload's, in the base, at each time.
+        shapes, paths: what is fixed to the frames, and lines in the base.
+    """
+
+    title: str
+    times: Array
+    frames: tuple[tuple[Pose, ...], ...]
+    shapes: tuple[Shape, ...]
+    paths: tuple[Path, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ShownPayload:
+    """A payload in its frame: mass [kg], centre of mass [m], its 95 % interval (3, 2), inertia there (3, 3)."""
+
+    mass: float
+    com: Array
+    com_interval: Array
+    inertia: Array | None
+
+
+def view_of(
+    robot: Robot,
+    motion: Motion,
+    *,
+    problem: DesignProblem | None = None,
+    payload: ShownPayload | None = None,
+) -> View:
+    """The arm along a motion.
+
+    Args:
+        robot: the robot.
+        motion: its samples, or a single one.
+        problem: whose scene, limits and payloads are shown too, and what each second teaches.
+        payload: that was identified.
+
+    Raises:
+        InputError: for positions that are not finite.
+    """
+    if not np.isfinite(motion.q).all():
+        raise InputError("a view needs finite positions at every time")
+    picked = _picked(motion)
+    frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
+    shapes = [*_links(robot), *_axes(robot, _touched(problem, motion, picked))]
+    if problem is not None:
+        shapes += _surroundings(problem, robot)
+        shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
+    shapes += _payload(payload, robot.n + 1) if payload is not None else []
+    path = np.array([own[-1].p for own in frames])
+    paths = [Path("path of the flange", path, _colours(problem, motion, picked))] if len(path) > 1 else []
+    title = f"{robot.title or robot.name}, {motion.t[-1] - motion.t[0]:.3g} s"
+    return View(title, motion.t[picked] - motion.t[0], frames, tuple(shapes), tuple(paths))
+
+
+def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) -> View:
+    """The arm along a recording, with the payload that was identified; its inertia where that may be used."""
+    still = np.zeros_like(recording.q)
+    usable = answer.possible is not None and answer.verdict.level == "use"
+    inertia = answer.possible.body.inertia_com if answer.possible is not None and usable else None
+    payload = ShownPayload(answer.mass, answer.com, answer.com_interval, inertia)
+    return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
+
+
+def _picked(motion: Motion) -> NDArray[np.intp]:
+    """Samples that are shown, the first and the last among them."""
+    duration = float(motion.t[-1] - motion.t[0])
+    count = min(len(motion.t), _MOST, max(int(duration * _RATE) + 1, 2))
+    return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
+
+
+def _links(robot: Robot) -> list[Shape]:
+    """Capsules from each frame to where the next one starts: along x, then along the joint's axis.
+
+    In front of a sliding joint stands a rail over its range.
+    """
+    radius, shapes = _THICK * cylinder_radius(robot), []
+
+    def add(name: str, frame: int, start: Array, end: Array) -> None:
+        shapes.append(Shape(name, frame, *capsule(start, end, radius), _LINK))
+
+    for j, joint in enumerate(robot.joints):
+        reach = np.clip(joint.limits.position, -1.0, 1.0) if not joint.revolute else (0.0, 0.0)
+        corner = step(joint, 0.0)[0]
+        ends = [(corner @ step(joint, float(q))[1]).p for q in reach]
+        low, high = sorted([corner.p, *ends], key=lambda p: float((p - corner.p) @ corner.R[:, 2]))[::2]
+        add(f"link {j}/along x", j, np.zeros(3), corner.p)
+        add(f"link {j}/along axis {j + 1}", j, low, high)
+    add(f"link {robot.n}/flange", robot.n, np.zeros(3), robot.flange.p)
+    return shapes
+
+
+def _axes(robot: Robot, touched: NDArray[np.bool_] | None) -> list[Shape]:
+    """Joint axes; a red one over it while the joint is at a limit."""
+    radius, shapes = cylinder_radius(robot), []
+    ends = np.array([0.0, 0.0, 1.2 * radius])
+    for j in range(robot.n):
+        shapes.append(Shape(f"axis {j + 1}", j + 1, *capsule(-ends, ends, 0.12 * radius), _AXIS))
+        if touched is not None and touched[:, j].any():
+            marked = capsule(-ends, ends, 0.5 * radius)
+            shapes.append(Shape(f"at limit {j + 1}", j + 1, *marked, _NEAR, 0.6, touched[:, j]))
+    return shapes
+
+
+def _touched(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.bool_] | None:
+    """Whether a joint is at a limit between the shown times, (N, n)."""
+    if problem is None:
+        return None
+    near = room_over_time(problem, motion) < _TOUCHED
+    return np.asarray(np.logical_or.reduceat(near, picked, axis=0))
+
+
+def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
+    """Floor, walls and bodies of the scene."""
+    scene, shapes = problem.scene, []
+    if scene is None:
+        return []
+    half = 12.0 * cylinder_radius(robot)
+    for surface in scene.surfaces:
+        shapes.append(Shape(surface.name, 0, *plane(surface.normal, surface.offset, half), _FLOOR, 0.6))
+    for body in scene.bodies:
+        ends = np.array(body.start), np.array(body.start if body.end is None else body.end)
+        shapes.append(Shape(body.name, body.link, *capsule(*ends, body.radius), _BODY, 0.4))
+    return shapes
+
+
+def _bounds(payloads: PayloadSet, frame: int) -> list[Shape]:
+    """The region in which payloads lie."""
+    made = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
+    return [Shape("payloads within bounds", frame, *made, _BALL, 0.25)]
+
+
+def _payload(payload: ShownPayload, frame: int) -> list[Shape]:
+    """Centre of mass by its interval, and the homogeneous ellipsoid of its inertia."""
+    low, high = payload.com_interval.T
+    shapes = []
+    if np.isfinite(payload.com_interval).all():
+        axes = np.diag(0.5 * (high - low))
+        shapes.append(Shape("centre of mass, 95 %", frame, *ellipsoid(0.5 * (low + high), axes), _CENTRE))
+    if payload.inertia is not None:
+        axes = inertia_axes(payload.mass, payload.inertia)
+        shapes.append(Shape("ellipsoid of inertia", frame, *ellipsoid(payload.com, axes), _INERTIA, 0.3))
+    return shapes
+
+
+def _colours(problem: DesignProblem | None, motion: Motion, picked: NDArray[np.intp]) -> NDArray[np.uint8]:
+    """Colour of each piece of the path: pale where a second teaches little, red where it teaches most."""
+    pieces = len(picked) - 1
+    if problem is None:
+        return np.tile(np.array(_PATH, dtype=np.uint8), (pieces, 1))
+    taught = np.add.reduceat(taught_over_time(problem, motion), picked[:-1])
+    rate = taught / np.maximum(np.diff(motion.t[picked]), 1e-9)
+    share = np.sqrt(rate / max(float(rate.max()), 1e-300))[:, None]
+    return np.asarray((1.0 - share) * _LITTLE + share * _MUCH).astype(np.uint8)

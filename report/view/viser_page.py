@@ -1,0 +1,142 @@
+"""A view as one self-contained HTML file, by viser's serialised scene; needs the extra ``view``."""
+
+import contextlib
+import io
+import webbrowser
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...common.files import write_text
+from ...model import Pose
+from .moving import View
+
+_LAST = 1.0  # s: how long the last pose stays
+_STILL = 1e-9  # m and of a turn: what moves less is not written again
+
+
+def require_viewer() -> None:
+    """Refuse a view where its library is not installed.
+
+    Raises:
+        InputError: says what to install.
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise InputError("--view and --show need the extra view: pip install 'dynident[view]'") from None
+
+
+def write_view(path: str | Path, view: View) -> None:
+    """Write the file; it plays without a server."""
+    write_text(path, html_of(view))
+
+
+def show_view(path: str | Path | None, view: View) -> str:
+    """Open the file in the browser, or one in a folder for temporary files; its path.
+
+    Raises:
+        InputError: if there is no browser.
+    """
+    place = Path(path) if path else Path(mkdtemp(prefix="dynident_")) / "view.html"
+    if path is None:
+        write_view(place, view)
+    if not webbrowser.open(place.resolve().as_uri()):
+        raise InputError(f"--show: no browser could be opened: open {place} in one")
+    return str(place)
+
+
+def html_of(view: View) -> str:
+    """The view as HTML."""
+    require_viewer()
+    with _server() as server:
+        handles = _built(server, view)
+        serialiser = server.get_scene_serializer()
+        for k in range(1, len(view.times)):
+            serialiser.insert_sleep(float(view.times[k] - view.times[k - 1]))
+            _move(handles, view, k)
+        serialiser.insert_sleep(_LAST)
+        page = str(serialiser.as_html())
+    return page
+
+
+@contextlib.contextmanager
+def _server() -> Iterator[Any]:
+    """A server on a free port of this machine alone, whose scene is taken down and which says nothing."""
+    import viser
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        try:
+            yield server
+        finally:
+            server.stop()
+
+
+def _built(server: Any, view: View) -> dict[str, Any]:
+    """The scene at the first time: a node for each frame, and below it what is fixed to it."""
+    scene, handles = server.scene, {}
+    scene.set_up_direction("+z")
+    _look(server, view)
+    scene.add_grid("/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, shadow_opacity=0.0)
+    for number, pose in enumerate(view.frames[0]):
+        handles[f"/{number}"] = scene.add_frame(
+            f"/{number}", show_axes=False, wxyz=quaternion(pose), position=pose.origin
+        )
+    for shape in view.shapes:
+        name = f"/{shape.frame}/{shape.name.replace('/', ', ')}"
+        vertices = shape.vertices.astype(np.float32)
+        handles[name] = scene.add_mesh_simple(
+            *(name, vertices, shape.faces),
+            color=shape.colour,
+            opacity=None if shape.opacity >= 1.0 else shape.opacity,
+            side="double",
+            visible=shape.shown is None or bool(shape.shown[0]),
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+    for path in view.paths:
+        pieces = np.stack([path.points[:-1], path.points[1:]], axis=1).astype(np.float32)
+        colours = np.repeat(path.colours[:, None], 2, axis=1)
+        scene.add_line_segments(f"/{path.name}", pieces, colours, thickness=3.0, thickness_units="screen")
+    return handles
+
+
+def _look(server: Any, view: View) -> None:
+    """From in front, at the middle of where the arm goes."""
+    places = np.array([pose.p for frames in view.frames for pose in frames])
+    middle, size = 0.5 * (places.min(axis=0) + places.max(axis=0)), float(np.ptp(places, axis=0).max())
+    server.initial_camera.look_at = middle
+    server.initial_camera.position = middle + (size + 0.3) * np.array([0.9, -1.0, 0.6])
+
+
+def _move(handles: dict[str, Any], view: View, k: int) -> None:
+    """Bring the scene from time k - 1 to time k."""
+    for number, (before, pose) in enumerate(zip(view.frames[k - 1], view.frames[k], strict=True)):
+        if np.abs(pose.p - before.p).max() > _STILL:
+            handles[f"/{number}"].position = pose.origin
+        if np.abs(pose.R - before.R).max() > _STILL:
+            handles[f"/{number}"].wxyz = quaternion(pose)
+    for shape in view.shapes:
+        if shape.shown is not None and shape.shown[k] != shape.shown[k - 1]:
+            handles[f"/{shape.frame}/{shape.name.replace('/', ', ')}"].visible = bool(shape.shown[k])
+
+
+def quaternion(pose: Pose) -> Array:
+    """w, x, y, z of a rotation, from the eigenvector that is least sensitive (Bar-Itzhack 2000)."""
+    R = pose.R
+    K = np.array(
+        [
+            [np.trace(R), R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
+            [0.0, 2.0 * R[0, 0] - np.trace(R), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
+            [0.0, 0.0, 2.0 * R[1, 1] - np.trace(R), R[1, 2] + R[2, 1]],
+            [0.0, 0.0, 0.0, 2.0 * R[2, 2] - np.trace(R)],
+        ]
+    )
+    q = np.linalg.eigh(K, UPLO="U")[1][:, -1]
+    return np.asarray(q if q[0] >= 0.0 else -q)

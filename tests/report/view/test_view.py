@@ -1,0 +1,216 @@
+"""The view in three dimensions without a browser: where links are, sizes of bodies, what the file holds."""
+
+import base64
+import itertools
+import re
+import sys
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from dynident.cli import main
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
+from dynident.model.kinematics import joint_transform
+from dynident.report.view import ShownPayload, View, html_of, view_of
+from dynident.report.view.moving import _axes
+from dynident.report.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
+from dynident.report.view.viser_page import quaternion
+from dynident.tests.conftest import PRISMATIC
+from dynident.trajectories import random_via_points
+
+DRAW = np.random.default_rng(3)
+PAYLOAD = ShownPayload(
+    4.0,
+    np.array([0.01, 0.02, 0.1]),
+    np.array([[0.0, 0.02], [0.017, 0.023], [0.09, 0.112]]),
+    np.diag([0.03, 0.02, 0.01]),
+)
+
+
+def motion(robot: Robot, count: int = 5) -> Motion:
+    """Random positions within the ranges, a turn or a metre where there are none."""
+    low, high = np.clip(np.array([joint.limits.position for joint in robot.joints]), -1.0, 1.0).T
+    q = DRAW.uniform(low, high, (count, robot.n))
+    return Motion(np.arange(float(count)), q, np.zeros_like(q), np.zeros_like(q))
+
+
+def ends(shape: Shape) -> tuple[Array, Array]:
+    """End and start of a capsule's axis, from its first and last corner, the poles, and its radius."""
+    first, last = shape.vertices[0], shape.vertices[-1]
+    z = (first - last) / np.linalg.norm(first - last)
+    radius = np.linalg.norm((shape.vertices - first) - ((shape.vertices - first) @ z)[:, None] * z, axis=1).max()
+    return first - radius * z, last + radius * z
+
+
+def positions(robot: Robot, q: Array) -> list[Array]:
+    """Origins of frames 0 to n and of the payload's, by the symbolic chain of the dynamics."""
+    base = robot.base.inverse()
+    R, p, found = base.R, base.p, [base.p]
+    for joint, value in zip(robot.joints, q, strict=True):
+        turn, origin = (np.array(ca.DM(x)) for x in joint_transform(joint, ca.SX(float(value))))
+        R, p = R @ turn, p + R @ origin.ravel()
+        found.append(p)
+    return [*found, p + R @ robot.flange.p]
+
+
+@pytest.mark.parametrize(
+    "robot", [*map(load_robot, robot_names()), *PRISMATIC.values()], ids=lambda robot: robot.name
+)
+def test_links_reach_from_each_frame_to_the_next(robot: Robot) -> None:
+    """Within 1 um of forward kinematics; the rail of a sliding joint goes by it."""
+    moving = motion(robot)
+    view = view_of(robot, moving)
+    links = {shape.name: shape for shape in view.shapes if shape.name.startswith("link")}
+    for frames, q in zip(view.frames, moving.q, strict=True):
+        expected = positions(robot, q)
+        for j in range(robot.n):
+            corner, start = ends(links[f"link {j}/along x"])
+            assert np.abs(at(frames[j], start) - expected[j]).max() < 1e-6
+            near = [ends(links[f"link {j}/along axis {j + 1}"])[k] for k in (0, 1)]
+            gap = apart(expected[j + 1], *(at(frames[j], end) for end in near))
+            assert gap < 1e-6, "the next frame lies on the part along its axis"
+            assert apart(at(frames[j], corner), *(at(frames[j], end) for end in near)) < 1e-6
+        tip = links[f"link {robot.n}/flange"]
+        assert min(np.abs(at(frames[robot.n], end) - expected[-1]).max() for end in ends(tip)) < 1e-6
+
+
+def at(pose: Pose, point: Array) -> Array:
+    return np.asarray(pose.p + pose.R @ point)
+
+
+def apart(point: Array, a: Array, b: Array) -> float:
+    """Distance from a point to the line between two others."""
+    way = b - a
+    share = np.clip((point - a) @ way / max(float(way @ way), 1e-30), 0.0, 1.0)
+    return float(np.linalg.norm(point - a - share * way))
+
+
+def volume(vertices: Array, faces: Any) -> float:
+    """Volume within a closed surface whose triangles turn outwards, by the divergence theorem."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ki,ki->k", a, np.cross(b, c)).sum() / 6.0)
+
+
+def test_shapes_are_closed_and_as_large_as_they_should_be() -> None:
+    start, end, axes = np.array([0.1, 0.0, 0.2]), np.array([0.4, -0.3, 0.1]), np.diag([0.1, 0.2, 0.3])
+    full = np.pi * 0.05**2 * np.linalg.norm(end - start) + 4.0 / 3.0 * np.pi * 0.05**3
+    assert volume(*capsule(start, end, 0.05)) == pytest.approx(full, rel=0.05)
+    assert volume(*capsule(start, start, 0.05)) == pytest.approx(4.0 / 3.0 * np.pi * 0.05**3, rel=0.05)
+    assert volume(*ellipsoid(start, axes)) == pytest.approx(4.0 / 3.0 * np.pi * 0.006, rel=0.05)
+    assert volume(*box(start, axes)) == pytest.approx(8.0 * 0.006)
+    corners, _ = plane((0.0, 0.6, 0.8), 0.5, 1.0)
+    assert (corners @ [0.0, 0.6, 0.8]).max() == pytest.approx(0.5)
+
+
+def test_the_payloads_ellipsoids_are_to_scale() -> None:
+    """Half axes are half the 95 % interval; a homogeneous ellipsoid of the drawn axes has the inertia."""
+    view = view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=PAYLOAD)
+    drawn = {shape.name: shape for shape in view.shapes}
+    centre = drawn["centre of mass, 95 %"]
+    assert np.allclose(centre.vertices[:, 2].min(), 0.09, atol=1e-12)
+    assert np.allclose(centre.vertices[:, 2].max(), 0.112, atol=1e-12)
+    assert np.allclose(np.ptp(centre.vertices, axis=0), [0.02, 0.006, 0.022], rtol=0.01)
+    body = InertialParameters.from_com(3.0, [0, 0, 0], [[0.03, 0.004, 0], [0.004, 0.02, 0.001], [0, 0.001, 0.04]])
+    axes = inertia_axes(3.0, body.inertia_com)
+    second = 3.0 / 5.0 * axes @ axes.T
+    assert np.allclose(np.trace(second) * np.eye(3) - second, body.inertia_com, atol=1e-12)
+    unknown = replace(PAYLOAD, com_interval=np.full((3, 2), np.nan), inertia=None)
+    names = [
+        shape.name for shape in view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=unknown).shapes
+    ]
+    assert not any("mass" in name or "inertia" in name for name in names)
+
+
+def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
+    touched = np.zeros((4, 6), dtype=bool)
+    touched[2, 4] = True
+    marks = [shape for shape in _axes(load_robot("ur10e"), touched) if shape.shown is not None]
+    assert [(shape.frame, shape.shown.tolist()) for shape in marks if shape.shown is not None] == [
+        (5, [False, False, True, False])
+    ]
+
+
+def test_quaternions_turn_as_their_poses_do() -> None:
+    for angles in itertools.product((-np.pi, -1.0, 0.0, 0.5 * np.pi, 3.0), repeat=3):
+        pose = Pose.from_rpy((0.0, 0.0, 0.0), angles)
+        w, x, y, z = quaternion(pose)
+        turned = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        assert np.allclose(turned, pose.R, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def page() -> tuple[View, str]:
+    """Thirty seconds of a UR10e, or so."""
+    pytest.importorskip("viser")
+    robot = load_robot("ur10e")
+    plan = random_via_points(robot, 30, 1)
+    view = view_of(robot, plan.motion(100.0), payload=PAYLOAD)
+    return view, html_of(view)
+
+
+def recorded(page: str) -> dict[str, Any]:
+    """The scene that a page holds."""
+    import msgspec
+    import zstandard
+
+    data = re.search(r'__VISER_EMBED_DATA__="([^"]*)"', page)
+    assert data is not None
+    packed = base64.b64decode(data[1])
+    inner = zstandard.ZstdDecompressor().decompress(
+        packed[8:], max_output_size=int.from_bytes(packed[:8], "little")
+    )
+    length = int.from_bytes(inner[:8], "little")
+    return dict(msgspec.msgpack.decode(inner[8 : 8 + length]))
+
+
+def test_the_file_is_small_and_plays_as_long_as_the_motion(page: tuple[View, str]) -> None:
+    view, text = page
+    assert view.times[-1] > 25.0
+    assert len(text.encode()) < 1.5e6
+    scene = recorded(text)
+    assert scene["durationSeconds"] == pytest.approx(view.times[-1] + 1.0)
+
+
+def test_the_file_holds_every_pose_in_its_time(page: tuple[View, str]) -> None:
+    """Last poses before each time are those of the view, to rounding; all numbers are finite."""
+    view, text = page
+    placed = [
+        (t, message["name"], message["position"])
+        for t, message in recorded(text)["messages"]
+        if message["type"] == "SetPositionMessage"
+    ]
+    assert np.isfinite([p for *_, p in placed]).all()
+    for number in (2, 7):
+        mine = {t: np.array(p) for t, name, p in placed if name == f"/{number}"}
+        for k in range(1, len(view.times)):
+            last = max((t for t in mine if t <= view.times[k] + 1e-9), default=None)
+            shown = view.frames[0][number].p if last is None else mine[last]
+            assert np.abs(shown - view.frames[k][number].p).max() < 1e-6
+
+
+def test_the_same_view_gives_the_same_file() -> None:
+    pytest.importorskip("viser")
+    view = view_of(load_robot("rx90"), motion(load_robot("rx90")), payload=PAYLOAD)
+    assert html_of(view) == html_of(view)
+
+
+def test_without_the_extra_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(InputError, match=r"pip install 'dynident\[view\]'"):
+        html_of(view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2)))
+    for option in ("--show", f"--view={tmp_path / 'a.html'}"):
+        assert main(["robot", "show", "--robot", "ur10e", option]) == 2
+        told = capsys.readouterr()
+        assert told.out == ""
+        assert told.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,215 @@
+"""Every payload of a set: the bound against bodies drawn, a search and the semidefinite form; slopes; designs."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import Pose, Robot, load_robot, payload_regressor, stand_in
+from dynident.model.kernel import Kernel
+from dynident.trajectories import DesignProblem, JointBounds, Loads, NearGoal, NearShape, PayloadSet, build_design
+from dynident.trajectories.design.limits import Limit, State
+from dynident.trajectories.design.payloads import points
+from dynident.trajectories.motions.samples import Samples
+from scipy.optimize import minimize
+
+TURNED = Pose.from_rpy((0.02, -0.03, 0.1), (0.4, -0.2, 1.1))
+SETS = {
+    "ball": PayloadSet.within(8.0, 0.2, (0.0, 0.0, 0.1)),
+    "ellipsoid": PayloadSet.within(5.0, (0.3, 0.1, 0.05), (0.1, 0.0, 0.1)).seen_from(TURNED),
+    "box": PayloadSet.within(12.0, (0.1, 0.15, 0.25), (0.0, 0.05, 0.2), box=True).seen_from(TURNED),
+}
+DRAW = np.random.default_rng(20)
+
+
+def dense(function: Any, *states: Array) -> Array:
+    """A regressor on N states, (N, n, c)."""
+    kernel = Kernel(function)
+    entries, (rows, columns) = kernel(*states), function.size_out(0)
+    W = np.zeros((entries.shape[1], rows, columns))
+    W[:, kernel.rows, kernel.columns] = entries.T
+    return W
+
+
+def regressor_rows(robot: Robot, count: int) -> Array:
+    """Rows of the payload's regressor in random states, (count n, 10)."""
+    states = DRAW.uniform(-3.0, 3.0, (3, count, robot.n))
+    return np.asarray(dense(payload_regressor(robot), *states).reshape(-1, 10))
+
+
+ROWS = regressor_rows(load_robot("ur10e"), 20)
+
+
+def drawn_points(payloads: PayloadSet, count: int) -> Array:
+    """Places in a region, some of them on its surface, (count, 3)."""
+    s = DRAW.standard_normal((count, 3)) if payloads.region == "ball" else DRAW.uniform(-1.0, 1.0, (count, 3))
+    size = np.linalg.norm(s, axis=1) if payloads.region == "ball" else np.abs(s).max(axis=1)
+    s *= (np.where(DRAW.random(count) < 0.5, 1.0, DRAW.random(count) ** (1 / 3)) / size)[:, None]
+    return np.asarray(payloads.centre + s @ payloads.axes.T)
+
+
+def drawn_bodies(payloads: PayloadSet, count: int) -> Array:
+    """Ten parameters of bodies of up to six point masses each, some lighter than the heaviest, (count, 10)."""
+    shares = (
+        DRAW.dirichlet(np.full(6, 0.3), count)
+        * np.where(DRAW.random(count) < 0.5, 1.0, DRAW.random(count))[:, None]
+    )
+    parts = points(drawn_points(payloads, 6 * count)).reshape(count, 6, 10)
+    return np.asarray(payloads.mass * np.einsum("ks,ksp->kp", shares, parts))
+
+
+@pytest.mark.parametrize("kind", SETS)
+def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> None:
+    payloads = SETS[kind]
+    largest, smallest = payloads.extremes(ROWS)
+    torques = ROWS @ drawn_bodies(payloads, 10_000).T
+    room = 1e-9 * np.abs(ROWS).max()
+    assert (torques <= largest.torque[:, None] + room).all()
+    assert (torques >= smallest.torque[:, None] - room).all()
+    for extreme in (largest, smallest):
+        assert np.allclose(np.einsum("kp,kp->k", ROWS, extreme.body), extreme.torque, rtol=1e-9, atol=room)
+        in_set = payloads.extremes(np.eye(10)[9:])[0].torque[0]
+        assert extreme.body[:, 9].max() <= in_set * (1.0 + 1e-12) == pytest.approx(payloads.mass)
+    outside = PayloadSet(1.02 * payloads.mass, payloads.centre, 1.02 * payloads.axes, payloads.region)
+    beyond = ROWS @ drawn_bodies(outside, 10_000).T
+    assert (beyond > largest.torque[:, None] + room).any()  # the test can fail
+
+
+@pytest.mark.parametrize("kind", SETS)
+def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None:
+    payloads = SETS[kind]
+    box, inverse = payloads.region == "cube", np.linalg.inv(payloads.axes)
+    limits: Sequence[Any] = (
+        [] if box else [{"type": "ineq", "fun": lambda s: 1.0 - s @ s, "jac": lambda s: -2.0 * s}]
+    )
+    for row in ROWS[DRAW.choice(len(ROWS), 3, replace=False)]:
+        starts = (drawn_points(payloads, 4) - payloads.centre) @ inverse.T
+
+        def torque(s: Array, row: Array = row) -> float:
+            return -float(row @ points((payloads.centre + payloads.axes @ s)[None])[0])
+
+        found = [
+            minimize(
+                torque, s, method="SLSQP", bounds=[(-1.0, 1.0)] * 3, constraints=limits, options={"ftol": 1e-12}
+            )
+            for s in starts
+        ]
+        best = payloads.mass * max(0.0, *(-float(answer.fun) for answer in found))
+        bound = payloads.extremes(row[None])[0].torque[0]
+        assert best == pytest.approx(bound, rel=1e-5, abs=1e-6)
+
+
+def test_the_bound_is_that_of_the_semidefinite_form() -> None:
+    """Over pseudo-inertias J >= 0 with J44 <= M and tr(J P) >= 0 for the ellipsoid (Wensing, Kim, Slotine 2018)."""
+    import cvxpy as cp
+
+    payloads = SETS["ellipsoid"]
+    shape = np.linalg.inv(payloads.axes @ payloads.axes.T)
+    P = np.zeros((4, 4))
+    P[:3, :3], P[:3, 3] = -shape, shape @ payloads.centre
+    P[3, :3], P[3, 3] = P[:3, 3], 1.0 - payloads.centre @ shape @ payloads.centre
+    J, row = cp.Variable((4, 4), PSD=True), cp.Parameter(10)
+    xx, yy, zz = (J[i, i] for i in range(3))
+    body = [yy + zz, -J[0, 1], -J[0, 2], xx + zz, -J[1, 2], xx + yy, J[0, 3], J[1, 3], J[2, 3], J[3, 3]]
+    problem = cp.Problem(cp.Maximize(row @ cp.hstack(body)), [J[3, 3] <= payloads.mass, cp.trace(J @ P) >= 0.0])
+    for k in (1, 8, 57, 88):
+        row.value = ROWS[k]
+        assert problem.solve(solver=cp.CLARABEL) == pytest.approx(
+            payloads.extremes(ROWS[k : k + 1])[0].torque[0], rel=1e-5, abs=1e-6
+        )
+
+
+def test_degenerate_rows_are_bounded_too() -> None:
+    """No torque at all, the same moments about every axis, a linear torque, a saddle without slope."""
+    rows = np.zeros((5, 10))
+    rows[1, [0, 3, 5]] = 2.0
+    rows[2, 6], rows[2, 9] = 3.0, -1.0
+    rows[3, 0], rows[3, 3] = 1.0, -1.0
+    rows[4, [0, 3, 5]] = -2.0
+    ball = PayloadSet.within(2.0, 0.5)
+    largest, smallest = ball.extremes(rows)
+    assert largest.torque == pytest.approx([0.0, 2 * 4 * 0.25, 2 * (1.5 - 1.0), 2 * 0.25, 0.0], abs=1e-9)
+    assert smallest.torque == pytest.approx([0.0, 0.0, 2 * (-1.5 - 1.0), -2 * 0.25, -2 * 4 * 0.25], abs=1e-9)
+    assert largest.body[0, 9] * rows[0, 9] == 0.0
+
+
+@pytest.mark.parametrize(("mass", "half"), [(0.0, 0.1), (-1.0, 0.1), (np.inf, 0.1), (1.0, 0.0)])
+def test_a_set_without_size_is_refused(mass: float, half: float) -> None:
+    with pytest.raises(InputError, match="positive"):
+        PayloadSet.within(mass, half)
+
+
+ARM = stand_in.rehearsed(load_robot("ur10e"))
+BOUNDS = JointBounds.of(ARM)
+POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
+
+
+def problem(
+    payloads: PayloadSet | None, torque: Array = BOUNDS.torque, covariance: Array | None = None
+) -> DesignProblem:
+    """A motion of four joints near a pose of a UR10e's stand-in."""
+    shape = NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
+    goal = NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
+    loads = Loads(known() if covariance is not None else ARM.parameters, payloads, covariance)
+    return build_design(ARM, shape, goal, bounds=replace(BOUNDS, torque=torque), loads=loads)
+
+
+def stand_in_body() -> Any:
+    from dynident.model import InertialParameters
+
+    return InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], 0.009 * np.eye(3))
+
+
+def known() -> dict[str, float]:
+    from dynident.model import base_parameters
+
+    base = base_parameters(ARM)
+    return dict(zip(base.columns, base.value(ARM.parameters).tolist(), strict=True))
+
+
+def torque_limit_of(task: DesignProblem) -> Limit:
+    return next(limit for limit in task.limits if limit.kind == "torque")
+
+
+@pytest.mark.parametrize("kind", SETS)
+def test_slopes_are_those_of_differences(kind: str) -> None:
+    """In the entries of the regressor, with the robot's own torque and its uncertainty."""
+    root = DRAW.standard_normal((len(known()), len(known())))
+    task = problem(SETS[kind], covariance=root @ root.T / 400.0)
+    limit, states = torque_limit_of(task), DRAW.uniform(-2.0, 2.0, (3, 20, ARM.n))
+    samples = Samples(np.full(20, 0.1), *states)
+    state = State(samples, task.kernel.entries(samples, 0.05))
+    weights, step = DRAW.standard_normal(limit.values(state).shape), DRAW.standard_normal(state.entries.shape)
+    slopes = State(Samples.zeros(state.samples), np.zeros_like(state.entries))
+    limit.pullback(state, weights, slopes)
+    h = 1e-7
+    ends = [(limit.values(State(state.samples, state.entries + s * h * step)) * weights).sum() for s in (1.0, -1.0)]
+    assert (ends[0] - ends[1]) / (2.0 * h) == pytest.approx((slopes.entries * step).sum(), rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["box"])
+def test_what_is_added_to_the_robots_own_torque_is_the_sets(kind: str) -> None:
+    """Against the payload's regressor by itself, and two standard deviations by the covariance."""
+    names, torque = known(), np.where(np.arange(6) == 4, np.inf, BOUNDS.torque)
+    covariance = np.diag(np.linspace(0.1, 1.0, len(names)))
+    plain, sure, doubtful = (
+        problem(None, torque),
+        problem(SETS[kind], torque),
+        problem(SETS[kind], torque, covariance),
+    )
+    x = plain.family.random(DRAW)
+    states = [task.state(x, 0.0) for task in (plain, sure, doubtful)]
+    own, known_well, known_badly = (
+        torque_limit_of(task).values(state) for task, state in zip((plain, sure, doubtful), states, strict=True)
+    )
+    rows = dense(payload_regressor(ARM), *states[0].samples[1:])
+    largest, smallest = SETS[kind].extremes(rows.reshape(-1, 10))
+    unit = np.where(np.isfinite(torque), torque, 1.0)
+    expected = np.hstack([own + extreme.torque.reshape(-1, 6) / unit for extreme in (largest, smallest)])
+    assert np.allclose(known_well, expected, rtol=1e-9, atol=1e-9)
+    W = plain.kernel.dense(states[0].entries)[:, :, [plain.kernel.columns.index(name) for name in names]]
+    sigma = np.sqrt(np.einsum("jNc,c,jNc->Nj", W, np.diag(covariance), W)) / unit
+    assert np.allclose(known_badly - known_well, np.hstack([2.0 * sigma, -2.0 * sigma]), atol=1e-9)
