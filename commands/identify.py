@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
 """Options, and with which choices of ``--constrained`` they count."""
+_CLOSE = (
+    "where the data contradict every robot, chi2 falls for ever as links grow: --total-mass 0 KG (KG: at most the "
+    "whole arm's mass) bounds them; a longer recording that moves every joint is better"
+)
+"""What to do where no finite robot is nearest."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +110,7 @@ class _Identify(Options):
         except estimation.SolverError as error:
             if self.constrained == "prior" or self.total_mass is not None:
                 raise InputError(f"{error}; --constrained none leaves it out") from error
-            note(f"no robot that can exist is given: {error}")
+            note(f"no robot that can exist is given, and so no export: {error}; {_CLOSE}")
             return None
 
     def _nearest_own_prior(self, result: estimation.Identification) -> estimation.possible.PossibleRobot:

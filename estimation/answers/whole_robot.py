@@ -3,6 +3,7 @@
 from ...common.errors import InputError
 from ...model import Robot, base_parameters
 from ..files.stored import StoredRobot
+from ..possible.cone import SolverError
 from ..possible.labelled import WholeRobot, whole_robot
 from ..possible.mass_range import mass_ranges
 
@@ -28,13 +29,12 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
         )
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
-    return whole_robot(
-        robot,
-        nearest.standard,
+    source = (
         f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist (chi2 "
-        f"rises by {nearest.chi2_rise:.3g})",
-        base,
-        stored.estimate,
-        nearest.source,
-        mass_ranges(robot, base, stored.estimate),
+        f"rises by {nearest.chi2_rise:.3g})"
     )
+    try:
+        ranges = mass_ranges(robot, base, stored.estimate)
+    except SolverError:  # only a bound of the mass, which identify was given, made a nearest robot
+        ranges, source = None, f"{source}; what the data allow of the masses is not known: no robot is near them"
+    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source, ranges)
