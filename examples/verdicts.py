@@ -35,7 +35,7 @@ class Shown:
 
 
 def recorded(load: InertialParameters, speed: float, seed: int) -> tuple[Recording, Recording]:
-    """The same random motion without and with a payload, at a share of the speed limits."""
+    """A random motion without and with a payload, at a share of the speed limits."""
     arm, motion = Simulator(ROBOT), random_via_points(ROBOT, 14, seed, speed).motion(rate=200.0)
     bare, heavy = (arm.record(motion, body, RX90_NOISE, seed=k) for k, body in enumerate((None, load)))
     return bare, heavy
