@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,9 +34,8 @@ from rich.console import Console
 from rich.table import Table
 
 try:
-    import mujoco
-    from mujoco import sysid
-
+    mujoco: Any = import_module("mujoco")
+    sysid: Any = import_module("mujoco.sysid")
     sysid.optimize  # noqa: B018  an extra that is missing shows here alone
 except (ImportError, AttributeError) as missing:
     print(f"MuJoCo does not import ({missing}): pip install 'mujoco[sysid]'", file=sys.stderr)
