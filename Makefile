@@ -12,7 +12,7 @@ test: .venv/installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m "not long"
 
 test-all: .venv/installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal --durations=40
 
 lint: .venv/installed-dev
 	$(BIN)/ruff format --check .

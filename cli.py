@@ -51,7 +51,9 @@ def _run(words: tuple[str, ...]) -> int:
         return BAD_INPUT
     if any(word.startswith("--config") for word in words):
         words = import_module(".commands.settings", __package__).with_settings(parser, words)
-    arguments = parser.parse_args(words)
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:
+        parser.error(import_module(".commands.settings", __package__).unknown_option(parser, words, unknown[0]))
     arguments.argv, arguments.parser = words, parser
     with warnings.catch_warnings():
         warnings.showwarning = _note
@@ -101,6 +103,14 @@ class _Parser(argparse.ArgumentParser):
         """Take "-1,1" and "-90:90" for values, as argparse takes "-1"."""
         super().__init__(*arguments, **how)
         self._negative_number_matcher = re.compile(r"-\.?\d")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Say which choice may be meant."""
+        if action.choices is not None and value not in action.choices:
+            close = import_module("difflib").get_close_matches(str(value), list(map(str, action.choices)), 1)
+            meant = f"did you mean {close[0]}? " if close else ""
+            choices = ", ".join(map(str, action.choices))
+            raise argparse.ArgumentError(action, f"there is no {value!r}: {meant}give one of {choices}")
 
     def error(self, message: str) -> NoReturn:
         print(f"{self.prog}: error: {message} (see {self.prog} --help)", file=sys.stderr)

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from .. import estimation, model, report
 from ..common.errors import InputError
-from ..common.files import made_folder
 from . import ANSWERED, DO_NOT_USE
-from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
+from .options import PageOptions, ProcessingOptions, RobotOptions, Setup, add_command, option
 
 
 @dataclass(frozen=True)
-class _Logs(ResultOptions):
-    """The logs, and where their signals are drawn."""
+class _Logs(PageOptions):
+    """The logs, and the result as JSON, as a report and as figures of their signals."""
 
     logs: tuple[str, ...] = option(
         "logs", reads="logs", nargs="*", metavar="LOG", help="recordings, with or without payload"
     )
     data: tuple[str, ...] = option(
         reads="logs", action="append", default=[], metavar="LOG", help="recording, as a word alone; repeatable"
-    )
-    plots: str | None = option(
-        writes="folder", metavar="DIR", help="draw the signals there, PNG and SVG; made if missing"
     )
 
     @property
@@ -72,14 +67,17 @@ def run(robot: _Robot, processing: ProcessingOptions, files: _Logs) -> int:
         for name in ("mount", "gravity", "base", "tip"):
             robot.refuse(name, "belongs to --robot: give it as well")
     setup = processing.setup(robot.load()) if robot.robot else None
-    looks = [_looked(path, number, setup, processing, files) for number, path in enumerate(files.paths, 1)]
+    looks = [_looked(path, setup, processing, files) for path in files.paths]
     files.write_json(lambda: report.documents.check_document(setup.robot if setup else None, looks))
+    files.write_page(
+        lambda: report.check_page(
+            looks, files.provenance(setup.in_words() if setup else {}, files, robot, processing)
+        )
+    )
     return ANSWERED if all(look.check and look.check.usable for look in looks) else DO_NOT_USE
 
 
-def _looked(
-    path: str, number: int, setup: Setup | None, processing: ProcessingOptions, files: _Logs
-) -> report.documents.Look:
+def _looked(path: str, setup: Setup | None, processing: ProcessingOptions, files: _Logs) -> report.documents.Look:
     """Look at one log, by the robot that fits it best where none is named, and show it."""
     fits = None
     if setup is None:
@@ -89,9 +87,7 @@ def _looked(
             return report.documents.Look(path, None, fits)
         setup = processing.setup(model.load_robot(fits.fitting[0].robot))
     check = _checked(path, setup)
-    files.show(report.check_screen(setup.robot, check))
-    if files.plots:
-        _plot(Path(files.plots), number, check)
+    files.show(report.check_screen(check))
     return report.documents.Look(path, check, fits)
 
 
@@ -107,12 +103,3 @@ def _checked(path: str, setup: Setup) -> estimation.diagnosis.LogCheck:
         return check
     text = f"Rows are missing: of {len(pieces)} pieces the longest is looked at; record without losing rows"
     return check.with_findings([estimation.diagnosis.Finding("note", "recording", text)])
-
-
-def _plot(folder: Path, number: int, check: estimation.diagnosis.LogCheck) -> None:
-    made_folder(folder)
-    stem = check.recording.source.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
-    for ending in ("png", "svg"):
-        report.save_signals(
-            folder / f"{number:02d}_{stem}.{ending}", check.recording, "A" if check.currents else "N·m"
-        )

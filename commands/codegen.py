@@ -8,6 +8,7 @@ from typing import Any
 from .. import model
 from . import ANSWERED
 from .options import Options, RobotOptions, add_command, option
+from .progress import say
 
 
 @dataclass(frozen=True)
@@ -26,5 +27,5 @@ def add_parser(commands: Any) -> None:
 def run(robot: RobotOptions, code: _Code) -> int:
     """Run it."""
     for path in model.generate_code(robot.load(), code.function, code.out):
-        print(path)
+        say(str(path))
     return ANSWERED

@@ -97,9 +97,5 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
         gains = estimation.identify_gains(problem, load)
     files.show(report.gains_screen(gains))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
-    files.write_page(
-        lambda: report.gains_page(
-            gains, files.provenance(setup.in_words(), known, arm, processing), robot.title or robot.name
-        )
-    )
+    files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
     return DO_NOT_USE if gains.verdict.level == "do_not_use" else ANSWERED

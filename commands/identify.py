@@ -5,18 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .. import estimation, model, report
+from .. import estimation, fleet, model, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
 from .options import (
     EssentialOptions,
     GainOptions,
     Options,
+    PassportOptions,
     ProcessingOptions,
     RobotOptions,
     TableOptions,
     add_command,
+    logs_of,
     option,
+    recipe_of,
 )
 from .progress import note, status
 
@@ -145,7 +148,15 @@ class _Identify(Options):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    parts = (RobotOptions, _Identify, EssentialOptions, GainOptions, ProcessingOptions, TableOptions)
+    parts = (
+        RobotOptions,
+        _Identify,
+        EssentialOptions,
+        GainOptions,
+        ProcessingOptions,
+        TableOptions,
+        PassportOptions,
+    )
     add_command(commands, "identify", run, *parts)
 
 
@@ -156,6 +167,7 @@ def run(
     drives: GainOptions,
     processing: ProcessingOptions,
     files: TableOptions,
+    passport: PassportOptions,
 ) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
@@ -187,4 +199,6 @@ def run(
     files.write_tables(
         screen, lambda: estimation.answers.identification_system(result, recordings, setup.processing)
     )
+    recipe = recipe_of("identify", setup, gains, essential=essential.rule())
+    passport.write(lambda: fleet.robot_passport(result, recipe, logs_of(asked)))
     return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED

@@ -29,6 +29,7 @@ from .options import (
 )
 from .options.goals import RATE
 from .options.limits import Known
+from .options.reading import about
 from .progress import note
 from .values import gains_list, joint_list, positive, positive_number, whole
 
@@ -88,7 +89,10 @@ class _Near(Options):
         if self.mass is not None:
             self.refuse("expected_mass", "is for a payload that was not weighed: leave it out with --mass")
         if max(self.joints) > robot.n:
-            raise InputError(f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints")
+            raise InputError(
+                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them "
+                f"from 1, at the base, to {robot.n}"
+            )
 
     def ranges(self, robot: model.Robot) -> Array:
         """A range for each moving joint [rad or m]."""
@@ -190,7 +194,7 @@ def run(
     files.show(screen)
     files.write_all(result, bounds)
     samples = design.motion(FIGURE_RATE)
-    files.write_page(lambda: report.near_page(result, samples, screen.blocks, files.provenance({}, limits, arm)))
+    files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     view.write_view(lambda: report.view.view_of(robot, samples, problem=problem))
     return ANSWERED
 
@@ -212,9 +216,11 @@ def _shape(
     seed: int,
 ) -> tuple[trajectories.NearShape, Array | None]:
     """What is asked of the motion, and a second pose that would help where none was asked for."""
-    first = in_si(options.pose, robot)
-    shape = trajectories.NearShape(first[None], options.joints, options.ranges(robot), options.duration)
-    shape.check(robot, bounds)
+    ranges = options.ranges(robot)
+    with about("--pose"):
+        first = in_si(options.pose, robot)
+        shape = trajectories.NearShape(first[None], options.joints, ranges, options.duration)
+        shape.check(robot, bounds)
     if options.second_pose is None:
         visible = options.mass_sigma is not None or shape.visibility(robot).mass_visible
         return shape, trajectories.design.second_pose(robot, shape, goal, bounds, seed) if visible else None

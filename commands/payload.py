@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .. import estimation, report
+from .. import estimation, fleet, report
 from ..common.errors import InputError
+from ..common.files import checksum
 from . import ANSWERED, DO_NOT_USE
 from .options import (
     EssentialOptions,
@@ -15,11 +16,14 @@ from .options import (
     GainOptions,
     KnowledgeOptions,
     PairOptions,
+    PassportOptions,
     Setup,
     TableOptions,
     ViewOptions,
     add_command,
+    logs_of,
     option,
+    recipe_of,
 )
 from .progress import status
 from .values import method, relative
@@ -102,6 +106,7 @@ def add_parser(commands: Any) -> None:
         PairOptions,
         TableOptions,
         ViewOptions,
+        PassportOptions,
     )
     add_command(commands, "payload", run, *parts)
 
@@ -115,6 +120,7 @@ def run(
     processing: PairOptions,
     files: TableOptions,
     view: ViewOptions,
+    passport: PassportOptions,
 ) -> int:
     """Run it."""
     view.check_view()
@@ -160,6 +166,19 @@ def run(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
+    recipe = recipe_of(
+        "payload",
+        setup,
+        gain_errors,
+        essential=rule,
+        methods=methods,
+        free_friction=asked.free_friction,
+        friction_change=asked.change,
+        scale_sigma=asked.scale_sigma or 0.0,
+        constraints=tuple(constraints),
+        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    )
+    passport.write(lambda: fleet.payload_passport(answer, (), recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 

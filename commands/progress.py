@@ -41,6 +41,12 @@ def quiet() -> bool:
     return _manner.get() == "quiet"
 
 
+def say(text: str) -> None:
+    """Print a line about what was done."""
+    if not quiet():
+        print(text)
+
+
 def note(text: str) -> None:
     """Print a line that is worth knowing."""
     if not quiet():

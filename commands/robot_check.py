@@ -7,11 +7,10 @@ from typing import Any, ClassVar
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
-from .options import ProcessingOptions, ResultOptions, RobotOptions, Setup, add_command, option
+from .options import FilterOptions, PageOptions, RobotOptions, Setup, add_command, option
 from .progress import status
-from .robot_poses import checked_poses, pose_lines
+from .robot_poses import checked_poses
 
-_SHOWN = 6
 _DESCRIPTION = """
 Where a log carries the pose of the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward
 kinematics must reproduce it: the residual is told with the constant base and tool that fit best. Where it carries
@@ -21,17 +20,11 @@ reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
 
 
-class _Processing(ProcessingOptions):
-    """Processing without decimation: the samples are thin by themselves."""
-
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
-
-
 @dataclass(frozen=True)
-class _Data(ResultOptions):
-    """The recordings, and the result as JSON; all of it is on the screen."""
+class _Data(PageOptions):
+    """The recordings, and the result as JSON and as a report, which has no figure."""
 
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"details"})
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"plots"})
 
     data: tuple[str, ...] = option(
         reads="without payload", action="append", required=True, metavar="LOG", help="recording without payload"
@@ -45,14 +38,14 @@ def add_parser(commands: Any) -> None:
         "check",
         run,
         RobotOptions,
-        _Processing,
+        FilterOptions,
         _Data,
         help="check order, senses and zeros of the joints by a recording: its tool poses, its torques",
         description=_DESCRIPTION,
     )
 
 
-def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
+def run(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
     robot = setup.robot
@@ -62,34 +55,20 @@ def run(arm: RobotOptions, processing: _Processing, files: _Data) -> int:
         check = None
         if recordings:
             check = estimation.diagnosis.rank_readings(robot, recordings, setup.processing, progress)
-    text = [line for log in poses for line in (*pose_lines(log), *(lines(log.readings) if log.readings else ()))]
-    text += lines(check) if check else ["No torques or currents: the pose alone is compared."]
-    files.show(report.Screen([report.Remarks(text)]))
+    files.show(report.readings_screen(poses, check))
     files.write_json(
         lambda: report.documents.robot_check_document(
-            robot, [report.documents.pose_document(*log) for log in poses], check
+            robot, [report.documents.pose_document(look) for look in poses], check
         )
     )
-    faithful = all(log.check.reproduced for log in poses) and not (check and check.suggested)
-    return ANSWERED if faithful else DO_NOT_USE
+    files.write_page(
+        lambda: report.readings_page(
+            robot, poses, check, files.provenance(setup.in_words(), files, arm, processing)
+        )
+    )
+    return ANSWERED if report.readings_agree(poses, check) else DO_NOT_USE
 
 
 def _with_torques(paths: tuple[str, ...], setup: Setup) -> list[str]:
     """Logs that carry torques beside their poses."""
     return [path for path in paths if estimation.recordings.holds_torques(path, setup.robot, setup.log_map)]
-
-
-def lines(check: estimation.diagnosis.KinematicsCheck) -> list[str]:
-    """The answer in words; a suggestion is never applied."""
-    told = [f"As recorded: {check.as_recorded.residual:.4g} ({check.unit}); {len(check.ranked)} readings tried."]
-    best = check.suggested
-    if best is None:
-        told.append("No other reading of order, senses and zeros does clearly better.")
-    else:
-        told.append(f"Suggested, not applied: {best.reading.told()}: {best.residual:.4g}.")
-        told.append("Check it at the robot, then change the recording's columns or the robot's file.")
-    others = [one for one in check.alike if one.reading.changes][:_SHOWN]
-    if others:
-        told.append("These do as well, so the recording cannot tell them apart:")
-        told += [f"  {one.residual:.4g}  {one.reading.told()}" for one in others]
-    return told

@@ -17,7 +17,7 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED
 from .dialogue import ask
-from .options import Options, add_command, option
+from .options import Options, add_command, option, print_lines
 from .progress import note
 from .robot_show import check_drawing, draw
 from .values import numbers, positive_number, texts
@@ -86,7 +86,7 @@ def run(given: _Sheet) -> int:
     write_text(out, model.files.robot_toml(robot, sheet.source))
     report.print_blocks(report.robot_description(robot))
     draw(robot, sheet.drawing or str(out.with_suffix(".svg")), drawn_at)
-    print(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
+    print_lines(f"Written: {out}. Compare the drawing with the data sheet before you use it.")
     if not model.stand_in.can_stand_in(robot):
         note(f"to rehearse on it, add the mass of the arm to {out} (mass_kg = ..), or give --arm-mass KG")
     return ANSWERED

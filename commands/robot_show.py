@@ -12,7 +12,7 @@ import numpy as np
 from .. import model, report
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import FramedRobotOptions, Options, ViewOptions, add_command, in_si, option
+from .options import FramedRobotOptions, Options, ViewOptions, add_command, in_si, option, print_lines
 from .values import numbers
 
 
@@ -75,4 +75,4 @@ def draw(robot: Any, path: str, at: tuple[float, ...]) -> None:
     q = [math.radians(x) if joint.revolute else x for x, joint in zip(at, robot.joints, strict=True)]
     shown = ", ".join(f"{x:g}" for x in at)
     report.save_drawing(path, robot, q, f"{robot.title or robot.name} at {shown} (degrees, m)")
-    print(f"Drawn at {shown}: {path}")
+    print_lines(f"Drawn at {shown}: {path}")

@@ -12,7 +12,7 @@ from .. import estimation, report
 from ..common.files import write_text
 from ..common.schema import present
 from . import ANSWERED, DO_NOT_USE
-from .options import Options, RobotOptions, add_command, option
+from .options import Options, RobotOptions, add_command, option, print_lines
 
 FORMATS = {"mjcf": "MJCF (MuJoCo)", "usd": "USD (Isaac Sim)", "urdf": "URDF", "sdf": "SDFormat (Gazebo, Drake)"}
 """The formats, told again here so that ``--help`` need not load them."""
@@ -82,7 +82,5 @@ def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:
         changed = report.simulators.into(name, bodies.into, whole, form.head(whole))
         write_text(bodies.out, changed.text)
         notes += changed.notes
-    print(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.")
-    for line in notes:
-        print(f"  {line}")
+    print_lines(f"{bodies.out}: {whole.source}. Prior: {whole.prior}.", *(f"  {line}" for line in notes))
     return ANSWERED

@@ -8,7 +8,7 @@ from typing import Any
 from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import Options, PageOptions, ProcessingOptions, RobotOptions, add_command, option
+from .options import FilterOptions, Options, PageOptions, RobotOptions, add_command, option
 from .progress import status
 from .values import seconds_list
 
@@ -51,10 +51,10 @@ class _Rollout(Options):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "rollout", run, RobotOptions, _Rollout, ProcessingOptions, PageOptions)
+    add_command(commands, "rollout", run, RobotOptions, _Rollout, FilterOptions, PageOptions)
 
 
-def run(arm: RobotOptions, asked: _Rollout, processing: ProcessingOptions, files: PageOptions) -> int:
+def run(arm: RobotOptions, asked: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
     """Run it."""
     stored = estimation.files.read_stored_robot(asked.robot_parameters)
     setup = processing.setup(arm.load(), stored)

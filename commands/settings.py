@@ -16,6 +16,7 @@ from typing import Any
 from ..common.errors import InputError
 
 _OPTION = "--config"
+_HEAD = "# Options of a run, repeated by: dynident "
 _Values = dict[str, list[str]]
 """Destination of an option -> the words of its values."""
 
@@ -32,7 +33,7 @@ def with_settings(parser: argparse.ArgumentParser, words: Sequence[str]) -> tupl
     """
     command, below, depth = _command(parser, words)
     given = _given(below, words[depth:])
-    if "config" not in given:
+    if not given.get("config"):  # argparse refuses one that names no file
         return tuple(words)
     path = given["config"][-1]
     added: list[str] = []
@@ -47,8 +48,7 @@ def settings_text(parser: argparse.ArgumentParser, words: Sequence[str]) -> str:
     """A file for ``--config`` that repeats a command line."""
     command, below, depth = _command(parser, words)
     actions = {action.dest: action for action in below._actions}
-    head = f"# Options of a run, repeated by: dynident {command} --config THIS_FILE"
-    lines = [head, f"command = {_quoted(command)}"]
+    lines = [f"{_HEAD}{command} --config THIS_FILE", f"command = {_quoted(command)}"]
     for name, values in _given(below, words[depth:]).items():
         action = actions[name]
         if name == "config":
@@ -62,6 +62,24 @@ def settings_text(parser: argparse.ArgumentParser, words: Sequence[str]) -> str:
         else:
             lines.append(f"{key} = [{', '.join(map(_quoted, values))}]")
     return "\n".join(lines) + "\n"
+
+
+def unknown_option(parser: argparse.ArgumentParser, words: Sequence[str], word: str) -> str:
+    """What to say of a word that a command does not know, with the option that may be meant."""
+    command, below, _ = _command(parser, words)
+    name = word.partition("=")[0]
+    close = get_close_matches(name, below._option_string_actions, 1) if name.startswith("-") else []
+    kind, hint = "option" if name.startswith("-") else "argument", f": did you mean {close[0]}?" if close else ""
+    return f"'dynident {command}' has no {kind} {name}{hint}"
+
+
+def is_settings_file(path: Path) -> bool:
+    """Whether a file was written by a run, as ``settings_text`` gives it."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return file.readline().startswith(_HEAD)
+    except OSError:
+        return False
 
 
 def _command(parser: argparse.ArgumentParser, words: Sequence[str]) -> tuple[str, argparse.ArgumentParser, int]:
@@ -128,7 +146,10 @@ def _read(path: str, command: str) -> dict[str, Any]:
         raise InputError(f"{_OPTION} {path}: is not TOML: {error}") from None
     told = table.pop("command", command)
     if told != command:
-        raise InputError(f"{_OPTION} {path}: is for 'dynident {told}', not for 'dynident {command}'")
+        raise InputError(
+            f"{_OPTION} {path}: is for 'dynident {told}', not for 'dynident {command}': "
+            f"give a file of {command!r}, or call {told!r}"
+        )
     return table
 
 

@@ -19,7 +19,7 @@ from .. import __version__, estimation, model, report, trajectories
 from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED
-from .options import Options, RehearsedRobotOptions, ViewOptions, add_command, option
+from .options import Options, RehearsedRobotOptions, ViewOptions, add_command, option, print_lines
 from .progress import bar
 from .values import number, share, whole
 
@@ -186,14 +186,14 @@ def _write(folder: Path, experiment: Any, controller: Any) -> None:
 
     made_folder(folder)
     files = [f"{run.task.name}.csv" for run in experiment.runs]
-    for file, one in zip(files, experiment.runs, strict=True):
-        report.recordings.write_recording(folder / file, one.recording)
+    for file, run in zip(files, experiment.runs, strict=True):
+        report.recordings.write_recording(folder / file, run.recording)
     versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
     report.recordings.write_truth(folder / "truth.toml", experiment, controller, files, versions)
-    for file, one in zip(files, experiment.runs, strict=True):
-        print(
-            f"{folder / file}: {one.exact.motion.t[-1]:.1f} s, tracking error at most "
-            f"{1e3 * one.tracking_error.max():.2f} mrad"
-        )
-    print(f"{folder / 'truth.toml'}: what is true of them")
-    report.print_blocks([report.Notes(report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))])
+    lines = [
+        f"{folder / file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most "
+        f"{1e3 * run.tracking_error.max():.2f} mrad"
+        for file, run in zip(files, experiment.runs, strict=True)
+    ]
+    truth = f"{folder / 'truth.toml'}: what is true of them"
+    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))

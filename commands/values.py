@@ -38,6 +38,13 @@ def positive(text: str) -> int:
     return int(text)
 
 
+def port_number(text: str) -> int:
+    """A port of TCP."""
+    if not 0 < whole(text) < 65536:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port from 1 to 65535")
+    return int(text)
+
+
 def number(text: str) -> float:
     """Any number."""
     try:

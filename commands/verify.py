@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
-from .options import ArmOptions, LogOptions, Options, ResultOptions, add_command, option
+from .options import ArmOptions, LogOptions, Options, PageOptions, add_command, option
 
 
 @dataclass(frozen=True)
@@ -24,18 +24,12 @@ class _Pair(Options):
     after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
 
 
-class _Result(ResultOptions):
-    """The result as JSON; all of it is on the screen."""
-
-    WITHOUT: ClassVar[frozenset[str]] = frozenset({"details"})
-
-
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, _Result)
+    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, PageOptions)
 
 
-def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: _Result) -> int:
+def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> int:
     """Run it."""
     robot, how = arm.load(), logs.how()
     gains, _ = logs.gains(robot)
@@ -45,4 +39,5 @@ def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: _Result) -> int:
     change = estimation.payload.following_change(before, after, robot.processing.still_speed)
     files.show(report.following_screen(change))
     files.write_json(lambda: report.documents.following_document(change))
-    return DO_NOT_USE if change.kind != "torque" and change.total.clear == "rose" else ANSWERED
+    files.write_page(lambda: report.following_page(change, robot, files.provenance({}, pair, arm, logs)))
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from .. import estimation, model, report
+from .. import estimation, fleet, model, report
 from ..common.errors import InputError
+from ..common.files import checksum
 from . import ANSWERED, DO_NOT_USE
 from .options import (
     FrictionOptions,
@@ -14,11 +15,14 @@ from .options import (
     KnowledgeOptions,
     PageOptions,
     PairOptions,
+    PassportOptions,
     RobotOptions,
     Setup,
     ViewOptions,
     add_command,
+    logs_of,
     option,
+    recipe_of,
 )
 from .values import joint_list
 
@@ -60,18 +64,8 @@ class _Weigh(FrictionOptions):
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
-    add_command(
-        commands,
-        "weigh",
-        run,
-        RobotOptions,
-        _Weigh,
-        KnowledgeOptions,
-        GainOptions,
-        PairOptions,
-        PageOptions,
-        ViewOptions,
-    )
+    parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, ViewOptions)
+    add_command(commands, "weigh", run, *parts, PassportOptions)
 
 
 def run(
@@ -82,6 +76,7 @@ def run(
     processing: PairOptions,
     files: PageOptions,
     view: ViewOptions,
+    passport: PassportOptions,
 ) -> int:
     """Run it."""
     view.check_view()
@@ -117,6 +112,17 @@ def run(
 
     files.write_page(page)
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
+    recipe = recipe_of(
+        "weigh",
+        setup,
+        gains,
+        friction_change=asked.change if stored else 0.0,
+        constraints=tuple(constraints),
+        stand_in=stand_in,
+        moving=asked.moving,
+        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    )
+    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 

@@ -1,5 +1,6 @@
 """Writes files so that a killed run leaves no half one."""
 
+import hashlib
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -51,6 +52,17 @@ def write_bytes(path: str | Path, content: bytes) -> None:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def checksum(path: str | Path) -> str:
+    """SHA-256 of a file's bytes; of a folder, of its files' names and bytes in the order of their names."""
+    place = Path(path)
+    if not place.is_dir():
+        with place.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    inside = sorted(file for file in place.rglob("*") if file.is_file())
+    listed = "".join(f"{file.relative_to(place).as_posix()} {checksum(file)}\n" for file in inside)
+    return hashlib.sha256(listed.encode()).hexdigest()
 
 
 def is_device(path: Path) -> bool:

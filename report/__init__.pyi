@@ -26,7 +26,6 @@ from .blocks import tables_of as tables_of
 from .figures.canvas import legend as legend
 from .figures.canvas import panels as panels
 from .figures.canvas import save_figure as save_figure
-from .figures.signals import save_signals as save_signals
 from .figures.stick import save_drawing as save_drawing
 from .provenance import Provenance as Provenance
 from .provenance import SourceFile as SourceFile
@@ -42,9 +41,12 @@ from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
 from .sections.design import design_page as design_page
 from .sections.design import design_screen as design_screen
+from .sections.fleet import reduced_screen as reduced_screen
+from .sections.following import following_page as following_page
 from .sections.following import following_screen as following_screen
 from .sections.gains import gains_page as gains_page
 from .sections.gains import gains_screen as gains_screen
+from .sections.log_check import check_page as check_page
 from .sections.log_check import check_screen as check_screen
 from .sections.log_check import fits_screen as fits_screen
 from .sections.near import NearResult as NearResult
@@ -53,9 +55,14 @@ from .sections.near import near_page as near_page
 from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
+from .sections.passport import compared_screen as compared_screen
+from .sections.passport import passport_screen as passport_screen
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen
+from .sections.readings import readings_agree as readings_agree
+from .sections.readings import readings_page as readings_page
+from .sections.readings import readings_screen as readings_screen
 from .sections.robot import robot_page as robot_page
 from .sections.robot import robot_screen as robot_screen
 from .sections.robot import robot_section as robot_section

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import NamedTuple
 
 from .. import __version__
 from ..common.errors import InputError
-
-_PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
 class SourceFile(NamedTuple):
@@ -55,12 +49,6 @@ class Provenance:
         return f"dynident {__version__}, {self.day}"
 
 
-def checksum(path: str | Path) -> str:
-    """SHA-256 of a file's bytes."""
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def now() -> datetime:
     """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
 
@@ -74,14 +62,3 @@ def now() -> datetime:
         return datetime.fromtimestamp(int(fixed), UTC)
     except (ValueError, OverflowError, OSError):
         raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None
-
-
-def versions() -> dict[str, str]:
-    """Versions of dynident, Python, and the packages that decide numbers and figures."""
-    found = {"dynident": __version__, "Python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

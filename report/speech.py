@@ -9,16 +9,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..common.errors import InputError
-from ..common.files import write_text
+from ..common.files import checksum, write_text
+from ..common.versions import versions
 from ..estimation import Identification, PayloadAnswer
+from ..estimation.answers import DriveGains
+from ..estimation.diagnosis import LogCheck
 from ..trajectories import Design
 from .blocks import Page, Screen, Table
 from .controllers import FORMATS, load_of_document
-from .documents import design_document, identification_document, json_text, payload_document
-from .provenance import Provenance, SourceFile, checksum, now, versions
+from .documents import (
+    Look,
+    check_document,
+    design_document,
+    gains_document,
+    identification_document,
+    json_text,
+    payload_document,
+)
+from .provenance import Provenance, SourceFile, now
 from .render.html import blocks_html, page_html
 from .render.terminal import screen_text
 from .sections.design import design_page, design_screen
+from .sections.gains import gains_page, gains_screen
+from .sections.log_check import check_page, check_screen
 from .sections.payload import payload_page
 from .sections.payload_screen import payload_screen
 from .sections.robot import robot_page, robot_screen
@@ -70,6 +83,16 @@ def _(answer: Design) -> Screen:
     return design_screen(answer.problem, answer.score, title, {}, {})
 
 
+@screen_of.register
+def _(answer: DriveGains) -> Screen:
+    return gains_screen(answer)
+
+
+@screen_of.register
+def _(answer: LogCheck) -> Screen:
+    return check_screen(answer)
+
+
 @document_of.register
 def _(answer: PayloadAnswer) -> Any:
     return payload_document(answer, answer.processing or answer.problem.robot.processing)
@@ -83,6 +106,16 @@ def _(answer: Identification) -> Any:
 @document_of.register
 def _(answer: Design) -> Any:
     return design_document(answer.problem, answer.score, {}, design=answer)
+
+
+@document_of.register
+def _(answer: DriveGains) -> Any:
+    return gains_document(answer, answer.source.processing if answer.source else answer.robot.processing)
+
+
+@document_of.register
+def _(answer: LogCheck) -> Any:
+    return check_document(answer.robot, [Look(answer.recording.source, answer)])
 
 
 @page_of.register
@@ -107,6 +140,17 @@ def _(answer: Identification) -> Page:
 def _(answer: Design) -> Page:
     problem, screen = answer.problem, screen_of(answer)
     return design_page(problem, answer.score, answer.motion(_RATE), answer, screen.blocks, {}, {}, _provenance(()))
+
+
+@page_of.register
+def _(answer: DriveGains) -> Page:
+    source = answer.source
+    return gains_page(answer, _provenance((*source.unloaded, *source.loaded) if source else ()))
+
+
+@page_of.register
+def _(answer: LogCheck) -> Page:
+    return check_page([Look(answer.recording.source, answer)], _provenance((answer.recording,)))
 
 
 @rows_of.register
@@ -147,6 +191,31 @@ def _(answer: Design) -> list[dict[str, Any]]:
     return [{"parameter": name, "sigma": sigma} for name, sigma in answer.learnt.sigma.items()]
 
 
+@rows_of.register
+def _(answer: DriveGains) -> list[dict[str, Any]]:
+    columns = zip(answer.values, answer.larger_relative_sigma, answer.identified, answer.rests_on, strict=True)
+    return [
+        {"motor": motor, "gain": float(gain), "sigma": float(gain * share), "identified": good, "rests on": words}
+        for motor, (gain, share, good, words) in enumerate(columns, 1)
+    ]
+
+
+@rows_of.register
+def _(answer: LogCheck) -> list[dict[str, Any]]:
+    return [
+        {
+            "joint": number,
+            "moves": facts.moves,
+            "from": facts.position[0],
+            "to": facts.position[1],
+            "speed": facts.speed,
+            "torque from": facts.torque[0],
+            "torque to": facts.torque[1],
+        }
+        for number, facts in enumerate(answer.joints, 1)
+    ]
+
+
 def summary(answer: object, details: bool) -> str:
     """The screen as text."""
     return screen_text(screen_of(answer), details)
@@ -176,7 +245,7 @@ def frame(answer: object) -> Any:
     except ModuleNotFoundError:
         raise ImportError("to_frame() needs pandas: pip install pandas; to_dict() does without") from None
     rows = rows_of(answer)
-    return pandas.DataFrame(rows).set_index(next(iter(rows[0])))
+    return pandas.DataFrame(rows).set_index(next(iter(rows[0]))) if rows else pandas.DataFrame()
 
 
 def write_report(answer: object, path: str | Path) -> None:

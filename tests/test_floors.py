@@ -23,6 +23,8 @@ FLOORS = {
         "answers",
     ),
     "trajectories": ("motions", "design", "simulation"),
+    "live": ("packets", "fields", "client", "record", "script"),
+    "fleet": ("passport", "codec", "files", "answers", "merging", "catalog", "store", "engine", "reduction"),
     "report": (
         "blocks",
         "numbers",
@@ -47,7 +49,8 @@ KNOWN: set[tuple[str, str]] = set()
 
 def modules() -> dict[str, Path]:
     """Every module of the product by its dotted name."""
-    paths = [path for room in ("common", "model", "estimation", "trajectories", "report", "commands")
+    rooms = ("common", "model", "estimation", "trajectories", "live", "fleet", "report", "commands")
+    paths = [path for room in rooms
              for path in (ROOT / room).rglob("*.py")]  # fmt: skip
     return {
         ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in paths

@@ -18,7 +18,7 @@ import pytest
 from dynident.model import load_robot
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("common", "model", "estimation", "trajectories", "report")
+ROOMS = ("common", "model", "estimation", "trajectories", "live", "fleet", "report")
 HANDS = ("__main__.py", "cli.py", "commands")
 """What hands values from room to room."""
 MAY_IMPORT: dict[str, set[str]] = {
@@ -26,7 +26,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     "model": {"common"},
     "estimation": {"common", "model"},
     "trajectories": {"common", "model"},
-    "report": {"common", "model", "estimation", "trajectories"},
+    "live": {"common"},
+    "fleet": {"common", "model", "estimation"},
+    "report": {"common", "model", "estimation", "trajectories", "fleet"},
     "__init__.py": {"common", "model", "estimation", "trajectories"},
 } | {name: set(ROOMS) for name in HANDS}
 FILES = sorted(

@@ -1,12 +1,14 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
 from .goals import GoalOptions, NoiseOptions
+from .hosts import HostOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
-from .outputs import PageOptions, ResultOptions, TableOptions
+from .outputs import PageOptions, ResultOptions, TableOptions, print_lines
+from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
-from .recordings import EssentialOptions, LogOptions, PairOptions, ProcessingOptions, Setup
+from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
 from .view import ViewOptions
@@ -14,10 +16,12 @@ from .view import ViewOptions
 __all__ = [
     "ArmOptions",
     "EssentialOptions",
+    "FilterOptions",
     "FramedRobotOptions",
     "FrictionOptions",
     "GainOptions",
     "GoalOptions",
+    "HostOptions",
     "KnowledgeOptions",
     "LimitOptions",
     "LogOptions",
@@ -26,6 +30,7 @@ __all__ = [
     "Options",
     "PageOptions",
     "PairOptions",
+    "PassportOptions",
     "ProcessingOptions",
     "RehearsedRobotOptions",
     "ResultOptions",
@@ -36,5 +41,8 @@ __all__ = [
     "ViewOptions",
     "add_command",
     "in_si",
+    "logs_of",
     "option",
+    "print_lines",
+    "recipe_of",
 ]

@@ -5,19 +5,27 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ... import estimation, report
-from ...common.files import write_text
+from ...common.errors import InputError
+from ...common.files import checksum, write_text
+from ...common.versions import versions
 from ..progress import quiet
-from ..settings import settings_text
+from ..settings import is_settings_file, settings_text
 from .reading import Options, option
 
 if TYPE_CHECKING:
     from ...report import Page, Provenance, Screen
+
+
+def print_lines(*lines: str) -> None:
+    """Print lines no wider than the terminal, unless the run is quiet."""
+    if not quiet():
+        report.print_blocks([report.Notes(lines)])
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,30 @@ class PageOptions(ResultOptions):
     parser: argparse.ArgumentParser | None = None
     config: str | None = None
 
+    @property
+    def settings_file(self) -> Path | None:
+        """The file beside the report that repeats the run by ``--config``; none if it was made from that file."""
+        if not self.report or self.parser is None:
+            return None
+        path = Path(self.report).with_suffix(".run.toml")
+        return None if self.config and Path(self.config).resolve() == path.resolve() else path
+
+    def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
+        """Paths that options name, and the file beside the report.
+
+        Raises:
+            InputError: if a file stands there that no run has written.
+        """
+        yield from super().named(kind)
+        path = self.settings_file
+        if kind == "writes" and path is not None:
+            if path.exists() and not is_settings_file(path):
+                raise InputError(
+                    f"--report {self.report!r}: {path} beside it would be overwritten, which holds no options of a "
+                    "run: move it, or give the report another name"
+                )
+            yield "--report's options", "file", str(path)
+
     def write_page(self, page: Callable[[], Page]) -> None:
         """Write report and figures; the page is made only if one of them was asked for."""
         if not (self.report or self.plots):
@@ -79,13 +111,13 @@ class PageOptions(ResultOptions):
         made = page()
         if self.report:
             report.write_report(self.report, made)
-            self._write_settings(Path(self.report).with_suffix(".run.toml"))
+            self._write_settings()
         if self.plots:
             report.write_plots(self.plots, made)
 
-    def _write_settings(self, path: Path) -> None:
-        """The file that repeats the run by ``--config``, unless it was made from that very file."""
-        if self.parser is not None and not (self.config and Path(self.config).resolve() == path.resolve()):
+    def _write_settings(self) -> None:
+        """Write the file that repeats the run."""
+        if self.parser is not None and (path := self.settings_file) is not None:
             write_text(path, settings_text(self.parser, self.argv))
 
     def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
@@ -96,13 +128,13 @@ class PageOptions(ResultOptions):
             parts: options that name files.
         """
         files = tuple(
-            report.SourceFile(role, path, report.provenance.checksum(path))
+            report.SourceFile(role, path, checksum(path))
             for part in parts
             for _, role, path in part.named("reads")
             if Path(path).is_file()
         )
         command = shlex.join(["dynident", *self.argv])
-        date, used = report.provenance.now(), report.provenance.versions()
+        date, used = report.provenance.now(), versions()
         return report.Provenance(command, date, files, used, settings)
 
 

@@ -19,7 +19,10 @@ from .. import COMMANDS
 from ..progress import Manner, finished, speaking
 
 Writes = Literal["", "file", "folder", "stream"]
-_NEEDED = ("not a file in a folder that exists", "is not a folder, nor can one be made there")
+_NEEDED = (
+    "not a file in a folder that exists: make the folder, or give another path",
+    "is not a folder, nor can one be made there: give another path",
+)
 
 
 def option(
@@ -115,7 +118,9 @@ class _Terminal(Options):
         help="options from a file, as every report writes one; the command line goes before it",
     )
     quiet: bool = option(
-        either="manner", action="store_true", help="print no screen and no notes: files and exit status tell"
+        either="manner",
+        action="store_true",
+        help="print no screen and no notes: files and exit status tell; what is asked for as text is printed",
     )
     verbose: bool = option(either="manner", action="store_true", help="print every step with its time")
 

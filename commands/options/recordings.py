@@ -165,6 +165,13 @@ class ProcessingOptions(LogOptions):
 
 
 @dataclass(frozen=True)
+class FilterOptions(ProcessingOptions):
+    """Settings of filtering without those of decimation, for commands that build no equations of thinned rows."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"decimate", "equation_rate"})
+
+
+@dataclass(frozen=True)
 class PairOptions(ProcessingOptions):
     """Settings for recordings with and without payload."""
 

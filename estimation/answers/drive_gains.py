@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array, frozen_array
-from ...model import InertialParameters
+from ...common.speech import Speaks
+from ...model import InertialParameters, Robot
 from ..diagnosis.evidence import KNOWN_WELL
 from ..diagnosis.finding import Verdict
 from ..fit.drive_gains import Fingerprints
@@ -15,16 +16,16 @@ from ..fit.robust import RobustCovariance
 from ..gains.known_load import KnownLoad, known_values
 from ..gains.mounting import Mountings
 from ..payload.by_joints import ByJoints
-from ..payload.problem import PayloadProblem
+from ..payload.problem import PayloadProblem, Source
 from .prediction import DRAWN, TorquePrediction, payload_prediction
 
 
-@dataclass(frozen=True)
-class DriveGains:
+@dataclass(frozen=True, repr=False)
+class DriveGains(Speaks):
     """Torque per current of each motor, on the joint side.
 
     Attributes:
-        robot: name of the robot.
+        robot: the robot, its equations those of the joints.
         logarithms: ln K of gains [N·m/A or N/A] for bodies that can exist, its fit that of the currents [A]. Both
             covariances, by the formula and the robust one, hold the sigma of the mass.
         free_values: gains without constraints, shape (n,).
@@ -40,9 +41,10 @@ class DriveGains:
         verdict: whether the gains may be used.
         posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
         by_joints: the weight in each of them as single joints see it.
+        source: the recordings of currents, and how they were processed.
     """
 
-    robot: str
+    robot: Robot
     logarithms: Estimate
     free_values: Array
     gravity: tuple[bool, ...]
@@ -56,10 +58,17 @@ class DriveGains:
     verdict: Verdict = Verdict("use")
     posed: tuple[PayloadProblem, ...] = ()
     by_joints: tuple[ByJoints, ...] = ()
+    source: Source | None = None
 
     def __post_init__(self) -> None:
         """Lock the array."""
         object.__setattr__(self, "free_values", frozen_array(self.free_values, (len(self.gravity),), "free gains"))
+
+    @property
+    def headline(self) -> str:
+        """The robot, how many of its gains are known, and the verdict in a line."""
+        known = f"{sum(self.identified)} of {len(self.identified)} gains identified"
+        return f"{self.robot.name}, {known}, {self.verdict.level.replace('_', ' ')}"
 
     @cached_property
     def values(self) -> Array:

@@ -73,7 +73,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
     )
     tens = best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))
     gains = DriveGains(
-        robot=problem.robot.name,
+        robot=problem.description,
         logarithms=logarithms,
         free_values=1.0 / free.k,
         gravity=gravity_acts(problem.robot),
@@ -86,6 +86,7 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         disagreement=max((one.disagreement for one in seen), default=1.0),
         posed=tuple(one.problem for one in seen),
         by_joints=tuple(one.by_joints for one in seen),
+        source=problem.source,
     )
     return replace(gains, verdict=judge(*_evidence(problem.description, gains, seen))) if seen else gains
 

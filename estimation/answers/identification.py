@@ -10,7 +10,7 @@ from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
 from ..diagnosis.evidence import Evidence
 from ..diagnosis.finding import Verdict
-from ..diagnosis.rivals import rivals
+from ..diagnosis.rivals import Rival, rivals
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -41,6 +41,8 @@ class Identification(Speaks):
         recordings: what was fitted.
         held_out: recordings that were not used.
         processing: settings.
+        unseen: equations of recordings that were not used.
+        known_rivals: other ways to take the recordings, where these are not here any more.
     """
 
     robot: Robot
@@ -54,6 +56,8 @@ class Identification(Speaks):
     recordings: tuple[Recording, ...] = ()
     held_out: tuple[Recording, ...] = ()
     processing: Processing | None = None
+    unseen: Equations | None = None
+    known_rivals: tuple[Rival, ...] | None = None
 
     @property
     def headline(self) -> str:
@@ -69,9 +73,14 @@ class Identification(Speaks):
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
-        source = Source((), self.recordings, self.processing or self.robot.processing)
-        others = rivals(self.robot, source)
-        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=others))
+        return robot_verdict(Evidence(self.robot, parameters=self.estimate, rivals=self.rivals))
+
+    @cached_property
+    def rivals(self) -> tuple[Rival, ...]:
+        """Other ways to take the recordings, and how well those explain them."""
+        if self.known_rivals is not None:
+            return self.known_rivals
+        return rivals(self.robot, Source((), self.recordings, self.processing or self.robot.processing))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -124,6 +133,30 @@ def identify(
     progress("base parameters")
     base = base_parameters(robot)
     problem = base_problem(robot, base, recordings, processing, progress=progress, blocks=robust)
+    result = identified(robot, base, problem, essential, gains, robust, progress)
+    unseen = None
+    if validation:
+        unseen = base_problem(robot, base, validation, processing, check=False, progress=progress)
+    return replace(
+        result,
+        validation=fit(unseen, result.estimate.values) if unseen is not None else None,
+        recordings=tuple(recordings),
+        held_out=tuple(validation),
+        processing=processing,
+        unseen=unseen,
+    )
+
+
+def identified(
+    robot: Robot,
+    base: BaseParameters,
+    problem: Equations,
+    essential: StopRule | None = None,
+    gains: Gains | None = None,
+    robust: bool = True,
+    progress: Progress = silent,
+) -> Identification:
+    """Identify from equations that are reduced already, in blocks of time where ``robust``; else as there."""
     estimate = _with_gains(problem, weighted(problem), gains)
     elimination, reason = eliminate(problem, estimate, essential), ""
     part = _with_gains(problem.select(elimination.essential), elimination.estimate, gains)
@@ -133,23 +166,7 @@ def identify(
             estimate, part = _with_robust(problem, [estimate, part])
         except InputError as error:
             reason = str(error)
-    check = None
-    if validation:
-        held_out = base_problem(robot, base, validation, processing, check=False, progress=progress)
-        check = fit(held_out, estimate.values)
-    return Identification(
-        robot,
-        base,
-        problem,
-        estimate,
-        replace(elimination, estimate=part),
-        check,
-        reason,
-        gains,
-        tuple(recordings),
-        tuple(validation),
-        processing,
-    )
+    return Identification(robot, base, problem, estimate, replace(elimination, estimate=part), None, reason, gains)
 
 
 def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> Estimate:

@@ -10,16 +10,16 @@ from ...common.errors import InputError
 from ...model import Processing, Recording
 from ...model.inertia import PayloadSpread
 from ..diagnosis.checks.joints import disagreement
-from ..diagnosis.evidence import Evidence, Weighed
+from ..diagnosis.evidence import Evidence, Sampled, Weighed
 from ..diagnosis.finding import Verdict
 from ..diagnosis.loaded_rows import Bursts, bursts, scales
 from ..diagnosis.quantities import Agreement, allowing
 from ..diagnosis.rivals import rivals
-from ..diagnosis.verdict import judge
-from ..equations.equations import PAYLOAD, merged
+from ..diagnosis.verdict import judge, sampled
+from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
-from ..fit.estimate import Fit, fit
+from ..fit.estimate import fit
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
 from ..payload.by_joints import ByJoints, payload_by_joints, payload_over_time
@@ -48,6 +48,7 @@ def answer_payload(
     essential: StopRule | None = None,
     stand_in: StandIn | None = None,
     others: Sequence[PayloadProblem] = (),
+    known: Sampled | None = None,
 ) -> PayloadAnswer:
     """Estimate by several methods and judge the result.
 
@@ -62,6 +63,7 @@ def answer_payload(
         essential: method 4: when elimination ends; the paper's ratio of 1.02 by default.
         stand_in: an inertia to assume where none was measured well enough.
         others: the same payload by a short motion reduced in another way, for comparison.
+        known: what the recordings' samples showed, where only their equations are left.
 
     Raises:
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
@@ -75,6 +77,7 @@ def answer_payload(
     if repeats is not None:
         free = [widened(estimate, repeats.excess) for estimate in free]
     free, guarded = _guarded(problem, free, gains)
+    unseen = known.held_out if known is not None else _held_out(problem, held_out, processing)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
         problem=problem,
@@ -85,17 +88,19 @@ def answer_payload(
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
-        validation=_validation(problem, held_out, processing),
+        validation=fit(unseen, problem.alone.values) if unseen is not None and problem.alone is not None else None,
         held_out=tuple(held_out),
         processing=processing,
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    verdict = judge(_evidence(answer, free, guarded))
+    evidence = _evidence(answer, free, guarded, known)
+    verdict = judge(evidence)
     if failures and not constrained:
         error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
         raise error.naming(*error.demands, *against)
-    return _assumed(_essential(replace(answer, verdict=verdict), essential), stand_in)
+    answer = replace(answer, verdict=verdict, sampled=known or sampled(evidence, verdict, unseen))
+    return _assumed(_essential(answer, essential), stand_in)
 
 
 class _Guarded(NamedTuple):
@@ -166,22 +171,24 @@ def _identified(
     return estimates, left_out
 
 
-def _validation(
+def _held_out(
     problem: PayloadProblem, held_out: Sequence[Recording], processing: Processing | None
-) -> Fit | None:
-    """Fit of the robot's own parameters on recordings that were held out."""
-    robot = problem.alone
-    if not held_out or robot is None:
+) -> Equations | None:
+    """Equations of recordings without payload that were held out, where the robot's own parameters are there."""
+    if not held_out or problem.alone is None:
         return None
-    settings = processing or problem.robot.processing
-    return fit(base_problem(problem.robot, problem.base, held_out, settings, check=False), robot.values)
+    return base_problem(problem.robot, problem.base, held_out, processing or problem.robot.processing, check=False)
 
 
-def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded) -> Evidence:
+def _evidence(
+    answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _Guarded, known: Sampled | None
+) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
     spread = _told(answer)
-    others = rivals(problem.robot, problem.source) if problem.source is not None else ()
+    others = known.rivals if known is not None else ()
+    if known is None and problem.source is not None:
+        others = rivals(problem.robot, problem.source)
     if problem.short is not None:
         weighed = Weighed(
             mass=answer.model["M_L"],
@@ -202,6 +209,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _
             spread=spread,
             disagreement=guarded.factor,
             rivals=others,
+            sampled=known,
         )
     weights = (answer.possible.free if answer.possible else free[-1]).estimate.weights
     return Evidence(
@@ -221,6 +229,7 @@ def _evidence(answer: PayloadAnswer, free: Sequence[PayloadEstimate], guarded: _
         rivals=others,
         scales=scales(problem, weights),
         bursts=guarded.outside,
+        sampled=known,
     )
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from ...common.arrays import Array
 from ...model import Robot
 from ...model.inertia import PayloadSpread
+from ..equations.equations import Equations
 from ..fit.estimate import Estimate, Fit
 from ..payload.by_joints import ByJoints
 from ..payload.constrained import ConstrainedPayload
@@ -14,9 +15,24 @@ from ..payload.problem import Source
 from ..payload.repeats import Repeats
 from ..payload.result import PayloadEstimate
 from ..signals.alignment import AlignedPair
+from .finding import Finding
 from .loaded_rows import Bursts, Scale
 from .quantities import Agreement, Judged
 from .rivals import Rival
+
+
+class Sampled(NamedTuple):
+    """What samples alone show, kept for when only their equations are left.
+
+    ``rivals``: other ways to take the recordings; ``alignment``: findings on pairs; ``causes``: what most likely
+    went wrong; ``held_out``: equations of recordings that were not fitted.
+    """
+
+    rivals: tuple[Rival, ...] = ()
+    alignment: tuple[Finding, ...] = ()
+    causes: tuple[Finding, ...] = ()
+    held_out: Equations | None = None
+
 
 KNOWN_WELL = 0.05
 """Relative standard deviation up to which a drive gain counts as identified."""
@@ -94,6 +110,7 @@ class Evidence:
         scales: of the loaded torques, where one may differ from that of the unloaded ones.
         bursts: stretches of time whose residuals stand out.
         gained: drive gains, where they are what is asked for.
+        sampled: what the samples showed, where they are not here any more.
     """
 
     robot: Robot
@@ -114,6 +131,7 @@ class Evidence:
     scales: tuple[Scale, ...] = ()
     bursts: Bursts | None = None
     gained: Gained | None = None
+    sampled: Sampled | None = None
 
     @property
     def robot_fit(self) -> Fit | None:

@@ -67,7 +67,7 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
     The mass is what every number rests on: whatever speaks against it, or against everything, leaves nothing.
 
     Args:
-        findings: in the order in which they are told.
+        findings: in the order in which they are told, behind what explains them.
         brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
             comes last.
         partly: the level where only single numbers are spoken against.
@@ -79,11 +79,17 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
         return Verdict(partly if distinct else "use", (*distinct, *notes))
     weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]
     rest = [] if brief else [finding for finding in distinct if finding not in weighty]
+    weighty.sort(key=lambda finding: not _explains(finding))
     return Verdict("do_not_use", (*weighty, *rest, *notes))
 
 
 def _is_note(finding: Finding) -> bool:
     return finding.severity == "note"
+
+
+def _explains(finding: Finding) -> bool:
+    """Whether it names where most of what else was found comes from: a screen shows the first reasons only."""
+    return finding.cause and finding.severity == "error"
 
 
 def _against_all(finding: Finding) -> bool:

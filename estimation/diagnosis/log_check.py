@@ -8,6 +8,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.speech import Speaks
 from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..fit.estimate import Estimate
@@ -148,11 +149,12 @@ class Excited:
     relative_sigma_percent: float
 
 
-@dataclass(frozen=True)
-class LogCheck:
+@dataclass(frozen=True, repr=False)
+class LogCheck(Speaks):
     """What a log holds and what is wrong with it.
 
     Attributes:
+        robot: that it was looked at for.
         recording: the log as it was understood, SI units, joint side.
         currents: whether its torques are currents [A], of unknown gain.
         time: facts about time; None where it is too short to be filtered.
@@ -163,6 +165,7 @@ class LogCheck:
         condition_number_scaled: of the observation matrix, columns scaled to norm 1.
     """
 
+    robot: Robot
     recording: Recording
     currents: bool
     time: TimeFacts | None
@@ -171,6 +174,13 @@ class LogCheck:
     excitation: tuple[Excited, ...] = ()
     relative_residual: float | None = None
     condition_number_scaled: float | None = None
+
+    @property
+    def headline(self) -> str:
+        """The robot, the log, and what was found in a line."""
+        counts = [sum(finding.severity == kind for finding in self.findings) for kind in ("error", "warning")]
+        found = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
+        return f"{self.robot.name}, {self.recording.source}, {found}"
 
     @property
     def usable(self) -> bool:
@@ -200,10 +210,10 @@ def check_log(
     try:
         data = measurement(recording, processing)
     except InputError as refusal:
-        return LogCheck(recording, currents, None, (), (*findings, error(str(refusal), "recording")))
+        return LogCheck(robot, recording, currents, None, (), (*findings, error(str(refusal), "recording")))
     time, joints = time_facts(recording, data.motion, processing), joint_facts(recording, data.motion)
     findings += [*_time_findings(time), *_joint_findings(joints, currents)]
-    check = LogCheck(recording, currents, time, joints, tuple(findings))
+    check = LogCheck(robot, recording, currents, time, joints, tuple(findings))
     if check.usable:
         check = check.with_findings(_plausibility(robot, recording, currents))
     if check.usable:

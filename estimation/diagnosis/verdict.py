@@ -6,6 +6,7 @@ table serves every command whose evidence shows what it looks at.
 
 from collections.abc import Callable
 
+from ..equations.equations import Equations
 from .checks.gains import known_gains, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale
@@ -35,7 +36,7 @@ from .checks.recordings import (
     validation,
 )
 from .checks.robot import OF_ROBOT, arm_weight, other_robots, turned_joints
-from .evidence import Evidence
+from .evidence import Evidence, Sampled
 from .finding import Finding, Level, Verdict, verdict_of
 
 Check = Callable[[Evidence], list[Finding]]
@@ -83,6 +84,19 @@ def _findings(evidence: Evidence) -> list[Finding]:
     findings = [finding for check in CHECKS for finding in check(evidence)]
     findings += causes(evidence, findings)
     return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
+
+
+def sampled(evidence: Evidence, verdict: Verdict, held_out: Equations | None) -> Sampled:
+    """What the samples behind a verdict showed: all that equations cannot show again.
+
+    Args:
+        evidence: what the verdict looked at.
+        verdict: causes are told in it whatever its level is.
+        held_out: equations of recordings that were not fitted.
+    """
+    by_rivals = [finding for check in OF_ROBOT for finding in check(evidence)]
+    likely = (finding for finding in verdict.findings if finding.cause and finding not in by_rivals)
+    return Sampled(evidence.rivals, tuple(alignment(evidence)), tuple(likely), held_out)
 
 
 def robot_verdict(evidence: Evidence) -> Verdict:

@@ -212,7 +212,10 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
             InputError: if the file is another robot's, or the robot's description has changed.
         """
         if robot.name != self.robot:
-            raise InputError(f"the stored parameters are of robot {self.robot!r}, not {robot.name!r}")
+            raise InputError(
+                f"the stored parameters are of robot {self.robot!r}, not {robot.name!r}: give those of "
+                f"'dynident identify --robot {robot.name}'"
+            )
         robot = robot.with_offsets(self.processing.offsets is True)
         coulomb = present(self.processing.coulomb)
         if coulomb is not None and robot.coupling is not None:

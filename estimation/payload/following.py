@@ -82,6 +82,11 @@ class FollowingChange:
     total: Change
     lag: float
 
+    @property
+    def tells(self) -> bool:
+        """Whether what is compared tells anything of the number entered."""
+        return self.kind != "torque"
+
 
 def read_following(
     path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
@@ -116,7 +121,8 @@ def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str
     """Refuse a reference of some joints only."""
     if len(there) < len(names):
         missing = ", ".join(name for name in names if name not in there)
-        raise InputError(f"{path}: column {missing} missing" + (f" beside {there[0]}" if there else ""))
+        beside = f" beside {there[0]}: log it of every joint" if there else ""
+        raise InputError(f"{path}: column {missing} missing{beside}")
 
 
 def following_change(

@@ -21,6 +21,7 @@ from ..signals.measurements import measurement
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .loaded_scale import loaded_scale
+from .pairing import cut_alike
 from .problem import FORMULA_ONLY, PayloadProblem, Source
 
 
@@ -40,7 +41,7 @@ def payload_problem(
     Args:
         robot: the robot.
         loaded: recordings with the payload.
-        unloaded: recordings without; for method 3 the k-th is the same trajectory as the k-th of ``loaded``.
+        unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
         known: the robot's identified parameters, instead of or beside ``unloaded``.
         processing: settings; the robot's own by default.
         progress: told what is being worked on.
@@ -63,9 +64,10 @@ def payload_problem(
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
     alone = filtered(unloaded, processing, progress)
     measured = filtered(loaded, processing, progress)
-    pairs, together, reason = _together(loaded, unloaded, measured, processing, progress)
+    pairs, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
     no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
     progress("cutting into blocks" if robust else "reducing")
     blocks = robust and not no_blocks
@@ -117,6 +119,7 @@ def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
 def _together(
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
+    lags: Sequence[float | None],
     measured: Sequence[Measurement],
     processing: Processing,
     progress: Progress,
@@ -126,7 +129,7 @@ def _together(
         return (), [], "no recordings without payload"
     progress("aligning recordings with and without payload")
     try:
-        pairs = _paired(loaded, unloaded, processing)
+        pairs = _paired(loaded, unloaded, lags, processing)
         return pairs, [_measured(pair, data, processing) for pair, data in zip(pairs, measured, strict=True)], ""
     except InputError as error:
         return (), [], str(error)
@@ -149,7 +152,10 @@ def check_visible(robot: Robot, base: BaseParameters) -> None:
 
 
 def _paired(
-    loaded: Sequence[Recording], unloaded: Sequence[Recording], processing: Processing
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    lags: Sequence[float | None],
+    processing: Processing,
 ) -> tuple[AlignedPair, ...]:
     if len(loaded) != len(unloaded):
         raise InputError(
@@ -157,8 +163,8 @@ def _paired(
             "needs each trajectory once without and once with it, in the same order"
         )
     return tuple(
-        aligned(a, b, grid_rate(b, processing), processing.max_mismatch)
-        for a, b in zip(unloaded, loaded, strict=True)
+        aligned(a, b, grid_rate(b, processing), processing.max_mismatch, lag)
+        for a, b, lag in zip(unloaded, loaded, lags, strict=True)
     )
 
 

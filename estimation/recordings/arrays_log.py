@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,15 @@ from numpy.lib import format as npy
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from .matlab_objects import object_class, objects_of_version_5, refusal
 from .table import BLOCK, Layout, RawLog, extra
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _MATRIX, _COMPRESSED = 14, 15
 _TAGS = {*range(1, 8), 9, *range(12, 19)}
 """Kinds of elements in a MAT file of version 5: numbers, a matrix, a compressed one, texts."""
+_REFERENCE = ("s0", "s1", "s2", "arr")
+"""Fields of what scipy makes of a MATLAB object: its name, "MCOS", its class, and where its contents lie."""
 _UNREADABLE = (
     OSError, ValueError, TypeError, LookupError, EOFError, RuntimeError, MemoryError, OverflowError,
     struct.error, zipfile.BadZipFile, zlib.error,
@@ -84,7 +88,9 @@ def _version_5(path: Path) -> RawLog:
     from scipy.sparse import issparse
 
     with _reading(path, "a MAT file"):
-        _check_elements(path.read_bytes())
+        content = path.read_bytes()
+        _check_elements(content)
+        objects = objects_of_version_5(content)
         try:
             data = loadmat(path, squeeze_me=False, struct_as_record=True)
         except MatReadError as error:
@@ -96,7 +102,7 @@ def _version_5(path: Path) -> RawLog:
             value = arrays[name]
             return np.asarray(value.toarray() if issparse(value) else value, dtype=np.float64)
 
-    return _arrays_log(path, {name: tuple(value.shape) for name, value in arrays.items()}, load)
+    return _arrays_log(path, {name: tuple(value.shape) for name, value in arrays.items()}, load, objects)
 
 
 def _check_elements(content: bytes) -> None:
@@ -129,7 +135,7 @@ def _check_tags(content: memoryview, order: str, depth: int) -> None:
 
 def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """Numeric arrays, sparse ones too, within a variable, by their full name; MATLAB's objects hold none."""
-    if not hasattr(value, "dtype"):
+    if not hasattr(value, "dtype") or value.dtype.names == _REFERENCE:
         return
     if value.dtype.names and value.size == 1:
         for field in value.dtype.names:
@@ -141,9 +147,14 @@ def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 def _version_7(path: Path) -> RawLog:
     h5py = extra("h5py", "a MAT file of version 7.3")
     shapes: dict[str, Shape] = {}
+    objects: dict[str, str] = {}
 
     def visit(name: str, entry: Any) -> None:
-        if isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiub" and not name.startswith("#"):
+        if name.startswith("#"):
+            return
+        if kind := object_class(entry.attrs):
+            objects[name.replace("/", ".")] = kind
+        elif isinstance(entry, h5py.Dataset) and entry.dtype.kind in "fiub":
             shapes[name.replace("/", ".")] = tuple(entry.shape)
 
     with _reading(path, "a MAT file"), h5py.File(path, "r") as data:
@@ -153,10 +164,15 @@ def _version_7(path: Path) -> RawLog:
         with _reading(path, "a MAT file"), h5py.File(path, "r") as data:
             return np.asarray(data[name.replace(".", "/")], dtype=np.float64)
 
-    return _arrays_log(path, shapes, load)
+    return _arrays_log(path, shapes, load, objects)
 
 
-def _arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], Array]) -> RawLog:
+def _arrays_log(
+    path: Path,
+    shapes: Mapping[str, Shape],
+    load: Callable[[str], Array],
+    objects: Mapping[str, str] = MappingProxyType({}),
+) -> RawLog:
     """A log of arrays: a vector ``t`` is the column t, a matrix ``q`` the columns q1, q2, ...
 
     Samples run along the axis that is as long as the longest of all arrays, which must be one and the same.
@@ -165,6 +181,7 @@ def _arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], A
         path: the file.
         shapes: name -> shape of every numeric array.
         load: gives one array.
+        objects: variables that only MATLAB can read -> their class.
 
     Raises:
         InputError: if there is no array of samples.
@@ -185,6 +202,8 @@ def _arrays_log(path: Path, shapes: Mapping[str, Shape], load: Callable[[str], A
             axis = shape.index(rows)
             for k in range(shape[1 - axis]):
                 places[f"{name}{k + 1}"] = (name, axis, k)
+    if rows < 2 and objects:
+        raise refusal(path, objects)
     if rows < 2:
         raise InputError(f"{path}: holds no arrays of samples: arrays by name are needed, as t, q and tau")
 

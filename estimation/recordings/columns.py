@@ -267,7 +267,10 @@ def check_missing(raw: RawLog, wanted: Sequence[str]) -> None:
     free = [name for name in raw.names if name not in wanted]
     close = difflib.get_close_matches(missing[0], free, 1, 0.75)
     hint = f" (is it {close[0]!r}?)" if close else ""
-    raise InputError(f"{raw.path}: column {', '.join(missing)} missing{hint}; found {_listed(raw.names)}")
+    raise InputError(
+        f"{raw.path}: column {', '.join(missing)} missing{hint}; found {_listed(raw.names)}: log "
+        "them, or name yours in a --log-map"
+    )
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -153,7 +153,9 @@ class LogMap(Table, frozen=True, dict=True):
             self.reference(kind).check(REFERENCES[kind], n, self.source)
         for name, values in (("joints", self.joints), ("gear ratios", self.G)):
             if len(values) not in (0, n):
-                raise InputError(f"{self.source}: {len(values)} {name}, the robot has {n} joints")
+                raise InputError(
+                    f"{self.source}: {len(values)} {name}, the robot has {n} joints: give one for each joint"
+                )
 
     def si(self, kind: str, raw: Array) -> Array:
         """Numbers of a log as joint-side SI values, rows x n.

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -16,6 +17,8 @@ from ...common.paged import parts
 from ...model import Recording
 from .clock import listed_seconds, typical_step
 
+_PIECE = re.compile(r"( \(\S+ to \S+ s\))+$")
+"""How ``cut`` names a piece of a file."""
 _GAP = 5.0  # median steps
 _LOST = 1.5  # median steps: a longer one lacks rows
 _SHORTEST = 2.0  # s
@@ -32,6 +35,16 @@ class Pieces(NamedTuple):
 def longest_step(t: Array, cutoff: float | None) -> float:
     """Longest time between rows [s] that is no gap: five median steps, or half a period of the cut-off [Hz]."""
     return max(_GAP * typical_step(t), 0.5 / cutoff if cutoff else 0.0)
+
+
+def shortest_piece(cutoff: float | None) -> float:
+    """Shortest piece that is kept [s]: 2 s, or five time constants of the filter of a cut-off [Hz]."""
+    return max(_SHORTEST, _SETTLES / (2.0 * math.pi * cutoff) if cutoff else 0.0)
+
+
+def origin(recording: Recording) -> str:
+    """The file that a recording, or the whole of which it is a piece, was read from."""
+    return _PIECE.sub("", recording.source)
 
 
 def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
@@ -56,7 +69,7 @@ def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
         )
     if not ends:
         return Pieces((slice(0, len(t)),), tuple(notes))
-    least = max(_SHORTEST, _SETTLES / (2.0 * math.pi * cutoff) if cutoff else 0.0)
+    least = shortest_piece(cutoff)
     edges = [0, *(end + 1 for end in ends), len(t)]
     every = [slice(start, stop) for start, stop in pairwise(edges)]
     kept = tuple(piece for piece in every if t[piece.stop - 1] - t[piece.start] >= least)

@@ -102,7 +102,10 @@ class Quantity(Table, frozen=True):
         lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
         for name, values in lists.items():
             if values and len(values) != n:
-                raise InputError(f"{source}: {kind}.{name} has {len(values)} entries, the robot {n} joints")
+                raise InputError(
+                    f"{source}: {kind}.{name} has {len(values)} entries, the robot {n} joints: give one for "
+                    "each joint"
+                )
 
 
 class Reference(Table, frozen=True):

@@ -106,7 +106,10 @@ def read_beside(
     t, qd = times.reshape(-1), rest[0] if columns.velocity else None
     notes = [*raw.notes(), *units, *(clock.notes() if clock else []), *columns.notes]
     if len(t) < 2:
-        raise InputError(f"{raw.path}: {len(t)} rows of numbers: a recording needs many")
+        raise InputError(
+            f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record "
+            "again, or give the file that holds them"
+        )
     check_rate(raw, columns.time, t)
     if qd is not None and (dead := _without_speed(q, qd)):
         qd, told = None, f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions"

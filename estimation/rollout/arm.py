@@ -137,10 +137,21 @@ class IdentifiedArm:
             stiffest = int(np.argmax(np.max([np.diag(m @ damping) for m in self._mobilities(q)], axis=0))) + 1
             raise InputError(
                 f"friction of joint {stiffest} of {self.robot.name} is too fast to integrate ({max(rates):.0f} "
-                f"1/s): is its rotor inertia IA{stiffest} missing, or at its bound of zero? Identify it with a "
-                f"motion that accelerates joint {stiffest} more"
+                f"1/s): {self._advice(stiffest)}"
             )
         return count
+
+    def _advice(self, joint: int) -> str:
+        """What to do about a joint whose friction stops it at once."""
+        if self.robot.drives.side == "link":
+            return (
+                "sensors on the link side see no rotor, and the links alone weigh too little against it: open loop "
+                "judges nothing here, the torques of 'dynident identify --validate' do"
+            )
+        return (
+            f"is its rotor inertia IA{joint} missing, or at its bound of zero? Identify it with a motion that "
+            f"accelerates joint {joint} more"
+        )
 
     def _mobilities(self, q: Array) -> list[Array]:
         """Inverses of the inertia matrix at some states of paths S x K x n, n x n each.

@@ -31,7 +31,9 @@ class AlignedPair(NamedTuple):
     rms_mismatch: float
 
 
-def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float) -> AlignedPair:
+def aligned(
+    unloaded: Recording, loaded: Recording, rate: float | None, max_mismatch: float, near: float | None = None
+) -> AlignedPair:
     """Align by cross-correlation of the positions, to a fraction of a sample.
 
     Args:
@@ -39,6 +41,7 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
         loaded: recording with payload, on the same trajectory.
         rate: even rate to resample to [Hz]; None takes the loaded recording's mean rate.
         max_mismatch: largest difference of position that is accepted, rms of the worst joint [rad or m].
+        near: the lag [s] to a sample, where it is known; searched for by default.
 
     Raises:
         InputError: if the positions differ by more, that is if the trajectories are not the same.
@@ -47,10 +50,11 @@ def aligned(unloaded: Recording, loaded: Recording, rate: float | None, max_mism
     step = float(loaded.t[1] - loaded.t[0])
     other = resampled(unloaded, 1.0 / step)
     thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
-    coarse = thin * step * _coarse_lag(_thinned(other.q, thin), _thinned(loaded.q, thin))
-    coarse += loaded.t[0] - other.t[0]
-    give_back()
-    lag = _fine_lag(unloaded, loaded, coarse, step, thin)
+    if near is None:
+        near = thin * step * _coarse_lag(_thinned(other.q, thin), _thinned(loaded.q, thin))
+        near += loaded.t[0] - other.t[0]
+        give_back()
+    lag = _fine_lag(unloaded, loaded, near, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
     inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))

@@ -1,9 +1,5 @@
-"""Signal processing: uneven time to even, Butterworth, central differences.
+"""Signal processing: uneven time to even, Butterworth, central differences."""
 
-scipy.signal and scipy.interpolate are imported where they are used: they are slow to import.
-"""
-
-import functools
 import math
 from collections.abc import Callable
 
@@ -11,7 +7,9 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...common.interpolation import MonotoneCubic
 from ...common.paged import ROWS, empty, give_back, parts
+from ...common.recursion import butterworth, filtered
 from ...model import Motion, Processing, Recording
 from ...model.motion import Measurement
 
@@ -122,10 +120,7 @@ def on_grid(recording: Recording, t: Array) -> Recording:
 
 def between(t: Array, values: Array) -> Callable[[Array], Array]:
     """Values (N, k) of rising times at any time, by monotone cubic interpolation; nan before and after them."""
-    from scipy.interpolate import PchipInterpolator
-
-    interpolated: Callable[[Array], Array] = PchipInterpolator(t, values, axis=0, extrapolate=False)
-    return interpolated
+    return MonotoneCubic(t, values)
 
 
 def _check_cutoff(raw: Array, filtered: Array, cutoff: float | None, source: str, duration: float) -> None:
@@ -180,33 +175,21 @@ def _forward_and_backward(signals: Array, cutoff: float) -> Array:
         signals: shape (N, k).
         cutoff: share of the Nyquist frequency.
     """
-    from scipy.signal import sosfilt
-
-    sos, settled = _butterworth(cutoff)
-    edge = 3 * (2 * len(sos) + 1)  # samples by which the ends are mirrored, scipy's number
+    sections = butterworth(_ORDER, cutoff)
+    edge = 3 * (2 * len(sections) + 1)  # samples by which the ends are mirrored, scipy's number
     before = 2.0 * signals[0] - signals[edge:0:-1]
     after = 2.0 * signals[-1] - signals[-2 : -edge - 2 : -1]
-    rest = settled[:, :, None]
     result = empty(signals.shape)
-    _, state = sosfilt(sos, before, axis=0, zi=rest * before[0])
+    _, states = filtered(sections, before, [np.outer(section.settled, before[0]) for section in sections])
     for part in parts(len(signals)):
-        result[part], state = sosfilt(sos, signals[part], axis=0, zi=state)
-    beyond, _ = sosfilt(sos, after, axis=0, zi=state)
-    _, state = sosfilt(sos, beyond[::-1], axis=0, zi=rest * beyond[-1])
+        result[part], states = filtered(sections, signals[part], states)
+    beyond, _ = filtered(sections, after, states)
+    _, states = filtered(sections, beyond[::-1], [np.outer(section.settled, beyond[-1]) for section in sections])
     for part in reversed(list(parts(len(signals)))):
-        backward, state = sosfilt(sos, result[part][::-1], axis=0, zi=state)
+        backward, states = filtered(sections, result[part][::-1], states)
         result[part] = backward[::-1]
         give_back()
     return result
-
-
-@functools.lru_cache(maxsize=16)
-def _butterworth(cutoff: float) -> tuple[Array, Array]:
-    """Second-order sections of the filter, and its state after ones for ever."""
-    from scipy.signal import butter, sosfilt_zi
-
-    sos = butter(_ORDER, cutoff, output="sos")
-    return sos, sosfilt_zi(sos)
 
 
 def slopes(values: Array, step: float) -> Array:

@@ -2,6 +2,7 @@
 
 import re
 from difflib import get_close_matches
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from .robot_table import RobotTable
 _ROBOTS = resources.files(str(__package__).removesuffix(".files")) / "robots"
 
 
+@cache
 def robot_names() -> tuple[str, ...]:
     """Names of the shipped robots."""
     return tuple(sorted(entry.name[:-5] for entry in _ROBOTS.iterdir() if entry.name.endswith(".toml")))
@@ -32,20 +34,24 @@ def load_robot(name: str | Path, base: str | None = None, tip: str | None = None
         InputError: if there is no such robot or file, or if the file cannot be used; the key is named.
     """
     text = str(name)
-    if Path(name).suffix.lower() == ".urdf" and Path(name).is_file():
+    if Path(name).suffix.lower() in (".urdf", ".xacro") and Path(name).is_file():
         return load_urdf(name, base, tip)
     if base is not None or tip is not None:
         raise InputError(f"--base and --tip choose links of a URDF file, {text!r} is none: leave them out")
     shipped = _shipped(text)
     if shipped is not None:
-        source = (_ROBOTS / f"{shipped}.toml").read_text(encoding="utf-8")
-    elif Path(name).is_file():
-        source = read_text(name, TOML_BYTES)
-    else:
+        return _read_shipped(shipped)
+    if not Path(name).is_file():
         raise InputError(_no_robot(text))
-    table = toml_table(source, RobotTable, text)
+    table = toml_table(read_text(name, TOML_BYTES), RobotTable, text)
     with naming(text):
         return table.robot()
+
+
+@cache
+def _read_shipped(name: str) -> Robot:
+    """A shipped robot, read once a process: a search over all of them asks again and again."""
+    return toml_table((_ROBOTS / f"{name}.toml").read_text(encoding="utf-8"), RobotTable, name).robot()
 
 
 def _shipped(text: str) -> str | None:

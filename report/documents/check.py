@@ -141,6 +141,22 @@ class Look(NamedTuple):
     fits: RobotFits | None = None
 
 
+class PoseLook(NamedTuple):
+    """A log with tool poses: what forward kinematics leaves, and readings where that is much."""
+
+    source: str
+    check: PoseCheck
+    readings: KinematicsCheck | None = None
+
+    @property
+    def wrong_unit(self) -> str:
+        """The unit that the positions seem to be in; empty where theirs is plausible."""
+        for factor, words in ((1e3, "mm that are read as m"), (1e-3, "m that are read as mm")):
+            if 0.3 < self.check.scale / factor < 3.0:
+                return words
+        return ""
+
+
 def check_document(robot: Robot | None, looks: Sequence[Look]) -> CheckDocument:
     """What ``dynident check --json`` writes."""
     logs = (
@@ -162,39 +178,38 @@ def _fits(path: str, fits: RobotFits) -> FitsDocument:
     return FitsDocument(path, fits.columns, fitting, tuple(name for name, _ in fits.others), fits.fault or None)
 
 
-def following_document(found: FollowingChange) -> FollowingDocument:
+def following_document(change: FollowingChange) -> FollowingDocument:
     """What ``dynident verify --json`` writes."""
-    joints = tuple(map(ChangeDocument.of, found.joints))
-    return FollowingDocument.of(
-        found, tells=found.kind != "torque", joints=joints, total=ChangeDocument.of(found.total)
-    )
+    joints = tuple(map(ChangeDocument.of, change.joints))
+    return FollowingDocument.of(change, joints=joints, total=ChangeDocument.of(change.total))
 
 
 def readings_document(check: KinematicsCheck) -> ReadingsDocument:
     """The best twenty ways to read the joint columns."""
     ranked = (
         ReadingDocument(
-            one.residual,
-            tuple(column + 1 for column in one.reading.order),
-            one.reading.sign,
-            tuple(90 * quarter for quarter in one.reading.quarters),
-            one.reading.torque,
+            entry.residual,
+            tuple(column + 1 for column in entry.reading.order),
+            entry.reading.sign,
+            tuple(90 * quarter for quarter in entry.reading.quarters),
+            entry.reading.torque,
         )
-        for one in check.ranked[:20]
+        for entry in check.ranked[:20]
     )
     suggested = check.suggested.reading.told() if check.suggested else None
     return ReadingsDocument(check.unit, check.as_recorded.residual, suggested, tuple(ranked))
 
 
-def pose_document(source: str, check: PoseCheck, readings: KinematicsCheck | None) -> PoseLogDocument:
+def pose_document(look: PoseLook) -> PoseLogDocument:
     """The comparison of one log's tool poses with forward kinematics."""
+    check = look.check
     return PoseLogDocument.of(
         check,
-        log=source,
+        log=look.source,
         largest_m=check.errors.max(),
         base=_frame(check.base),
         tool=_frame(check.tool, check.angles is not None),
-        readings=readings_document(readings) if readings else None,
+        readings=readings_document(look.readings) if look.readings else None,
     )
 
 

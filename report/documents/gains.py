@@ -14,7 +14,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
     """What ``dynident gains --json`` writes, and ``--drive-gains`` reads."""
     robust = gains.robust
     return StoredGains(
-        robot=gains.robot,
+        robot=gains.robot.name,
         processing=ProcessingDocument(
             rate=processing.rate,
             cutoff=processing.cutoff,

@@ -9,6 +9,8 @@ from ...common.schema import Document, json_schema
 from ...estimation.files import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
+from .fleet import ReducedDocument
+from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
@@ -19,6 +21,9 @@ DOCUMENTS: dict[str, type[Document]] = {
     "design": DesignDocument,
     "near": NearDocument,
     "rollout": RolloutsDocument,
+    "fleet_reduce": ReducedDocument,
+    "passport": PassportDocument,
+    "compare": ComparedDocument,
     "check": CheckDocument,
     "verify": FollowingDocument,
     "robot_check": RobotCheckDocument,

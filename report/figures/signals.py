@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...model import Recording
-from .canvas import panels, save_figure
+from ..blocks import Drawing
+from .canvas import panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _STRETCHES = 2000  # of a long signal that are drawn
 
 
-def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
-    """Positions and torques of every joint over time, as PNG, SVG or PDF.
+def signals_figure(recording: Recording, unit: str, name: str) -> Drawing:
+    """Positions and torques of every joint over time; ``unit`` of the torques, "N·m" or "A".
 
-    Args:
-        path: file; its ending chooses the format.
-        recording: what to draw; of long ones the extremes of short stretches.
-        unit: of its torques, "N·m" or "A".
+    ``name``: of the drawing. Of long recordings the extremes of short stretches are drawn.
     """
+    source = Path(recording.source).name
+    loads = "currents" if unit == "A" else "torques"
+    caption = f"Positions and {loads} of {source} as they were understood, joint side."
+    return Drawing(name, caption, caption, lambda: _curves(recording, unit, source))
+
+
+def _curves(recording: Recording, unit: str, title: str) -> Figure:
     n = recording.q.shape[1]
     figure, axes = panels((11.0, 1.5 * n + 0.8), n, 2, (0.8, 0.1, 0.4, 0.5), (0.8, 0.2), sharex=True)
     for j in range(n):
@@ -35,8 +44,8 @@ def save_signals(path: str | Path, recording: Recording, unit: str) -> None:
             axis.grid(visible=True, alpha=0.3)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
-    figure.suptitle(Path(recording.source).name)
-    save_figure(figure, path)
+    figure.suptitle(title)
+    return figure
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

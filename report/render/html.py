@@ -133,7 +133,7 @@ def _(block: Drawing) -> Html:
 
 @block_html.register
 def _(block: Animation) -> Html:
-    return tag("div", without_namespaces(block.draw(f"moving-{block.name}")), class_="drawing wide")
+    return tag("div", without_namespaces(block.draw(f"moving-{block.name}")), class_="drawing moving")
 
 
 @block_html.register

@@ -21,6 +21,8 @@ from .bounded import holding_tables, payload_notes
 from .data import report_page
 from .description import assumed_notes
 
+_WRITERS = "--samples, --ros2, --urscript or --val3"
+_PAYLOAD = "dynident payload --unloaded A --loaded B"
 _MOST_SHOWN = 12
 _SHOWN = 8  # of more parameters: the least known
 _MASS, _ARM, _GYRATION = 3.0, 0.1, 0.055  # kg, m, m: a payload that stands for those to come
@@ -247,7 +249,7 @@ def design_page(
         plan = design.plan
         moving = [Animation("arm", lambda name: arm_animation(robot, plan, name))]
         sections.append(Section("moving", "The arm in motion, pose by pose", [arm_strip(robot, plan)]))
-        how = [Text("How to run it", "heading"), _how_to_run(score)]
+        how = [Text("How to run it", "heading"), how_to_run(score.duration, _WRITERS, _PAYLOAD)]
     taught: list[Block] = [Text("What it will teach", "heading"), taught_table(problem, score)]
     lead: list[Block] = [limits_banner(score), Pair([limits_table(score)], taught), *moving, *how]
     return report_page(f"Motion for the {title}", provenance.day, lead, sections, (), provenance)
@@ -260,14 +262,20 @@ def limits_banner(score: Score) -> Banner:
     return Banner(level, f"The motion {words}")
 
 
-def _how_to_run(score: Score) -> Block:
-    """From the file to the payload."""
+def how_to_run(duration: float, writers: str, answers: str) -> Block:
+    """From the file to the payload.
+
+    Args:
+        duration: of one run [s].
+        writers: options that write the motion for a controller.
+        answers: the command that takes both recordings.
+    """
     steps = [
-        "Write it for the controller: add --samples, --ros2, --urscript or --val3 to the command below.",
+        f"Write it for the controller: add {writers} to the command below.",
         "Run it slowly first, and look at cables, fixtures and people: nothing here knows of them.",
-        f"Record {score.duration:.3g} s of positions and torques or currents, without and with the payload, by the "
+        f"Record {duration:.3g} s of positions and torques or currents, without and with the payload, by the "
         "same program.",
-        "Look at each recording by 'dynident check LOG', then 'dynident payload --unloaded A --loaded B'.",
+        f"Look at each recording by 'dynident check LOG', then '{answers}'.",
     ]
     return Notes(steps)
 

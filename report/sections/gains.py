@@ -45,23 +45,23 @@ def gains_table(gains: DriveGains) -> Table:
         )
         for j, words in enumerate(gains.identifiability)
     ]
-    return Table(f"Drive gains of {gains.robot}", headings, rows, style="tight")
+    return Table(f"Drive gains of {gains.robot.name}", headings, rows, style="tight")
 
 
-def gains_page(gains: DriveGains, provenance: Provenance, title: str) -> Page:
+def gains_page(gains: DriveGains, provenance: Provenance) -> Page:
     """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give.
 
     Args:
         gains: the answer.
         provenance: command, files, date.
-        title: of the robot.
     """
     level = gains.verdict.level
     sentence = _GOOD if level == "use" else VERDICTS[level].sentence
     lead: list[Block] = [Banner(level, sentence), gains_table(gains), *reason_blocks(gains.verdict)]
     sections = (*_weights(gains), torques_section(gains.predictions))
     subtitle = f"Identified from recordings of motor currents with a known weight, {provenance.day}"
-    return report_page(f"Drive gains of the {title}", subtitle, lead, sections, _notes(gains), provenance)
+    title = f"Drive gains of the {gains.robot.title or gains.robot.name}"
+    return report_page(title, subtitle, lead, sections, _notes(gains), provenance)
 
 
 def _weights(gains: DriveGains) -> list[Section]:

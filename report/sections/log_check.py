@@ -1,22 +1,27 @@
 """A look at a log."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...estimation.diagnosis import LogCheck, RobotFits
-from ...model import Robot
-from ..blocks import Block, Notes, Remarks, Screen, Table, columns
+from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, columns
+from ..documents.check import Look
+from ..figures.signals import signals_figure
+from ..provenance import Provenance
+from .data import report_page
 
 _MARKS = {"error": "ERROR", "warning": "warning", "note": "note"}
 _A_ROW = 4  # parameters side by side
 _MOST = 12  # columns that are listed
 
 
-def check_screen(robot: Robot, check: LogCheck) -> Screen:
+def check_screen(check: LogCheck) -> Screen:
     """What was understood, the joints, what looks wrong, what to mend; then steps and the excitation."""
     first: list[Block] = [Notes(_understood(check))]
     details: list[Block] = []
     if check.joints:
-        first.append(_joints(robot, check))
+        first.append(_joints(check))
         details.append(_resolution(check))
     if check.excitation:
         details.append(_excitation(check))
@@ -34,12 +39,39 @@ def fits_screen(path: str, fits: RobotFits) -> Screen:
         more = len(fits.columns) - _MOST
         shown = ", ".join(fits.columns[:_MOST]) + (f" and {more} more" if more > 0 else "")
         return Screen([Notes([f"{path}: columns {shown}", f"Mend first: {fits.fault}"])])
-    told = [name if left is None else f"{name} ({100 * left:.3g} %)" for name, left in fits.fitting]
-    lines = [f"{path}: no --robot is given. It can be of {', '.join(told)}: in brackets what the model leaves"]
+    fitting = [name if left is None else f"{name} ({100 * left:.3g} %)" for name, left in fits.fitting]
+    lines = [f"{path}: no --robot is given. It can be of {', '.join(fitting)}: in brackets what the model leaves"]
     if fits.others:
         names = ", ".join(name for name, _ in fits.others)
         lines.append(f"Not of {names}: positions, speeds or torques are beyond them")
     return Screen([Notes([*lines, f"Looked at as {fits.fitting[0].robot}; name the right one by --robot:"])])
+
+
+def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
+    """Whether the logs can be used; then each with what was understood, what looks wrong, and its signals.
+
+    Args:
+        looks: one a log.
+        provenance: command, files, date.
+    """
+    unusable = [look.path for look in looks if not (look.check and look.check.usable)]
+    words = (
+        f"To be mended first: {', '.join(unusable)}." if unusable else "Nothing speaks against using these logs."
+    )
+    lead = [Banner("do_not_use" if unusable else "use", words)]
+    sections = [_section(number, look) for number, look in enumerate(looks, 1)]
+    return report_page("A look at recordings", provenance.day, lead, sections, (), provenance)
+
+
+def _section(number: int, look: Look) -> Section:
+    """All that the terminal shows of a log, and its signals."""
+    blocks = fits_screen(look.path, look.fits).blocks if look.fits else []
+    stem = look.path.replace("\\", "/").rstrip("/").rsplit("/", 1)[-1].split(".")[0]
+    if look.check:
+        unit = "A" if look.check.currents else "N·m"
+        blocks += check_screen(look.check).blocks
+        blocks.append(signals_figure(look.check.recording, unit, f"{number:02d}_{stem}"))
+    return Section(f"log_{number}", look.path, blocks)
 
 
 def _understood(check: LogCheck) -> list[str]:
@@ -72,10 +104,10 @@ def _last_line(check: LogCheck) -> str:
     return "Good: nothing looks wrong." if not check.findings else "Good: nothing is to be mended."
 
 
-def _joints(robot: Robot, check: LogCheck) -> Table:
+def _joints(check: LogCheck) -> Table:
     """What each joint does."""
     rows = []
-    for j, (joint, facts) in enumerate(zip(robot.joints, check.joints, strict=True), 1):
+    for j, (joint, facts) in enumerate(zip(check.robot.joints, check.joints, strict=True), 1):
         share = f"{100 * facts.speed / joint.limits.speed:.0f} %" if np.isfinite(joint.limits.speed) else ""
         rows.append(
             (

@@ -11,7 +11,7 @@ from ...model import INERTIAL, InertialParameters, Motion, Robot
 from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, NearMotion, NearShape
-from ..blocks import Animation, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..blocks import Animation, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
 from ..motions.written import assumed_line, rests_on
@@ -19,7 +19,7 @@ from ..provenance import Provenance
 from .bounded import holding_tables, payload_notes
 from .data import report_page
 from .description import assumed_notes
-from .design import limits_in_words
+from .design import how_to_run, limits_banner, limits_in_words, limits_table
 
 _DIGITS = {"kg": 3, "mm": 1, "kg m²": 4}
 _MOTION = "Positions and speeds of every joint between its limits, and torques where they are known, over time."
@@ -103,8 +103,9 @@ def near_notes(result: NearResult) -> list[str]:
     two = (
         f", at {len(motion.poses)} poses, {motion.transfer:.1f} s from one to the other" if motion.transfer else ""
     )
+    periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
     lines = [
-        f"{motion.duration:.1f} s: {motion.repeats} periods of {motion.period:.2f} s{two}; "
+        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; "
         f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
@@ -143,7 +144,7 @@ def second_pose_note(first: Array, second: Array) -> str:
     )
 
 
-def near_page(result: NearResult, motion: Motion, screen: Sequence[Block], provenance: Provenance) -> Page:
+def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Provenance) -> Page:
     """What the motion shows of a payload, the motion between its limits, and the arm in motion.
 
     Args:
@@ -155,14 +156,20 @@ def near_page(result: NearResult, motion: Motion, screen: Sequence[Block], prove
     robot, plan = result.robot, result.motion
     title = f"Motion that weighs a payload: {robot.title or robot.name}"
     joints = ", ".join(map(str, result.shape.joints))
-    limited = result.design.problem.torque_limited
-    kept = "every limit" if limited else "every limit but those of torque, which were NOT checked"
-    lead = [Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held. Keeps {kept}.")]
-    arm = Animation("arm", lambda name: arm_animation(robot, plan, name))
+    score = result.design.score
+    shows: list[Block] = [Text("What it will tell", "heading"), *tables_of(screen.first)]
+    lead: list[Block] = [
+        limits_banner(score),
+        Text(f"{plan.duration:.1f} s; joints {joints} move, the others are held."),
+        Pair([limits_table(score)], shows),
+        Animation("arm", lambda name: arm_animation(robot, plan, name)),
+        Text("How to run it", "heading"),
+        how_to_run(plan.duration, "--samples, --ros2 or --urscript", "dynident weigh --unloaded A --loaded B"),
+    ]
     drawn = motion_figure(result.design.problem, motion, title, _MOTION)
     sections = [
-        Section("payload", "What it shows of a payload", screen),
+        Section("payload", "What it shows of a payload", screen.blocks),
         Section("motion", "The motion between its limits", [drawn]),
-        Section("moving", "The arm in motion", [arm, arm_strip(robot, plan)]),
+        Section("moving", "The arm in motion, pose by pose", [arm_strip(robot, plan)]),
     ]
     return report_page(title, provenance.day, lead, sections, (), provenance)

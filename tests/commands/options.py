@@ -5,6 +5,15 @@ of the command's line. An option without an entry fails the law of ``test_option
 with a value that must change something.
 """
 
+import os
+from pathlib import Path
+
+import numpy as np
+from dynident import fleet
+from dynident.common.files import checksum
+from dynident.estimation import identify, read_recording
+from dynident.model import load_robot
+
 ROBOT = {
     "--robot": "--robot tx40",
     "--base": "--base link_1",
@@ -42,6 +51,7 @@ LINKS = {name: ROBOT[name] for name in ("--robot", "--base", "--tip")}
 GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma-common 1%"}
 STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
+PASSPORT = {"--passport": "--passport a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
 VIEW = {"--view": "--view a.html", "--show": "--show"}
 LIMITS = {
@@ -74,6 +84,11 @@ _SCALE = "--mass 6 --mass-sigma 0.1"
 _NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {_SCALE} --duration 4 {_NOISE}"
 _SCORE = f"rx_arm.csv --robot rx90 {_NOISE}"
 
+PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
+"""Of the controller that is played while lines run: others for each process that tests."""
+_PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
+HOST = {"--host": "--host 127.0.0.1.1", "--port": "--port 1"}
+
 LINES = {
     "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
     "verify": "--robot rx90 --before before.csv --after after.csv",
@@ -81,6 +96,12 @@ LINES = {
     "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
     "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
     "gains": f"--robot ur10e {_AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "record": f"ur {_PLAYED} --seconds 0.1 --out b.csv",
+    "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
+    "compare": "first.csv second.csv --robot rx90 --json b.json",
+    "passport show": "first.npz --json b.json",
+    "passport merge": "first.npz second.npz --out merged.npz",
+    "passport compare": "first.npz second.npz --json b.json",
     "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
     "robot list": "",
@@ -97,7 +118,7 @@ LINES = {
 }
 
 OPTIONS: dict[str, dict[str, str]] = {
-    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | {
+    "weigh": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | PASSPORT | {
         "--json": "--json a.json",
         "--loaded": "--loaded rx_arm_loaded.csv",
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
@@ -107,7 +128,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
     },
-    "verify": LINKS | LOGS | _CURRENTS | {
+    "verify": LINKS | LOGS | _CURRENTS | PAGE | {
         "--robot": "--robot panda",
         "--log-map": "--log-map degrees.toml",
         "--signs": "--signs=1,-1",
@@ -115,7 +136,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | {
+    "payload": ROBOT | LOGS | _CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | PASSPORT | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -127,7 +148,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
-    "identify": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | {
+    "identify": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | PASSPORT | {
         "--data": "--data rx_near_unloaded.csv",
         "--validate": "--validate rx_near_unloaded.csv",
         "--constrained": "--constrained none",
@@ -136,7 +157,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--total-mass": "--total-mass 20 60",
         "--rollout": "--validate rx_near_unloaded.csv | --rollout",
     },
-    "rollout": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
+    "rollout": ROBOT | LOGS | _CURRENTS | _FILTER | PAGE | {
         "--robot-parameters": "--robot-parameters other.json",
         "--data": "--data rx_near_unloaded.csv",
         "--against": "--against six_axis.urdf",
@@ -149,13 +170,36 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--mass": "--mass 6",
         "--payload": "--payload box.toml",
         "--mass-sigma": "--mass-sigma 0.1",
-        "--mounting": "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv | --mounting 1,2",
+        "--mounting": "--unloaded ur_again_unloaded.csv --loaded ur_again_loaded.csv | --mounting 1,2",
         "--json": "--json a.json",
     },
-    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | {
+    "record": HOST | {
+        "maker": "ur",
+        "--seconds": "--seconds 0.2",
+        "--rate": "--rate 25",
+        "--out": "--out a.csv",
+    },
+    "fleet reduce": ROBOT | LOGS | _CURRENTS | PROCESSING | GAINS | {
+        "logs": "second.csv",
+        "--store": "--store other",
+        "--table": "--table robots.csv",
+        "--pattern": "--pattern {arm}.csv",
+        "--workers": "--workers 0",
+        "--scheduler": "--scheduler tcp://127.0.0.1:1",
+        "--batch": "--batch 2",
+        "--json": "--json a.json",
+    },
+    "compare": ROBOT | LOGS | _CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},
+    "passport show": {"file": "=--json b.json | second.npz", "--json": "--json a.json"},
+    "passport merge": {
+        "files": "third.npz",
+        "--out": "--out other.npz",
+        "--json": "--json a.json",
+    },
+    "passport compare": {"files": "third.npz", "--json": "--json a.json"},
+    "check": ROBOT | LOGS | _CURRENTS | PROCESSING | PAGE | {
         "logs": "rx_near_unloaded.csv",
         "--data": "--data rx_near_unloaded.csv",
-        "--plots": "--plots .",
         "--json": "--json a.json",
     },
     "export": {
@@ -197,6 +241,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     },
     "robot check": ROBOT | LOGS | _CURRENTS | _FILTER | {
         "--data": "--data rx_near_unloaded.csv",
+        "--report": "--report a.html",
         "--json": "--json a.json",
     },
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
@@ -285,5 +330,22 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if _name == "demo" or ("--json" in _entries and _name not in ("verify", "robot check")):
+    if _name == "demo" or ("--json" in _entries and _name != "passport merge"):
         _entries["--details"] = "--details"
+
+
+def make_passports(folder: Path) -> None:
+    """Three passports of one robot: of a recording, of it with other noise, and with still other noise."""
+    robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
+    header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
+    (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
+    for seed, name in enumerate(("first", "second", "third")):
+        noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
+        np.savetxt(
+            folder / f"{name}.csv", rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0))), delimiter=",",
+            header=header, comments="", fmt="%.9g",
+        )  # fmt: skip
+        log = fleet.Log("without payload", f"{name}.csv", checksum(folder / f"{name}.csv"))
+        result = identify(robot, [read_recording(folder / f"{name}.csv", robot)])
+        passport = fleet.robot_passport(result, fleet.Recipe("identify", robot.processing), [log])
+        fleet.write_passport(folder / f"{name}.npz", passport)

@@ -22,9 +22,13 @@ from dynident.commands.options import reading
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
 from dynident.report.figures.canvas import new_figure, save_figure
-from dynident.tests.commands.options import LINES
+from dynident.report.render.terminal import COLUMNS
+from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
+from dynident.tests.commands.options import LINES, PORTS, make_passports
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.live.played import playing
+from rich.cells import cell_len
 
 ODD = Path("odd[") / "bold][red]"
 """A folder whose name looks like markup, with an end that has no beginning: "odd[/bold][red]"."""
@@ -49,9 +53,11 @@ FILES = [(name, option) for name, option, kind in OUTPUTS if kind == "file"]
 @pytest.fixture(scope="module")
 def folder() -> Iterator[Path]:
     """All inputs, in the working folder."""
-    with folder_of_inputs() as here:
+    with folder_of_inputs() as here, playing(**PORTS):
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
+        run([*words("identify"), "--json", "earlier.json"])
+        make_passports(here)
         yield here
 
 
@@ -149,7 +155,7 @@ def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> 
     line, before = without(words(name), option), contents(folder)
     inputs = [word for word in line if (folder / word).is_file()]
     if not inputs:
-        assert name in {"near", "design", "robot show", "robot new", "demo"}, "its line reads no file"
+        assert name in {"near", "design", "robot show", "robot new", "demo", "record"}, "its line reads no file"
         return
     for path in inputs:
         Path("link").unlink(missing_ok=True)
@@ -174,6 +180,39 @@ def test_no_two_outputs_are_one_file(name: str, folder: Path) -> None:
         assert (status, out) == (2, "")
         assert f"{first} names this file too" in err or f"{second} names this file too" in err
     assert contents(folder) == before
+
+
+@pytest.mark.parametrize("name", [name for name, option in FILES if option == "--report"])
+def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) -> None:
+    """An input or another output of that name, or a file that no run has written, is refused before any work."""
+    before, line, beside = contents(folder), words(name), folder / "page.run.toml"
+    inputs = [word for word in line if (folder / word).is_file()]
+    other = next((option for other, option in FILES if (other, option) == (name, "--latex")), "--plots")
+    for given in inputs:
+        beside.symlink_to(folder / given)
+        status, out, err = run([*line, "--report", "page.html"])
+        beside.unlink()
+        assert (status, out) == (2, "")
+        assert "page.run.toml" in err
+    if other == "--latex":
+        status, out, err = run([*line, "--report", "page.html", other, "page.run.toml"])
+        assert (status, out) == (2, "")
+        assert f"--report's options 'page.run.toml': {other} names this file too" in err
+    beside.write_text("mine = true\n")
+    status, out, err = run([*line, "--report", "page.html"])
+    assert (status, out) == (2, "")
+    assert "page.run.toml beside it would be overwritten" in err
+    assert beside.read_text() == "mine = true\n"
+    beside.unlink()
+    assert contents(folder) == before
+
+
+def test_a_run_overwrites_the_options_of_an_earlier_one(folder: Path) -> None:
+    (folder / "page.run.toml").write_text("# Options of a run, repeated by: dynident verify --config THIS_FILE\n")
+    assert run([*words("verify"), "--report", "page.html", "--details"])[0] < 2
+    assert "details = true" in (folder / "page.run.toml").read_text()
+    for made in ("page.html", "page.run.toml"):
+        (folder / made).unlink()
 
 
 def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
@@ -253,14 +292,27 @@ def test_titles_and_frames_are_never_markup(folder: Path) -> None:
         path.unlink()
 
 
-LIGHT = ("verify", "export", "robot show", "robot new", "robot urdf", "check", "robot check", "identify", "gains")
+LISTINGS = ("robot list", "robot show", "codegen")
+"""What prints a list or a table as long as the robot, not an answer."""
+LIGHT = (
+    "verify",
+    "export",
+    "passport show",
+    "robot show",
+    "robot new",
+    "robot urdf",
+    "check",
+    "robot check",
+    "identify",
+    "gains",
+)
 
 
 @pytest.mark.parametrize(
     "name", [name if name in LIGHT else pytest.param(name, marks=pytest.mark.long) for name in LINES]
 )
 def test_names_are_never_markup(name: str, folder: Path) -> None:
-    """All files of a line in a folder whose name looks like markup, and all outputs too."""
+    """All files of a line in a folder whose name looks like markup, and all outputs too; the answer is a screen."""
     with tempfile.TemporaryDirectory() as there, contextlib.chdir(there):
         ODD.mkdir(parents=True)
         shutil.copytree(folder, ODD, dirs_exist_ok=True)
@@ -268,9 +320,13 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
         outputs = {}
         for other, option, _ in OUTPUTS:
             if other == name:
-                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.svg")
+                ending = "csv" if name == "record" else "svg"
+                outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.{ending}")
                 line = [*without(line, option), option, str(outputs[option])]
-        status, _, err = run(line)
+        status, out, err = run(line)
         assert status in (0, 1), err
+        if name not in LISTINGS:
+            assert len(out.splitlines()) <= LINES_OF_SCREEN
+            assert max(map(cell_len, out.splitlines()), default=0) <= COLUMNS
         assert "internal error" not in err
         assert all(path.exists() for path in outputs.values())

@@ -205,7 +205,7 @@ def test_check(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     assert out.count("nothing looks wrong") + out.count("note:") >= 2
     stems = ("01_empty_si", "02_loaded_si")
     assert sorted(path.name for path in pictures.iterdir()) == [
-        f"{s}.{end}" for s in stems for end in ("png", "svg")
+        f"{s}.{end}" for s in stems for end in ("pdf", "png", "svg")
     ]
     looks = json.loads(document.read_text(encoding="utf-8"))["logs"]
     assert [look["currents"] for look in looks] == [True, True]

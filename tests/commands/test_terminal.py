@@ -200,6 +200,37 @@ def test_an_interruption_is_one_line(after: float, log: str) -> None:
     assert "Traceback" not in told
 
 
+INTERRUPTED_AT = """
+import os, signal, sys
+from importlib.abc import MetaPathFinder
+
+class Interrupting(MetaPathFinder):
+    left = None
+
+    def find_spec(self, name, path, target=None):
+        if name == "dynident.common.lazy":  # the first module after the guard
+            self.left = int(sys.argv[-1])
+        if self.left is not None:
+            self.left -= 1
+            if self.left == -1:
+                os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+place, sys.argv = sys.argv[-1], ["dynident", "robot", "list", sys.argv[-1]]
+from dynident.cli import main
+sys.argv.pop()
+raise SystemExit(main())
+"""
+"""A run that is interrupted at one of its imports, counted from the first one after the guard."""
+
+
+@pytest.mark.parametrize("place", [0, 1, 5, 25, 80, 160])
+def test_an_interruption_at_an_import_is_one_line(place: int) -> None:
+    line = [sys.executable, "-c", INTERRUPTED_AT, str(place)]
+    ended = subprocess.run(line, check=False, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (130, "dynident: interrupted\n")
+
+
 def test_a_shell_can_complete(tmp_path: Path) -> None:
     pytest.importorskip("argcomplete")
     line = "dynident payload --robot-par"

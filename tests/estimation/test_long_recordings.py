@@ -47,7 +47,8 @@ def pair(
 def test_the_filter_is_scipys(short: None) -> None:
     signals = np.cumsum(np.random.default_rng(0).standard_normal((3000, 4)), axis=0)
     sos = butter(4, 0.08, output="sos")
-    assert np.array_equal(lowpass(signals, 0.01, 4.0, "log"), sosfiltfilt(sos, signals, axis=0))
+    theirs = sosfiltfilt(sos, signals, axis=0)
+    assert np.abs(lowpass(signals, 0.01, 4.0, "log") - theirs).max() < 1e-12 * np.abs(theirs).max()
     assert np.array_equal(slopes(signals, 0.01), np.gradient(signals, 0.01, axis=0))
 
 

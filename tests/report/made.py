@@ -245,7 +245,7 @@ def weighing(possible: bool) -> Any:
 def drive_gains() -> Any:
     """The answer of ``gains``."""
     return SimpleNamespace(
-        robot="arm", values=numbers(3), larger_relative_sigma=0.01 * numbers(3), relative_sigma=0.01 * numbers(3),
+        robot=ROBOT, values=numbers(3), larger_relative_sigma=0.01 * numbers(3), relative_sigma=0.01 * numbers(3),
         relative_sigma_robust=0.01 * numbers(3), larger_relative_covariance=covariance(3), free_values=numbers(3),
         identified=(True, True, False), identifiability=("gravity", "speed", "nothing"), fit=FIT,
         payloads=(body(6.0), body(6.5)), loads=(known_mass(6.1, 0.015), known_mass(6.2, 0.012)),

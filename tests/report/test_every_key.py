@@ -577,7 +577,8 @@ def test_verify() -> None:
     joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
     total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
     found: Any = SimpleNamespace(
-        kind="following error", lag=0.015, joints=(SimpleNamespace(**joint),), total=SimpleNamespace(**total)
+        kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),),
+        total=SimpleNamespace(**total),
     )  # fmt: skip
     expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
     same(documents.following_document(found), expected)
@@ -607,7 +608,7 @@ def test_robot_check() -> None:
         "as_is_m": 0.9, "base": {"xyz_m": [0.1, 0.2, 0.3], "rpy_rad": [0.4, 0.5, 0.6]},
         "tool": {"xyz_m": [0.7, 0.8, 0.9], "rpy_rad": None}, "base_and_tool_determined": True,
     }  # fmt: skip
-    logs = [documents.pose_document("a.csv", pose, readings) for readings in (check, None)]
+    logs = [documents.pose_document(documents.PoseLook("a.csv", pose, readings)) for readings in (check, None)]
     expected = [log | {"readings": rows}, log | {"readings": None}]
     same(documents.robot_check_document(robot, logs, check), {"robot": "arm", "poses": expected, **rows})
     same(documents.robot_check_document(robot, logs[:1], None), {"robot": "arm", "poses": expected[:1]})

@@ -5,12 +5,20 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
 from dynident.common.errors import InputError
 from dynident.common.speech import Speaks
-from dynident.estimation import Identification, PayloadAnswer
+from dynident.estimation import PayloadAnswer
+from dynident.estimation.answers import DriveGains
+from dynident.estimation.diagnosis import check_log
+from dynident.estimation.fit import Fit
+from dynident.estimation.fit.estimate import Estimate
+from dynident.estimation.gains import known_mass
+from dynident.model import Recording, Robot
 from dynident.report.render.terminal import COLUMNS, LINES
 from dynident.trajectories import RX90_NOISE, random_via_points
 
@@ -18,16 +26,32 @@ LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.03
 
 
 @pytest.fixture(scope="module")
-def answers() -> dict[str, PayloadAnswer | Identification]:
-    """A payload and a robot, from one pair of recordings."""
+def answers() -> dict[str, Any]:
+    """One of each kind, from one pair of recordings; the gains are made up."""
     robot = load_robot("rx90")
     arm, motion = Simulator(robot), random_via_points(robot, count=10, seed=0).motion(rate=200.0)
     unloaded, loaded = (arm.record(motion, load, RX90_NOISE, seed=k) for k, load in enumerate((None, LOAD)))
     problem = payload_problem(robot, [loaded], [unloaded])
-    return {"payload": answer_payload(problem), "robot": identify(robot, [unloaded])}
+    brief = slice(0, 2000)
+    log = Recording(unloaded.t[brief], unloaded.q[brief], unloaded.torque[brief], source="brief.csv")
+    return {
+        "payload": answer_payload(problem),
+        "robot": identify(robot, [unloaded]),
+        "gains": drive_gains(robot),
+        "log": check_log(robot, log),
+    }
 
 
-KINDS = ("payload", "robot")
+def drive_gains(robot: Robot) -> DriveGains:
+    """Gains of which the last is hardly known."""
+    fit = Fit(np.full(6, 0.1), np.full(6, 2.0), (900,) * 6)
+    names, sigma = tuple(f"K{j}" for j in range(1, 7)), np.array([0.01] * 5 + [0.2])
+    logarithms = Estimate(names, np.log(np.arange(10.0, 16.0)), np.diag(sigma**2), 5000, fit, np.ones(6))
+    rests_on = ("gravity",) * 6
+    return DriveGains(robot, logarithms, np.arange(10.0, 16.0), (True,) * 6, rests_on, (known_mass(7.0),), (LOAD,))
+
+
+KINDS = ("payload", "robot", "gains", "log")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -51,10 +75,19 @@ def test_an_answer_becomes_values_and_files(kind: str, answers: dict[str, Speaks
     assert page.startswith("<!DOCTYPE html>")
     block = answer._repr_html_()
     assert "<table" in block
-    assert "Verdict" in block
-    assert answer.plot().axes
+    assert "Verdict" in block or kind == "log"
+    if kind != "gains":  # whose figures are of recordings that the verdict looks at
+        assert answer.plot().axes
     with pytest.raises(InputError, match="there are "):
         answer.plot("no such figure")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_answer_becomes_a_frame(kind: str, answers: dict[str, Speaks]) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = answers[kind].to_frame()
+    assert isinstance(frame, pandas.DataFrame)
+    assert len(frame) >= 6
 
 
 def test_a_payload_by_name(answers: dict[str, PayloadAnswer]) -> None:

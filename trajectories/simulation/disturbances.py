@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ...common.recursion import Section
 from ...model import Motion, Recording, Robot
 from ...model.dynamics import dry_friction_names
 
@@ -150,9 +151,7 @@ def record(
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:
     """Noise of unit variance whose correlation falls by e in ``memory`` samples, column by column."""
-    from scipy.signal import lfilter
-
     kept = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
     fresh[1:] *= np.sqrt(1.0 - kept**2)
-    return np.asarray(lfilter([1.0], [1.0, -kept], fresh, axis=0))
+    return Section(1.0, 0.0, 0.0, -kept, 0.0).filtered(fresh, np.zeros((2, shape[1])))[0]

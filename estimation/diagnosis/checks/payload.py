@@ -20,6 +20,8 @@ SIGMAS = 4.0
 """Standard deviations beyond which a difference is none by chance."""
 TOLD = 1.96
 """Standard deviations to either end of a 95 % interval."""
+_ROUNDED = 0.02
+"""Share by which a mass may pass the rated payload: data sheets round, and a given mass may be the rated one."""
 OTHER_WAY = 0.05
 """Relative difference of a weighing's mass by another way that speaks against all numbers."""
 
@@ -192,9 +194,9 @@ def _percent(share: float) -> str:
 
 
 def rating(evidence: Evidence) -> list[Finding]:
-    """A mass that lies beyond what the arm carries, with all of its interval."""
+    """A mass that lies beyond what the arm carries, with all of its interval and by more than data sheets round."""
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
-    if not evidence.mass - TOLD * sigma > rated:
+    if not evidence.mass - TOLD * sigma > (1.0 + _ROUNDED) * rated:
         return []
     text = (
         f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries by its data sheet: "

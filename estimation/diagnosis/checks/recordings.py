@@ -121,6 +121,8 @@ SUSPICIOUS = 0.1
 
 def alignment(evidence: Evidence) -> list[Finding]:
     """Pairs that method 3 takes, although their positions differ."""
+    if evidence.sampled is not None:
+        return list(evidence.sampled.alignment)
     worst = max(evidence.pairs, key=lambda pair: pair.rms_mismatch, default=None)
     if worst is None or worst.rms_mismatch <= MISMATCH:
         return []
@@ -194,6 +196,8 @@ def causes(evidence: Evidence, findings: Sequence[Finding]) -> list[Finding]:
         evidence: what was computed.
         findings: what the checks have found.
     """
+    if evidence.sampled is not None:
+        return list(evidence.sampled.causes)
     if evidence.source is None:
         return []
     contradicted = any(finding.severity == "error" for finding in findings)

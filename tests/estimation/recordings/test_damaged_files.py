@@ -114,6 +114,45 @@ def test_a_number_that_cannot_be_is_named_by_its_place(
         read_recording(tmp_path / "a.csv", arm)
 
 
+def opaque(name: str, kind: str) -> bytes:
+    """A MAT file of version 5 whose only variable is an object, as MATLAB lays it out."""
+
+    def element(tag: int, content: bytes) -> bytes:
+        return struct.pack("<II", tag, len(content)) + content + bytes(-len(content) % 8)
+
+    reference = element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<ii", 6, 1)) + element(1, b"")
+    reference = element(14, reference + element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1)))
+    texts = b"".join(element(1, text.encode()) for text in (name, "MCOS", kind))
+    body = element(14, element(6, struct.pack("<II", 17, 0)) + texts + reference)
+    return b"MATLAB 5.0 MAT-file".ljust(116) + bytes(8) + struct.pack("<H", 0x0100) + b"IM" + body
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("table", r"variable log is a MATLAB table, .*writetable\(log, 'log.csv'\)"),
+        ("timetable", r"variable log is a MATLAB timetable, .*T = timetable2table\(log\)"),
+        ("timeseries", "variable log is a MATLAB timeseries, .*arrays t, q and tau"),
+    ],
+)
+def test_an_object_of_matlab_is_one_line_that_says_what_to_do(
+    kind: str, words: str, tmp_path: Path, arm: Robot
+) -> None:
+    (tmp_path / "a.mat").write_bytes(opaque("log", kind))
+    with pytest.raises(InputError, match=words) as refused:
+        read_recording(tmp_path / "a.mat", arm)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_object_of_matlab_7_3_is_named_too(tmp_path: Path, arm: Robot) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.mat", "w") as data:
+        data["log"] = np.arange(6, dtype=np.uint32).reshape(1, 6)
+        data["log"].attrs["MATLAB_class"] = np.bytes_(b"timetable")
+    with pytest.raises(InputError, match=r"variable log is a MATLAB timetable, .*timetable2table"):
+        read_recording(tmp_path / "a.mat", arm)
+
+
 def test_names_are_not_lost_on_the_way(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray]) -> None:
     """An object beside the signals does no harm."""
     objects = {"note": np.array([{"a": 1}, "text"], dtype=object), "names": np.array(NAMES, dtype=object)}

@@ -1,6 +1,5 @@
 """Predicted motion: against a pendulum's closed form, against MuJoCo, over robots, on a real arm."""
 
-import os
 from dataclasses import replace
 from math import cosh, pi, radians, sqrt
 from pathlib import Path
@@ -101,8 +100,26 @@ def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> 
     return rollout
 
 
+LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side == "link")
+
+
+@pytest.mark.parametrize("name", LINK_SIDE)
+def test_friction_of_links_without_rotors_is_refused(name: str) -> None:
+    """Friction is 10 % of the torque limits, on joints that only their links hold back."""
+    robot = with_stand_in(load_robot(name))
+    t = STEP * np.arange(300)
+    middle = np.array([np.mean(joint.limits.position) for joint in robot.joints])
+    q = middle + 0.3 * np.sin(3.0 * t)[:, None] * np.ones(robot.n)
+    recording = Recording(t, q, np.zeros_like(q), 0.9 * np.cos(3.0 * t)[:, None] * np.ones(robot.n), "simulated")
+    with pytest.raises(InputError, match="sensors on the link side see no rotor"):
+        rolled(robot, recording, dict(robot.parameters))
+
+
+MOTOR_SIDE = [name for name in robot_names() if name not in LINK_SIDE]
+
+
 @pytest.mark.parametrize(
-    "name", ["rx90", *(pytest.param(name, marks=pytest.mark.long) for name in robot_names() if name != "rx90")]
+    "name", ["rx90", *(pytest.param(name, marks=pytest.mark.long) for name in MOTOR_SIDE if name != "rx90")]
 )
 def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     robot = with_stand_in(load_robot(name))
@@ -112,7 +129,7 @@ def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     assert error is not None
     assert constant is not None
     assert error.ninety < 0.05 * constant.ninety
-    assert true.replay.relative < 0.03
+    assert true.replay.relative < 0.05
     heavier = {name: value * (1.3 if name[0] == "M" else 1.0) for name, value in robot.parameters.items()}
     wrong = rolled(robot, recording, heavier)
     missed = wrong.spread(IDENTIFIED, 0.5)
@@ -147,10 +164,9 @@ def test_a_short_recording_is_refused() -> None:
         roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], Processing(), (2.0,))
 
 
-@pytest.mark.skipif("DYNIDENT_DATA" not in os.environ, reason="DYNIDENT_DATA names no folder of recordings")
-def test_a_real_arm() -> None:
+def test_a_real_arm(recordings: Path) -> None:
     """UR10e, a recording that was not fitted: a third of constant speed's error, torques to 5 %."""
-    folder = Path(os.environ["DYNIDENT_DATA"]) / "ur10e"
+    folder = recordings / "ur10e"
     robot = load_robot("ur10e").with_offsets(True)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
     training, unseen = (

@@ -226,7 +226,7 @@ def test_stage_units(run: Run, payload: Callable[..., str]) -> None:
         (("--to", "ur", "--flange-frame", "0", "0", "nan", "0", "0", "0"), "six finite numbers"),
         (("--to", "ur", "--flange-frame", "1e300", "0", "0", "0", "0", "0"), "--flange-frame"),
         (("--to", "abb", "--tool-frame", "0", "1e9", "0", "0", "0", "0"), "--tool-frame"),
-        (("--to", "siemens"), "invalid choice"),
+        (("--to", "siemens"), "there is no 'siemens'"),
         (("--to", "ur", "--out", "/nowhere/at/all"), "not a file in a folder"),
     ],
 )

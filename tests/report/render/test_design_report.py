@@ -20,7 +20,7 @@ def test_designed_and_judged(tmp_path: Path) -> None:
     assert {"motion", "moving", "moving-arm", "data", "figure-motion", "figure-predicted_sigma"} <= set(page.ids)
     assert page.count["svg"] == 4, "three figures and the arm in motion"
     assert page.count["table"] >= 3
-    assert "The motion keeps every limit." in page.texts["p"]
+    assert "The motion keeps every limit that was checked. NOT checked: torque." in page.texts["p"]
     assert not [value for _, key, value in page.attributes if key in ("src", "href") and value.startswith("http")]
 
     assert main(["score", str(samples), *QUICK[1:-4], "--report", str(judged)]) == 0

@@ -1,0 +1,78 @@
+"""Second-order recursive filters, as ``scipy.signal`` has them, whose import takes longer than a command's work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .arrays import Array
+
+
+class Section(NamedTuple):
+    """The filter (b0 + b1/z + b2/z²) / (1 + a1/z + a2/z²)."""
+
+    b0: float
+    b1: float
+    b2: float
+    a1: float
+    a2: float
+
+    @property
+    def settled(self) -> Array:
+        """The state, (2,), after ones for ever."""
+        level = (self.b0 + self.b1 + self.b2) / (1.0 + self.a1 + self.a2)
+        last = self.b2 - self.a2 * level
+        return np.array([self.b1 - self.a1 * level + last, last])
+
+    def filtered(self, signals: Array, state: Array) -> tuple[Array, Array]:
+        """Filter signals.
+
+        Args:
+            signals: shape (N, k).
+            state: what earlier samples add to the first two, shape (2, k): zeros at the beginning.
+
+        Returns:
+            The filtered signals, (N, k), and the state after them, (2, k).
+        """
+        from scipy.linalg.lapack import dtbtrs
+
+        driven = self.b0 * signals
+        driven[1:] += self.b1 * signals[:-1]
+        driven[2:] += self.b2 * signals[:-2]
+        driven[:2] += state[: len(driven)]
+        band = np.empty((3, len(signals)), order="F")
+        band[:] = [[1.0], [self.a1], [self.a2]]
+        result = dtbtrs(band, np.asfortranarray(driven), uplo="L", diag="U", overwrite_b=True)[0]
+        ahead = self.b2 * signals[-1] - self.a2 * result[-1]
+        older = self.b2 * signals[-2] - self.a2 * result[-2] if len(result) > 1 else state[1]
+        return result, np.array([self.b1 * signals[-1] - self.a1 * result[-1] + older, ahead])
+
+
+def butterworth(order: int, cutoff: float) -> tuple[Section, ...]:
+    """Sections of a Butterworth low-pass, the most resonant last (bilinear transform of its poles, prewarped).
+
+    Args:
+        order: an even number.
+        cutoff: share of the Nyquist frequency.
+    """
+    k = np.tan(0.5 * np.pi * cutoff)
+    sections = []
+    for pair in reversed(range(order // 2)):
+        damping = 2.0 * np.sin(0.5 * np.pi * (2 * pair + 1) / order)
+        norm = 1.0 + damping * k + k**2
+        gain = k**2 / norm
+        sections.append(
+            Section(gain, 2.0 * gain, gain, 2.0 * (k**2 - 1.0) / norm, (1.0 - damping * k + k**2) / norm)
+        )
+    return tuple(sections)
+
+
+def filtered(sections: Sequence[Section], signals: Array, states: Sequence[Array]) -> tuple[Array, list[Array]]:
+    """Filter signals (N, k) by one section after the other, from states (2, k); gives the states after them too."""
+    after = []
+    for section, state in zip(sections, states, strict=True):
+        signals, last = section.filtered(signals, state)
+        after.append(last)
+    return signals, after

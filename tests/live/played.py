@@ -1,0 +1,48 @@
+"""A controller that is played in a process of its own."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+class Played:
+    """A player's process: its ports, and what it tells."""
+
+    def __init__(self, **asked: Any) -> None:
+        command = [sys.executable, "-S", str(Path(__file__).with_name("player.py")), json.dumps(asked)]
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.port, self.script_port = self.next()["ports"]
+
+    def next(self) -> dict[str, Any]:
+        """What it tells next; waits for it."""
+        assert self._process.stdout is not None
+        told: dict[str, Any] = json.loads(self._process.stdout.readline())
+        return told
+
+    def events(self) -> list[dict[str, Any]]:
+        """All that it has told; ends it."""
+        out, _ = self._process.communicate(timeout=10)
+        return [json.loads(line) for line in out.splitlines()]
+
+    def close(self) -> None:
+        if self._process.poll() is None:
+            self._process.communicate(timeout=10)
+
+    @property
+    def address(self) -> list[str]:
+        """Options that lead to it."""
+        return ["--host", "127.0.0.1", "--port", str(self.port)]
+
+
+@contextmanager
+def playing(**asked: Any) -> Iterator[Played]:
+    """A player within a block."""
+    player = Played(**asked)
+    try:
+        yield player
+    finally:
+        player.close()
