@@ -34,6 +34,15 @@ settings.load_profile("repeatable")
 Bodies = list[InertialParameters]
 
 
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of real recordings."""
+    folder = os.environ.get("DYNIDENT_DATA")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
+    return Path(folder)
+
+
 def _turn(alpha: float = 0.0, d: float = 0.0, theta: float = 0.0, r: float = 0.0) -> Joint:
     return Joint("revolute", radians(alpha), d, radians(theta), r)
 

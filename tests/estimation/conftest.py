@@ -1,8 +1,6 @@
 """Simulated and real recordings for the tests of estimation."""
 
-import os
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,12 +61,3 @@ def exact_pair(
         return simulator.measure(motion), simulator.measure(motion, payload)
 
     return pair
-
-
-@pytest.fixture(scope="session")
-def recordings() -> Path:
-    """Folder of real recordings."""
-    folder = os.environ.get("DYNIDENT_DATA")
-    if not folder or not Path(folder).is_dir():
-        pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
-    return Path(folder)
