@@ -1,9 +1,16 @@
-"""Recordings that contradict every robot: what is said, and that a bound of the mass leads to a file."""
+"""Recordings that contradict every robot: what is said, and that a bound of the mass leads to a file.
+
+Whether the solver ends cleanly on them hangs on rounding, so its failure is put in where it is asked about.
+"""
 
 import os
 from pathlib import Path
+from typing import NoReturn
 
+import numpy as np
 import pytest
+from dynident.estimation import SolverError, possible
+from dynident.estimation.possible.cone import ConeProgram
 
 from .runs import Run, document
 
@@ -22,13 +29,23 @@ def gen3() -> tuple[str, ...]:
     return ("--robot", str(where / "gen3.urdf"), "--data", str(where / "gen3_opti1.csv.gz"))
 
 
-def test_without_a_bound_the_note_says_what_to_do(run: Run, gen3: tuple[str, ...]) -> None:
+def fails(*_: object) -> NoReturn:
+    """Ends as the solver does where no finite robot is nearest."""
+    raise SolverError("AlmostSolved", ConeProgram(*np.zeros((5, 1, 1))))
+
+
+def test_without_a_bound_the_note_says_what_to_do(
+    run: Run, gen3: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(possible, "solve_constrained_prior", fails)
     _, _, errors = run("identify", *gen3, "--prior-mass", "7")
-    (line,) = [text for text in errors.splitlines() if "no robot that can exist is given" in text]
-    assert "--total-mass 0 KG" in line
+    (line,) = [text for text in errors.split("dynident: note: ") if "no robot that can exist is given" in text]
+    assert "--total-mass 0 KG" in " ".join(line.split())
 
 
-def test_a_bound_of_the_mass_leads_to_a_file(run: Run, gen3: tuple[str, ...], tmp_path: Path) -> None:
+def test_a_bound_of_the_mass_leads_to_a_file(
+    run: Run, gen3: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stored, out = tmp_path / "robot.json", tmp_path / "arm.xml"
     run("identify", *gen3, "--prior-mass", "7", "--total-mass", "0", f"{HIGH:g}", "--json", str(stored))
     values = {entry["name"]: entry["value"] for entry in document(stored)["constrained"]["parameters"]}
@@ -39,5 +56,9 @@ def test_a_bound_of_the_mass_leads_to_a_file(run: Run, gen3: tuple[str, ...], tm
     assert not out.exists()
     status, text, errors = run(*written, "--despite-verdict")
     assert status == 0, errors
-    assert "the data allow of the masses is not known" in text
+    assert "the data allow" in " ".join(text.split())
+    monkeypatch.setattr("dynident.estimation.answers.whole_robot.mass_ranges", fails)
+    status, text, errors = run(*written, "--despite-verdict")
+    assert status == 0, errors
+    assert "the data allow of the masses is not known" in " ".join(text.split())
     assert out.exists()
