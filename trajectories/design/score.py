@@ -57,6 +57,10 @@ class Score:
     problem: DesignProblem
     samples: Samples
 
+    def judged_by(self, problem: DesignProblem) -> "Score":
+        """The motion by other limits."""
+        return score_samples(problem, self.samples)
+
     @property
     def duration(self) -> float:
         """Duration of the motion [s]."""
