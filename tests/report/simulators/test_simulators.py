@@ -147,14 +147,14 @@ def limits(robot: Robot, j: int) -> dict[str, float]:
 def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
     for name, form in FORMATS.items():
         told = " ".join(form.head(whole))
-        assert ("No place for the spring on joint2" in told) == (name != "mjcf")
+        assert ("No place for the spring on joint_2" in told) == (name != "mjcf")
         assert ("No place for the drive that turns with the sum of joint5 and joint6" in told) == (name != "mjcf")
         assert ("No place for offset" in told) == (name != "mjcf")
         assert ("No place for limits of acceleration" in told) == (name in ("mjcf", "usd"))
         assert ("No place for limits of speed" in told) == (name == "mjcf")
     table = replace(whole.robot.drives, spring=Spring(2, table=((-2.0, 1.0), (2.0, 3.0))))
     tabled = replace(whole, robot=replace(whole.robot, drives=table))
-    assert "No place for the spring on joint2 (a table)" in " ".join(FORMATS["mjcf"].head(tabled))
+    assert "No place for the spring on joint_2 (a table)" in " ".join(FORMATS["mjcf"].head(tabled))
     assert "<spatial" not in FORMATS["mjcf"].text(tabled)
     printed = replace(whole, robot=whole.robot.with_coulomb("paper"))
     assert "as the paper prints it: it is left out" in " ".join(FORMATS["mjcf"].head(printed))
@@ -188,13 +188,13 @@ def test_marks_survive_a_round_trip(whole: WholeRobot, tmp_path: Path) -> None:
     again = mujoco.MjModel.from_xml_string(spec.to_xml())
     texts = {mujoco.mj_id2name(again, mujoco.mjtObj.mjOBJ_TEXT, k) for k in range(again.ntext)}
     assert texts == set(marks(whole))
-    assert "dynident:joint3:armature" in texts
+    assert "dynident:joint_3:armature" in texts
     path = tmp_path / "a.usda"
     path.write_text(FORMATS["usd"].text(whole), encoding="utf-8")
     stage = pxr.Stage.Open(str(path))
     stage.Export(str(tmp_path / "b.usda"))
     again = pxr.Stage.Open(str(tmp_path / "b.usda"))
-    told = again.GetPrimAtPath("/rx90/joints/joint3").GetCustomDataByKey("dynident")["armature"]
+    told = again.GetPrimAtPath("/rx90/joints/joint_3").GetCustomDataByKey("dynident")["armature"]
     assert (told["mark"], told["value"]) == ("prior", whole.apart[2]["armature"].value)
 
 
