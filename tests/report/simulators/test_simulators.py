@@ -148,7 +148,7 @@ def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
     for name, form in FORMATS.items():
         told = " ".join(form.head(whole))
         assert ("No place for the spring on joint_2" in told) == (name != "mjcf")
-        assert ("No place for the drive that turns with the sum of joint5 and joint6" in told) == (name != "mjcf")
+        assert ("No place for the drive that turns with the sum of joint_5 and joint_6" in told) == (name != "mjcf")
         assert ("No place for offset" in told) == (name != "mjcf")
         assert ("No place for limits of acceleration" in told) == (name in ("mjcf", "usd"))
         assert ("No place for limits of speed" in told) == (name == "mjcf")
