@@ -68,7 +68,8 @@ def test_visibility_and_sigma_before_any_motion(tmp_path: Path, capsys: pytest.C
     assert document["visibility"]["rank"] == 10
     assert document["predicted_sigma"]["mass"] < 0.13
     assert max(document["predicted_sigma"]["com"]) < 8.4e-3
-    assert document["limits"] == {"max_violation": 0.0, "torque_checked": True}
+    assert (document["limits"]["max_violation"], document["limits"]["torque_checked"]) == (0.0, True)
+    assert all(limit["room"] >= 0.0 for limit in document["limits"]["nearest"])
     assert "Assumed, not published: torque limits" in text
     robot = load_robot("rx90")
     fast, slow = (read_trajectory(tmp_path / f"motion{end}.csv", robot) for end in ("", "_rehearsal"))
