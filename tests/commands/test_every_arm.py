@@ -48,7 +48,9 @@ def half_the_rating(robot: Robot) -> str:
     return f"mass = {mass:g}\ncom = [0.02, -0.02, 0.08]\ninertia_com = [{moments}]\n"
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long) if name == "ur10e" else name for name in robot_names()]
+)
 def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Shown, weighed near a pose, moved, simulated, checked, identified, written for a controller."""
     arm = Arm(name, tmp_path, runner(capsys))

@@ -305,8 +305,6 @@ LIGHT = (
     "robot urdf",
     "check",
     "robot check",
-    "identify",
-    "gains",
 )
 
 

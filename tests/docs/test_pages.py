@@ -10,7 +10,10 @@ from dynident.tests.selection import cases
 
 PAGES = pages()
 NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
-LONG = {"README", "currents", "design", "known-mass", "wall-mounted", "weigh"}
+LONG = {
+    *("README", "currents", "cut-off", "design", "fleet", "known-mass", "passport", "rollout", "unknown-payload"),
+    *("wall-mounted", "weigh"),
+}
 """Pages whose commands take longest."""
 NEEDS = {"mujoco": "mujoco", "isaac": "pxr", "drake": "pydrake"}
 """Packages that the programs of a page import."""

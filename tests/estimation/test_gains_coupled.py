@@ -62,7 +62,12 @@ def currents(wander: Callable[..., Motion]) -> Currents:
 
 
 @pytest.mark.parametrize(
-    ("name", "spring"), [("rx90", "none"), ("rx90", "stiff"), ("rx90", "ideal"), ("tx40", "none")]
+    ("name", "spring"),
+    [
+        ("rx90", "none"),
+        *(pytest.param("rx90", spring, marks=pytest.mark.long) for spring in ("stiff", "ideal")),
+        ("tx40", "none"),
+    ],
 )
 def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: str) -> None:
     """One gain per motor, all of them known to 1 %; two draws of noise."""

@@ -88,6 +88,7 @@ def test_a_mistake_is_named_and_not_used(name: str, mistake: str) -> None:
     assert words in why
 
 
+@pytest.mark.long
 def test_contact_is_not_used() -> None:
     bare, heavy, mass = made.pair("ur10e", 1)
     level, why = made.said("ur10e", bare, made.struck(heavy), mass)
@@ -107,6 +108,7 @@ def test_a_joint_that_does_not_move_is_named(joint: int) -> None:
     assert f"joint {joint} never moves" in why
 
 
+@pytest.mark.long
 def test_one_weights_mass_is_taken_on_trust() -> None:
     """10 % on the mass are 10 % on every gain, and no more residual: nothing but the scale knows it."""
     bare, heavy, mass = made.pair("irb120", 1)
@@ -129,6 +131,7 @@ def several(masses: tuple[float, ...], told: tuple[float, ...], mounting: tuple[
     return identify_gains(problem, loads)
 
 
+@pytest.mark.long
 def test_two_weights_tell_a_mass_that_is_wrong() -> None:
     right = several((2.0, 1.0), (2.0, 1.0), (1, 2))
     assert right.verdict.level == expected(right), right.verdict.reasons
@@ -137,6 +140,7 @@ def test_two_weights_tell_a_mass_that_is_wrong() -> None:
     assert any("the weights do not go together" in reason for reason in wrong.verdict.reasons)
 
 
+@pytest.mark.long
 def test_a_weight_mounted_anew_has_a_centre_of_mass_for_each_mounting() -> None:
     gains = several((2.0, 2.0), (2.0, 2.0), (4, 2))
     first, second = gains.payloads

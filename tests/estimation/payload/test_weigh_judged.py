@@ -42,6 +42,7 @@ def test_swapped_recordings_are_not_used(record: Record, simulator: Simulator) -
     assert any("negative" in reason for reason in answer.verdict.reasons)
 
 
+@pytest.mark.long
 def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
     """20 seeds; the benchmark has 100 of each case."""
     held, places = 0, np.zeros(3)
