@@ -177,7 +177,9 @@ class Asked(NamedTuple):
     inflation: float = 1.0
 
     def of(self, *places: int, beside: tuple[int, ...] = ()) -> Answer:
-        """Some of the columns, others free beside them."""
+        """Some of the columns, others free beside them as far as these are more than rounding."""
+        squares = np.diag(self.whole)
+        beside = tuple(k for k in beside if squares[k] > _RANK * squares[list(places)].max())
         every, k = [*places, *beside], len(places)
         inverse = _inverse(self.whole[np.ix_(every, every)])
         values = (inverse @ self.whole[every, -1])[:k]

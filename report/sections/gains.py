@@ -66,7 +66,9 @@ def gains_page(gains: DriveGains, provenance: Provenance) -> Page:
 
 def _weights(gains: DriveGains) -> list[Section]:
     """The weight as each joint sees it by these gains, mounting by mounting."""
-    sections = []
+    sections: list[Section] = []
+    if not gains.by_joints:  # recordings of which none was looked at joint by joint
+        return sections
     for name, load, seen in zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True):
         drawn = joints_figure(seen, load.mass, (load.mass, load.mass))
         section = joints_section(seen, [replace(drawn, name=f"{drawn.name}_{name}")] if drawn else ())

@@ -93,7 +93,9 @@ def stored_energy(robot: Robot, payload: InertialParameters, q: Array, qd: Array
     A, chi = mass_matrix(robot), [values[name] for name in standard_columns(robot)]
     energy = np.array([0.5 * speed @ np.array(A(place, chi)) @ speed for place, speed in zip(q, qd, strict=True)])
     for link in range(1, robot.n + 1):
-        part = replace(robot, joints=robot.joints[:link], drives=replace(robot.drives, coupling=None))
+        part = replace(
+            robot, joints=robot.joints[:link], joint_names=(), drives=replace(robot.drives, coupling=None)
+        )
         frame = forward_kinematics(part)
         moment = np.array([values[f"M{axis}{link}"] for axis in "XYZ"])
         for k, place in enumerate(q):
