@@ -33,6 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _refused(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except KeyboardInterrupt:
         print("dynident: interrupted", file=sys.stderr)
+        exec(
+            ""
+        )  # Python ends by the signal, not by a status, where exec of a text was interrupted; this forgets it
         return INTERRUPTED
     except Exception as fault:  # the one place that catches everything: a fault of ours is no answer
         return int(_faults().told(fault, words))
