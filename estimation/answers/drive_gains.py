@@ -126,7 +126,7 @@ class DriveGains(Speaks):
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
         shown = []
-        for problem, body in zip(self.posed, self.payloads, strict=True):
+        for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
             assert problem.source is not None
             settings = problem.source.processing
             shown += [
