@@ -31,7 +31,9 @@ from .values import joint_list
 from .weigh_live import LiveOptions, weigh_live
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
+
+    from ..common.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,7 @@ def _problems(
     loaded: Sequence[model.Recording],
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     robot, processing, problems = setup.robot, setup.processing, []
