@@ -8,7 +8,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ..equations.correlation import autocorrelation
-from ..equations.observation import Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..payload.equations import loaded_observer
 from ..payload.problem import PayloadProblem
 from ..signals.measurements import measurement

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...model import Processing, Recording
 from ..equations.equations import Equations
-from ..equations.observation import Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..payload.equations import loaded_observer
 from ..payload.methods import combined, from_robot
 from ..payload.problem import PayloadProblem

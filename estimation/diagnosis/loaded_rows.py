@@ -12,7 +12,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model.names import parameter_kind
-from ..equations.equations import PAYLOAD, Equations, WithoutEach
+from ..equations.equations import PAYLOAD, Equations
+from ..equations.leave_one_out import WithoutEach
 from ..fit.robust import jackknifed
 from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem

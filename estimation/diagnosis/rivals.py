@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...model import INERTIAL, Robot, load_robot, robot_names
 from ...model.many_states import own_columns, regressor_at
 from ..signals.rows import Mask
-from .misfit import Reading
+from .reading import Reading
 from .states import BLOCKS, Places, States
 
 _FAR = -0.5  # fall of chi2 by those: such a robot is not looked at closer

@@ -18,8 +18,10 @@ from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot
 from ..payload.problem import Source
 from .finding import Finding
-from .misfit import Model, Reading, Sample, compiled
+from .misfit import Model, compiled
 from .poses import quick_residual
+from .reading import Reading
+from .sample import Sample
 from .suspects import FAMILIES, Suspect
 
 CONVINCING = 0.8

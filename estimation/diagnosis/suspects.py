@@ -12,7 +12,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Coupling, Robot, load_robot, robot_names
-from .misfit import Model, Reading
+from .misfit import Model
+from .reading import Reading
 
 _LONGEST = 0.5  # s
 _STEP = 0.01  # s

@@ -19,7 +19,7 @@ from ...model.many_states import own_columns, regressor_at
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns
 from ..equations.equations import PAYLOAD
-from ..fit.linear_problem import Prior
+from ..fit.roles import Prior
 from ..payload.problem import PayloadProblem
 from ..payload.result import frame_change
 from ..signals.rows import Mask

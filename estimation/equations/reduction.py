@@ -14,7 +14,8 @@ from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
-from .observation import Block, Observation, Observer, Pieces
+from .observation import Observation
+from .observer import Block, Observer, Pieces
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache

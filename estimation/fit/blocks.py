@@ -10,7 +10,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time, inflation
-from ..equations.equations import Equations, WithoutEach, merged
+from ..equations.equations import Equations, merged
+from ..equations.leave_one_out import WithoutEach
 from ..equations.observation import Observation
 from ..equations.reduction import Recorded, Residuals, reduced
 from .least_squares import joint_weights

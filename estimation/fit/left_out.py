@@ -13,7 +13,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ..equations.equations import Equations, WithoutEach
+from ..equations.equations import Equations
+from ..equations.leave_one_out import WithoutEach
 from .least_squares import checked
 
 _HELD = 1e-6

@@ -17,12 +17,14 @@ from ...common.linear import decomposed, least_squares
 from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
+from ..equations.anchors import Anchor
 from ..equations.correlation import inflation
-from ..equations.equations import PAYLOAD, Anchor, Equations, merged
-from ..equations.observation import Observation, Observer
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Held, Known
+from ..fit.roles import Held, Known
 from ..signals.rows import Mask
 
 FREE = "free "

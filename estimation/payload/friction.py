@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from ...model.names import parameter_kind
 from ..equations.equations import Equations
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held
+from ..fit.roles import Held
 
 FRICTION_CHANGE = 0.10
 """Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.

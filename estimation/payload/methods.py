@@ -14,8 +14,9 @@ from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.linear_problem import LinearProblem
 from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
+from ..fit.roles import Held, Known
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change

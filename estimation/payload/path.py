@@ -15,10 +15,12 @@ from ...common.arrays import Array
 from ...model import BaseParameters, Motion, Robot
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
+from ..equations.equation_code import PATH
 from ..equations.equations import Equations
-from ..equations.observation import PATH, Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..equations.shared_torque import known_spring
-from ..fit.linear_problem import Known
+from ..fit.roles import Known
 
 _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""

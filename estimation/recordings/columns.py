@@ -160,15 +160,18 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     )
     if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
         notes = [*_check_layout(naming), *notes]
-    twice = repeated([name for name in raw.names if name in chosen.all])
-    if twice:
+    if twice := repeated([name for name in raw.names if name in chosen.all]):
         raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
     check_missing(raw, chosen.all)
+    return chosen._replace(notes=(*notes, *_ignored(raw, log_map, chosen)))
+
+
+def _ignored(raw: RawLog, log_map: LogMap, chosen: Columns) -> Iterator[str]:
+    """What to tell of columns that are neither chosen nor a pose's."""
     pose = log_map.pose or standard_pose(raw.names)
-    ignored = [name for name in raw.names if name not in (*chosen.all, *(pose.all if pose else ()))]
-    if ignored:
-        notes.append(f"columns not used: {_listed(ignored)}")
-    return chosen._replace(notes=tuple(notes))
+    used = (*chosen.all, *(pose.all if pose else ()))
+    if ignored := [name for name in raw.names if name not in used]:
+        yield f"columns not used: {_listed(ignored)}"
 
 
 def _check_layout(naming: Naming) -> list[str]:

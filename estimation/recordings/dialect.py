@@ -145,15 +145,30 @@ def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
 
 def _delimiter(path: Path, header: str, below: Sequence[str]) -> str | None:
     """What cuts header and rows into equally many cells, the most of them; where none does, the header alone."""
-    usual = "\t" if ".tsv" in path.suffixes else ","
-    counts: dict[str | None, list[int]] = {}
-    rows = [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
-    for delimiter in (usual, *(other for other in _NAMES if other != usual)):
-        dialect = Dialect(delimiter=delimiter)
-        counts[delimiter] = [len(dialect.cells(line.strip().rstrip(delimiter))) for line in (header, *rows)]
-    alike = [delimiter for delimiter, found in counts.items() if found[0] > 1 and len(set(found)) == 1]
-    named = [delimiter for delimiter, found in counts.items() if found[0] > 1 and delimiter is not None]
+    usual = _usual_delimiter(path)
+    lines = (header, *_first_rows(below))
+    # Of delimiters that do as well as each other the first counts: the usual one.
+    counts = {delimiter: _cell_counts(delimiter, lines) for delimiter in dict.fromkeys((usual, *_NAMES))}
+    several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
+    alike = [delimiter for delimiter, cells in several.items() if len(set(cells)) == 1]
+    named = [delimiter for delimiter in several if delimiter is not None]
     return max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
+
+
+def _usual_delimiter(path: Path) -> str:
+    """What separates cells in files of this ending."""
+    return "\t" if ".tsv" in path.suffixes else ","
+
+
+def _first_rows(below: Sequence[str]) -> list[str]:
+    """The first three rows of cells."""
+    return [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
+
+
+def _cell_counts(delimiter: str | None, lines: Sequence[str]) -> list[int]:
+    """Into how many cells a delimiter cuts each line."""
+    dialect = Dialect(delimiter=delimiter)
+    return [len(dialect.cells(line.strip().rstrip(delimiter))) for line in lines]
 
 
 def _decimal(dialect: Dialect, below: Sequence[str]) -> str:
@@ -187,8 +202,7 @@ def _is_units(dialect: Dialect, line: str) -> bool:
 
 def _told(path: Path, layout: Layout, dialect: Dialect, remarks: bool, said: bool) -> Iterator[str]:
     """What was found out and is not what a file of this ending usually is."""
-    usual = "\t" if ".tsv" in path.suffixes else ","
-    if not layout.delimiter and (dialect.delimiter != usual or said):
+    if not layout.delimiter and (dialect.delimiter != _usual_delimiter(path) or said):
         yield f"cells separated by {_NAMES.get(dialect.delimiter, repr(dialect.delimiter))}"
     if not layout.decimal and dialect.decimal == ",":
         yield "decimal commas"

@@ -11,7 +11,7 @@ from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.base import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
-from ..equations.observation import Observer, used_pieces
+from ..equations.observer import Observer, used_pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..recordings.plausibility import check_recordings, still_joints
