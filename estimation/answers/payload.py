@@ -67,7 +67,7 @@ def answer_payload(
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
             torques nor a scale show the mass.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
-            recordings is told with it.
+            recordings is named with it.
     """
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, free_friction, scale)

@@ -146,9 +146,9 @@ def _prediction(
     held_out: bool,
 ) -> TorquePrediction:
     """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
-    kept = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
+    columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
     t, measured, *made = (
-        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*kept, strict=True)
+        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
     )
     predicted = tuple(Curve(label, torques) for (label, _), torques in zip(curves, made, strict=True))
     return TorquePrediction(source, loaded, held_out, t, measured, predicted)

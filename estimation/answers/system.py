@@ -92,7 +92,10 @@ def payload_system(
     robot, base, columns = problem.robot, problem.base, problem.loaded.columns
     observer = loaded_observer(robot, base)
     observations = [
-        *(_widened(one, columns) for one in _observed(observer.only(base.columns), unloaded, processing)),
+        *(
+            _widened(observation, columns)
+            for observation in _observed(observer.only(base.columns), unloaded, processing)
+        ),
         *_observed(observer, loaded, processing),
     ]
     flags = [False] * len(unloaded) + [True] * len(loaded)

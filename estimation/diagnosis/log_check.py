@@ -69,8 +69,8 @@ class LogCheck(Speaks):
     def headline(self) -> str:
         """The robot, the log, and what was found in a line."""
         counts = [sum(finding.severity == kind for finding in self.findings) for kind in ("error", "warning")]
-        found = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
-        return f"{self.robot.name}, {self.recording.source}, {found}"
+        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
+        return f"{self.robot.name}, {self.recording.source}, {summary}"
 
     @property
     def usable(self) -> bool:
@@ -149,8 +149,8 @@ def _of_robot(robot: Robot, recording: Recording, processing: Processing, estima
 def _plausibility(robot: Robot, recording: Recording, currents: bool) -> list[Finding]:
     """What would refuse the recording in any command."""
     # The size of a current says nothing; a usual gain makes it a torque of about the right size.
-    shown = replace(recording, torque=10.0 * recording.torque) if currents else recording
-    return [error(text, "recording") for text in islice(implausible(robot, shown), 1)]
+    scaled = replace(recording, torque=10.0 * recording.torque) if currents else recording
+    return [error(text, "recording") for text in islice(implausible(robot, scaled), 1)]
 
 
 def _time_findings(time: TimeFacts) -> list[Finding]:

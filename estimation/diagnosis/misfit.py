@@ -58,8 +58,8 @@ class Model:
         rows = rows[:, there] / norms[there]
         # A Gram matrix is accurate enough to compare misfits, and fast.
         squares, V = np.linalg.eigh(rows.T @ rows)
-        kept = squares > _RANK**2 * squares.max(initial=0.0)
-        return Model(robot, sample, known, scale, rows @ (V[:, kept] / np.sqrt(squares[kept])), apart)
+        significant = squares > _RANK**2 * squares.max(initial=0.0)
+        return Model(robot, sample, known, scale, rows @ (V[:, significant] / np.sqrt(squares[significant])), apart)
 
     def beside(self, robot: Robot, sample: Sample) -> "Model":
         """Another robot or reading of the recording, seen as this one is."""

@@ -24,7 +24,7 @@ _GAIN = 0.15  # logarithm: a gain that is wrong by less is not worth a word
 
 
 class Suspect(NamedTuple):
-    """What may be wrong, in words, and the misfit that is left when it is undone."""
+    """What may be wrong, in words, and the misfit that remains once it is corrected."""
 
     words: str
     misfit: float
@@ -233,4 +233,4 @@ FAMILIES: tuple[Callable[[Model], Iterator[Suspect]], ...] = (
     frozen,
     lengths,
 )
-"""The likelier ones first: where two explain the same, the first is told."""
+"""The likelier ones first: where two explain the same, the first is reported."""

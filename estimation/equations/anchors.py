@@ -22,7 +22,7 @@ class Anchor(NamedTuple):
 
 
 def anchored(
-    kept: Array, off: Array, place: int, gone: Sequence[str], anchors: Sequence[Anchor], joint: int
+    remaining: Array, eliminated: Array, place: int, gone: Sequence[str], anchors: Sequence[Anchor], joint: int
 ) -> tuple[Array, Array]:
     """Rows of one joint with columns for the anchors' levels, and its anchors' equations below.
 
@@ -34,12 +34,12 @@ def anchored(
         anchors: of all joints; each has a level.
         joint: whose rows they are, from 0.
     """
-    kept = np.insert(kept, [place] * len(anchors), 0.0, axis=1)
+    remaining = np.insert(remaining, [place] * len(anchors), 0.0, axis=1)
     for k, anchor in enumerate(anchors):
         if anchor.joint == joint:
             # stiffness (parameter - level) = 0, one more row.
-            level, parameter = np.zeros((1, kept.shape[1])), np.zeros((1, off.shape[1]))
+            level, parameter = np.zeros((1, remaining.shape[1])), np.zeros((1, eliminated.shape[1]))
             level[0, place + k] = -anchor.stiffness
             parameter[0, list(gone).index(anchor.column)] = anchor.stiffness
-            kept, off = np.vstack([kept, level]), np.vstack([off, parameter])
-    return kept, off
+            remaining, eliminated = np.vstack([remaining, level]), np.vstack([eliminated, parameter])
+    return remaining, eliminated

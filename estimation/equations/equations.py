@@ -136,9 +136,9 @@ class Equations:
         factors, taken, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
             others = beside(self.shared, j, len(factor))
-            kept, off = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
-            kept, off = anchored(kept, off, len(rest), columns, anchors, j)
-            left, others = compressed(without(kept, off), others.shape[1])
+            remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
+            remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
+            left, others = compressed(without(remaining, eliminated), others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
             taken.append(rank(factor[:, gone]))

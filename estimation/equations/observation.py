@@ -37,7 +37,7 @@ class Observation:
             tuple(array[part] for array, part in zip(arrays, ends, strict=True))
             for arrays in (self.W, self.Y, self.t)
         )
-        shared = tuple(one._replace(torque=one.torque[ends[one.joint]]) for one in self.shared)
+        shared = tuple(torque._replace(torque=torque.torque[ends[torque.joint]]) for torque in self.shared)
         return replace(self, W=W, Y=Y, t=t, shared=shared)
 
     def followed_by(self, others: "Sequence[Observation]") -> "Observation":
@@ -47,10 +47,10 @@ class Observation:
             tuple(map(np.concatenate, zip(*parts, strict=True)))
             for parts in ([o.W for o in every], [o.t for o in every])
         )
-        Y = tuple(map(np.concatenate, zip(*(one.Y for one in every), strict=True)))
+        Y = tuple(map(np.concatenate, zip(*(observation.Y for observation in every), strict=True)))
         shared = tuple(
-            alike[0]._replace(torque=np.concatenate([one.torque for one in alike]))
-            for alike in zip(*(one.shared for one in every), strict=True)
+            alike[0]._replace(torque=np.concatenate([torque.torque for torque in alike]))
+            for alike in zip(*(observation.shared for observation in every), strict=True)
         )
         return replace(self, W=W, Y=Y, t=t, shared=shared)
 

@@ -146,7 +146,7 @@ class Observer:
         waiting: list[Block] = []
         for block in self.blocks(data, processing, partner):
             waiting.append(block)
-            if sum(len(one.t) for one in waiting) >= _PIECE:
+            if sum(len(part.t) for part in waiting) >= _PIECE:
                 yield self._held(waiting, processing.thinning(data.motion.rate))
                 waiting = []
         if waiting:
@@ -156,12 +156,12 @@ class Observer:
         """Equations of blocks, those of each joint in all columns."""
         W, Y, t, shared = [], [], [], list[SharedTorque]()
         for j, (own, touched) in enumerate(zip(self.rows, self.touched, strict=True)):
-            kept = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
-            dense = np.zeros((kept.shape[1], self.distinct))
-            dense[:, touched] = kept[: len(touched)].T
+            rows = np.concatenate([block.equations[own][:, block.keep[j]] for block in blocks], axis=1)
+            dense = np.zeros((rows.shape[1], self.distinct))
+            dense[:, touched] = rows[: len(touched)].T
             W.append(dense[:, self.place])
-            Y.append(kept[len(touched)])
-            others = kept[len(touched) + 1 :]
+            Y.append(rows[len(touched)])
+            others = rows[len(touched) + 1 :]
             shared += [SharedTorque(j, motor, part) for motor, part in zip(self.motors[j], others, strict=True)]
             t.append(np.concatenate([block.t[block.keep[j]] for block in blocks]))
         return Observation(self.columns, tuple(W), tuple(Y), tuple(t), noise_bandwidth(decimate), tuple(shared))

@@ -139,7 +139,9 @@ def _memory(group: Sequence[Residuals]) -> float:
     times = [t for recording in group for t in recording.t if len(t) > 1]
     step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
     joints = range(len(group[0].t))
-    return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
+    return max(
+        autocorrelation_time([(recording.t[j], recording.errors[j]) for recording in group], step) for j in joints
+    )
 
 
 def _shortest(factor: Array) -> Array:

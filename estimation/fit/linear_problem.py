@@ -41,8 +41,8 @@ class LinearProblem:
         known: parameters known from elsewhere, group by group.
         held: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
-        shown: equations in the same columns whose torques the fit is told of; all by default.
-        alone: tell the fit of the wanted parameters' own torque, all others' taken off.
+        shown: equations in the same columns on whose torques the fit is judged; all by default.
+        alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
     """
 
     equations: Equations
@@ -173,8 +173,8 @@ class LinearProblem:
     @cached_property
     def _pulls(self) -> _Pulls:
         columns, c = self.unknown.columns, len(self.unknown.columns)
-        rows = [held.weight * np.eye(1, c, columns.index(name)) for name, held in self.held.items()]
-        levels, inflation = np.zeros(len(rows)), [held.inflation for held in self.held.values()]
+        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.held.items()]
+        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.held.values()]
         if self.prior is not None:
             root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
             wide[:, [columns.index(name) for name in self.prior.names]] = root
@@ -212,11 +212,11 @@ class LinearProblem:
         value = dict(zip(self.unknown.columns, values.tolist(), strict=True))
         for group in self.known:
             value |= zip(group.names, group.values.tolist(), strict=True)
-        shown = self.shown or self.equations
+        equations = self.shown or self.equations
         if self.alone:
-            others = [name for name in shown.columns if name not in self.wanted]
-            shown = shown.minus(others, np.array([value[name] for name in others]))
-        return fit(shown, np.array([value[name] for name in shown.columns]))
+            others = [name for name in equations.columns if name not in self.wanted]
+            equations = equations.minus(others, np.array([value[name] for name in others]))
+        return fit(equations, np.array([value[name] for name in equations.columns]))
 
     def _gain_sensitivity(self, weights: Array) -> Array | None:
         taken = []

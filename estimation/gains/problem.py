@@ -247,8 +247,8 @@ def _in_currents(problem: Equations, K: Array) -> Equations:
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Right-hand sides of joint j times ``ratio[j]``."""
     factors = [
-        factor * np.append(np.ones(factor.shape[1] - 1), one)
-        for factor, one in zip(equations.factors, ratio, strict=True)
+        factor * np.append(np.ones(factor.shape[1] - 1), joint_ratio)
+        for factor, joint_ratio in zip(equations.factors, ratio, strict=True)
     ]
     cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
     return replace(equations, factors=tuple(factors), leave_one_out=cut)

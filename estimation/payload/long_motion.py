@@ -91,7 +91,7 @@ def _check(
     unloaded: Sequence[Recording],
     processing: Processing,
 ) -> None:
-    """Refuse recordings from which no payload can be told.
+    """Refuse recordings from which no payload can be identified.
 
     Raises:
         InputError: says of which recording what is wrong.
@@ -119,11 +119,11 @@ def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
     """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
     if not sigma > 0.0:
         return problem
-    held = Held(sigma, max(problem.inflation, default=1.0))
+    role = Held(sigma, max(problem.inflation, default=1.0))
     reason = (
         "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
     )
-    scale = loaded_scale(problem.loaded, problem.robot_known, held)
+    scale = loaded_scale(problem.loaded, problem.robot_known, role)
     return replace(problem, scale=scale, without_difference=reason)
 
 

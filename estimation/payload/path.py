@@ -41,8 +41,8 @@ def robot_of(unloaded: Equations) -> Array:
     scale = np.linalg.norm(W, axis=0)
     scale[scale == 0.0] = 1.0
     U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
-    seen = singular > _SMALL * singular.max(initial=0.0)
-    values = (V[seen].T @ ((U[:, seen].T @ Y) / singular[seen])) / scale
+    significant = singular > _SMALL * singular.max(initial=0.0)
+    values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
     return np.array(
         [
             0.0 if parameter_kind(name) in _FRICTION else value

@@ -169,13 +169,13 @@ class PayloadProblem:
         The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
         """
         assert self.known is not None
-        there = [one for one, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
+        factors = [factor for factor, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
         model, known = error_model(replace(self.known, gain_covariance=None)), self.known
         return Prior(
             known.names,
             known.values,
             model.covariance,
-            float(np.median(there)),
+            float(np.median(factors)),
             model.degrees_of_freedom,
             lambda: known.gain_sensitivity,
         )

@@ -78,10 +78,10 @@ def known_robot_weighing(
     alone = [less_robot(recording, known.values) for recording in observations]
     sigmas = friction_sigmas(known, friction_change)
     own = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
-    held = held_friction(alone, own)
+    friction = held_friction(alone, own)
     rms = rms_of_torque(still, masks)
     source, rate = Source(tuple(loaded), (), processing), measured[0].motion.rate
-    return weighing_problem(robot, base, runs, moving, held, rms, rate, known, source=source)
+    return weighing_problem(robot, base, runs, moving, friction, rms, rate, known, source=source)
 
 
 def weighing_problem(
@@ -89,7 +89,7 @@ def weighing_problem(
     base: BaseParameters,
     runs: Sequence[Run],
     moving: tuple[int, ...],
-    held: HeldFriction,
+    friction: HeldFriction,
     torque_rms: Array,
     rate: float | None,
     known: Estimate | None = None,
@@ -97,7 +97,7 @@ def weighing_problem(
     source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
-    equations = friction_free(runs, held)
+    equations = friction_free(runs, friction)
     factors = in_payload_frame(robot, equations).select(PAYLOAD).factors
     visibility = visibility_of(np.vstack(factors)[:, :-1], moving)
     return PayloadProblem(
@@ -109,8 +109,8 @@ def weighing_problem(
         pairs=pairs,
         rate=rate,
         source=source,
-        inflation=tuple(held.memory.tolist()),
-        short=ShortMotion(moving, tuple(runs), held, torque_rms, visibility),
+        inflation=tuple(friction.memory.tolist()),
+        short=ShortMotion(moving, tuple(runs), friction, torque_rms, visibility),
     )
 
 
@@ -174,14 +174,14 @@ def chosen_joints(
     measured: Sequence[Measurement], processing: Processing, joints: Sequence[int] | None, robot: Robot
 ) -> tuple[int, ...]:
     """The joints that move, or those asked for."""
-    found = moving_joints([data.motion for data in measured], processing.still_speed)
+    moving = moving_joints([data.motion for data in measured], processing.still_speed)
     if joints is None:
-        return found
-    idle = sorted(set(joints) - set(found))
+        return moving
+    idle = sorted(set(joints) - set(moving))
     if idle:
         raise InputError(
             f"joint {', '.join(map(str, idle))} of {robot.name} does not move in the recordings, or hardly; joint "
-            f"{', '.join(map(str, found))} does: correct --joints"
+            f"{', '.join(map(str, moving))} does: correct --joints"
         )
     return tuple(sorted(joints))
 

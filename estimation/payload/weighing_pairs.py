@@ -118,8 +118,8 @@ def _held_as(before: Motion, after: Motion, moving: Sequence[int]) -> Motion:
     No motion shows how the robot's torques change with a joint that is held; a guess would do more harm than good.
     """
     q = np.array(after.q)
-    held = [j for j in range(after.n) if j + 1 not in moving]
-    q[:, held] = before.q[:, held]
+    at_rest_places = [j for j in range(after.n) if j + 1 not in moving]
+    q[:, at_rest_places] = before.q[:, at_rest_places]
     return Motion(after.t, q, after.qd, after.qdd)
 
 

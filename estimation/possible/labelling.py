@@ -51,8 +51,8 @@ def whole_robot(
     for j, ((name, body), move) in enumerate(zip(bodies.items(), _into_link_frames(robot), strict=True), start=1):
         ten = [f"{kind}{j}" for kind in INERTIAL]
         values = _numbers(body)
-        found = labels.of(values, [dict(zip(ten, row, strict=True)) for row in _gradients(body) @ move])
-        numbers = dict(zip(BODY_NUMBERS, found, strict=False))
+        labelled = labels.of(values, [dict(zip(ten, row, strict=True)) for row in _gradients(body) @ move])
+        numbers = dict(zip(BODY_NUMBERS, labelled, strict=False))
         if masses is not None:
             numbers["mass"] = numbers["mass"]._replace(interval=masses.links[j - 1])
         own = [name for name in parameters if name == f"{parameter_kind(name)}{j}"]
@@ -79,8 +79,8 @@ class _Labels:
         if self._known is not None:
             base, errors = self._known
             self._moved = errors.values - base.value(values)
-        found = self.of(list(values.values()), [{name: 1.0} for name in values])
-        self.own = dict(zip(values, found, strict=True))
+        labelled = self.of(list(values.values()), [{name: 1.0} for name in values])
+        self.own = dict(zip(values, labelled, strict=True))
 
     def of(self, numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
         """Labels of numbers, each with its slopes."""
@@ -91,7 +91,7 @@ class _Labels:
         gradients = np.zeros((len(places), len(numbers)))
         for column, row in enumerate(slopes):
             gradients[[places[name] for name in row], column] = list(row.values())
-        found = origins_of(self._robot, base, gradients)
+        origins = origins_of(self._robot, base, gradients)
         by_base = np.asarray(np.linalg.lstsq(base.grouping.T, gradients, rcond=None)[0].T, dtype=float)
         spread = errors.mapped(by_base, tuple(map(str, range(len(numbers)))))
         # To first order the free estimate's own number, for what can exist may be moved away from it.
@@ -101,7 +101,7 @@ class _Labels:
             Labelled(number, origin, float(spread.sigma[k]), (float(free[k] - half[k]), float(free[k] + half[k])))
             if origin.kind == "identified"
             else Labelled(number, origin)
-            for k, (number, origin) in enumerate(zip(numbers, found, strict=True))
+            for k, (number, origin) in enumerate(zip(numbers, origins, strict=True))
         ]
 
     def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
@@ -167,8 +167,8 @@ def _into_link_frames(robot: Robot) -> list[Array]:
     columns = []
     for unit in np.eye(len(INERTIAL)):
         ten = dict(zip(INERTIAL, unit, strict=True))
-        one = {f"{kind}{j}": value for j in range(1, robot.n + 1) for kind, value in ten.items()}
-        columns.append([there.vector for there in bodies_in_link_frames(robot, one).values()])
+        parameters = {f"{kind}{j}": value for j in range(1, robot.n + 1) for kind, value in ten.items()}
+        columns.append([there.vector for there in bodies_in_link_frames(robot, parameters).values()])
     return list(np.array(columns).transpose(1, 2, 0))
 
 

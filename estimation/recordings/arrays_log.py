@@ -41,8 +41,8 @@ def _reading(path: Path, kind: str) -> Iterator[None]:
     except InputError:
         raise
     except _UNREADABLE as error:
-        told = " ".join(str(error).split())[:200] or type(error).__name__
-        raise InputError(f"{path}: not {kind}, or a damaged one ({told}): save or copy it again") from None
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not {kind}, or a damaged one ({reason}): save or copy it again") from None
 
 
 def npz_log(path: Path, layout: Layout) -> RawLog:
@@ -223,9 +223,7 @@ def _places(path: Path, shapes: Mapping[str, Shape], rows: int) -> dict[str, tup
         if len(lengths) == 1:
             places[name] = (name, 0, -1)
         elif lengths[0] == lengths[1]:
-            raise InputError(
-                f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time cannot be told"
-            )
+            raise InputError(f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time is not known")
         else:
             axis = shape.index(rows)
             for k in range(shape[1 - axis]):

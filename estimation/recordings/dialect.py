@@ -88,16 +88,16 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
         lines = text.read(_SAMPLE).splitlines()
     if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
         lines.pop()  # perhaps the beginning of one
-    start, remarks, said = (layout.skip, [], "") if layout.skip else _preamble(lines)
+    start, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
     header_line = lines[start] if start < len(lines) else ""
     below = lines[start + (not layout.names) :]
-    delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else said or _delimiter(path, header_line, below)
+    delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else stated or _delimiter(path, header_line, below)
     dialect = Dialect(encoding, delimiter, layout.decimal or ".", start)
     if not layout.decimal and delimiter != ",":
         dialect = replace(dialect, decimal=_decimal(dialect, below))
     if not layout.names:
         dialect = _with_header(dialect, header_line, remarks, below)
-    return replace(dialect, told=tuple(_told(path, layout, dialect, bool(remarks), bool(said))))
+    return replace(dialect, told=tuple(_told(path, layout, dialect, bool(remarks), bool(stated))))
 
 
 def _encoding(path: Path) -> str:
@@ -131,16 +131,16 @@ def _encoding(path: Path) -> str:
 
 def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
     """Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells."""
-    remarks, said = [], ""
+    remarks, delimiter = [], ""
     for number, line in enumerate(lines):
         separator = _SEPARATOR.fullmatch(line.strip(" \r"))
         if separator or line.strip() == "sep=\t":
-            said = separator[1] if separator else "\t"
+            delimiter = separator[1] if separator else "\t"
         elif line.startswith(_MARK):
             remarks.append(line)
         elif line.strip():
-            return number, remarks, said
-    return len(lines), remarks, said
+            return number, remarks, delimiter
+    return len(lines), remarks, delimiter
 
 
 def _delimiter(path: Path, header: str, below: Sequence[str]) -> str | None:
@@ -200,9 +200,9 @@ def _is_units(dialect: Dialect, line: str) -> bool:
     return not numbers and any(known_unit(cell.strip("[]()")) for cell in cells)
 
 
-def _told(path: Path, layout: Layout, dialect: Dialect, remarks: bool, said: bool) -> Iterator[str]:
+def _told(path: Path, layout: Layout, dialect: Dialect, remarks: bool, stated: bool) -> Iterator[str]:
     """What was found out and is not what a file of this ending usually is."""
-    if not layout.delimiter and (dialect.delimiter != _usual_delimiter(path) or said):
+    if not layout.delimiter and (dialect.delimiter != _usual_delimiter(path) or stated):
         yield f"cells separated by {_NAMES.get(dialect.delimiter, repr(dialect.delimiter))}"
     if not layout.decimal and dialect.decimal == ",":
         yield "decimal commas"

@@ -30,7 +30,7 @@ class Known:
 
     @property
     def by_name(self) -> bool:
-        """Whether columns are told apart by the joints' names."""
+        """Whether the joints' names distinguish the columns."""
         return "{joint}" in self.columns["position"][0]
 
 
@@ -153,17 +153,17 @@ def recognised(names: Sequence[str]) -> Recognised | None:
     """The recorder most of whose quantities a log has; None for a log without positions that are known."""
     best, most, there = None, 0, set(names)
     for known in KNOWN:
-        found = next(
+        layout = next(
             filter(None, (_positions(known, pattern, names) for pattern in known.columns["position"])), None
         )
-        if found is None:
+        if layout is None:
             continue
         kinds = sum(
-            any(there >= set(found.expanded(pattern, found.joints, found.size)) for pattern in patterns)
+            any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
             for patterns in known.columns.values()
         )
         if kinds > most:
-            best, most = found, kinds
+            best, most = layout, kinds
     return best
 
 

@@ -187,15 +187,15 @@ def with_units(log_map: LogMap, kind: str, names: Sequence[str], units: Mapping[
     Raises:
         InputError: if a unit is not known.
     """
-    told = tuple(units.get(name, "") for name in names)
+    stated = tuple(units.get(name, "") for name in names)
     quantity = log_map.quantity(kind)
-    if quantity.unit or not any(told):
+    if quantity.unit or not any(stated):
         return log_map
     short = next(name for name, of in _SHORT.items() if of == kind)
     try:
-        for unit in told:
+        for unit in stated:
             factor(kind, unit or SI[kind])
-        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in told))
+        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in stated))
     except ValueError as error:
         raise InputError(
             f"{source}: column {names[0]!r}: {error} (--units {short}={SI[kind]} takes another one)"

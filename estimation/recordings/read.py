@@ -47,8 +47,8 @@ def read_recordings(
         InputError: names the file, line and column of whatever cannot be used.
     """
     recording, _ = read_beside(path, robot, drive_gains, log_map)
-    found = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
-    return tuple(cut(recording, found))
+    stretches = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
+    return tuple(cut(recording, stretches))
 
 
 def read_recording(
@@ -131,7 +131,7 @@ def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
     """A log map with the units that the file itself tells, and what to say of these."""
-    told = []
+    units = []
     for kind, names in (
         ("position", columns.position),
         ("velocity", columns.velocity),
@@ -139,9 +139,9 @@ def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, lis
     ):
         changed = with_units(log_map, kind, names, raw.units, str(raw.path))
         if changed is not log_map:
-            told.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
+            units.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
         log_map = changed
-    return log_map, [f"units as the file tells them: {'; '.join(told)}"] if told else []
+    return log_map, [f"units as the file tells them: {'; '.join(units)}"] if units else []
 
 
 def _without_speed(q: Array, qd: Array | None) -> list[int]:
@@ -199,6 +199,6 @@ def _rows(
             t = (row + np.arange(len(values))) / (log_map.time.rate or 1.0)
         _, position, velocity, load, others = np.split(values, ends, axis=1)
         speeds = [log_map.si("velocity", velocity)] if columns.velocity else []
-        wanted = [others] if beside else []
-        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *wanted
+        reference = [others] if beside else []
+        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *reference
         row += len(values)

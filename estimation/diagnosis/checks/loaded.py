@@ -5,20 +5,20 @@ from ..finding import Finding, error, note
 from ..loaded_rows import JOINT_SCALE, JOINT_SCALE_Z, SCALE, SCALE_Z, Scale
 
 MOVED = 0.025
-"""Change of the mass without bursts, relative, above which it is told and every interval reaches both."""
+"""Change of the mass without bursts, relative, above which it is reported and every interval reaches both."""
 
 
 EITHER = 0.67
 """Share of the largest z from which on another scale of all torques, or of one joint's, explains them as well."""
 HUNDREDTH, SENSITIVE = 0.01, 0.03
 """An error of the loaded torques' scale that no recording shows, and the relative change of the mass by it above
-which it is told."""
+which it is reported."""
 
 
 def scale(evidence: Evidence) -> list[Finding]:
     """The loaded torques, all or those of one joint, on another scale: that which stands out most.
 
-    Both are told where the data hardly tell one from the other.
+    Both are reported where the data hardly distinguish them.
     """
     off = sorted(filter(_is_off, evidence.scales), key=lambda scale: -abs(scale.z))
     if not off:
