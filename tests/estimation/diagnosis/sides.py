@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import pytest
+from dynident.estimation.diagnosis.checks import recordings
 from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.loaded_rows import Scale
 from dynident.estimation.diagnosis.nuisances import Nuisance, Tilt
@@ -11,6 +13,7 @@ from dynident.estimation.diagnosis.quantities import (
     Agreement,
 )
 from dynident.estimation.diagnosis.rivals import Rival
+from dynident.estimation.diagnosis.search import Cause
 from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.signals.alignment import AlignedPair
 from dynident.model import Recording

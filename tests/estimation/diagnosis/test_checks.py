@@ -6,15 +6,14 @@ import pytest
 from dynident.estimation.diagnosis.checks import recordings
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding
-from dynident.estimation.diagnosis.search import Cause
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
-from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.made import (
     ROBOT,
 )
 from dynident.tests.estimation.diagnosis.sides import (
     Side,
 )
+from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.sides_of_fits import OF_FITS
 from dynident.tests.estimation.diagnosis.sides_of_guards import OF_GUARDS
 

@@ -58,12 +58,8 @@ def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Rec
 
 @pytest.mark.long
 def test_a_spring_to_the_side_is_refused(pair: tuple[Recording, Recording]) -> None:
-    """10 N/m to a point beside the arm, 2 to 23 N; without it nothing speaks against the pair."""
+    """10 N/m to a point beside the arm, 2 to 23 N; without it this pair is good, see ``test_guards``."""
     bare, heavy = pair
     spring = pulled(heavy, 10.0, np.array([1.0, 0.0, 0.5]), np.zeros(3))
-    good, spoilt = (
-        answer_payload(payload_problem(ROBOT, [loaded], [bare], robust=True)).verdict.level
-        for loaded in (heavy, spring)
-    )
-    assert good != "do_not_use"
-    assert spoilt == "do_not_use"
+    verdict = answer_payload(payload_problem(ROBOT, [spring], [bare], robust=True)).verdict
+    assert verdict.level == "do_not_use"

@@ -27,7 +27,6 @@ from dynident.estimation.payload.by_joints import ByJoints, JointShare, JointsMa
 from dynident.estimation.possible.constraints import PossibleBody
 from dynident.model import Robot
 from dynident.model.inertia import PayloadSpread
-from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.made import (
     BODY,
     ROBOT,
@@ -43,6 +42,7 @@ from dynident.tests.estimation.diagnosis.made import (
     with_mass,
 )
 from dynident.tests.estimation.diagnosis.sides import beside, leaning
+from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from hypothesis import given
 from hypothesis import strategies as st
 
