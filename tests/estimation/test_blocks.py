@@ -19,6 +19,8 @@ from dynident.estimation.payload import (
 )
 from dynident.model import base_parameters
 from dynident.tests.estimation.wandering import SETTINGS, block_length, cut, same_equations
+from dynident.tests.estimation.wandering import pair as pair
+from dynident.tests.estimation.wandering import simulator as simulator
 from dynident.trajectories import Simulator
 
 
