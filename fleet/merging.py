@@ -168,21 +168,29 @@ def _together(passports: Sequence[RobotPassport | PayloadPassport]) -> Sampled:
         tuple(dict.fromkeys(chain.from_iterable(part.causes for part in parts))),
         merged(held_out) if held_out else None,
         tuple(dict.fromkeys(chain.from_iterable(part.zeros for part in parts))),
-        _mean([part.tilt for part in parts]),
+        _pooled([part.tilt for part in parts]),
         next((part.bursts for part in parts if part.bursts is not None), None),
         tuple(chain.from_iterable(part.nuisances for part in parts)),
         tuple(chain.from_iterable(part.scales for part in parts)),
     )
 
 
-def _mean(tilts: Sequence[Tilt | None]) -> Tilt | None:
-    """How far gravity leans in the mean of several recordings; none unless each shows it."""
+def _pooled(tilts: Sequence[Tilt | None]) -> Tilt | None:
+    """How far gravity leans by several recordings, each weighted by what it shows of that; none unless each does.
+
+    A plain mean would let the one that shows least decide. The effects on the payload are weighted alike: exact for
+    recordings of one motion, near enough for others.
+    """
     shown = [tilt for tilt in tilts if tilt is not None]
     if not shown or len(shown) < len(tilts):
         return None
-    by_four, by_three = (np.mean([tilt.effects[k] for tilt in shown], axis=0) for k in (0, 1))
-    values = np.mean([tilt.values for tilt in shown], axis=0)
-    covariance = np.mean([tilt.covariance for tilt in shown], axis=0) / len(shown)
+    weights = [np.linalg.inv(tilt.covariance) for tilt in shown]
+    covariance = np.linalg.inv(sum(weights))
+    shares = [weight @ covariance for weight in weights]  # add up to 1; values' are the transposed ones
+    values = sum((share.T @ tilt.values for share, tilt in zip(shares, shown, strict=True)), np.zeros(2))
+    by_four, by_three = (
+        np.sum([tilt.effects[k] @ share for share, tilt in zip(shares, shown, strict=True)], axis=0) for k in (0, 1)
+    )
     return Tilt(values, covariance, (by_four, by_three))
 
 

@@ -4,74 +4,29 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import cvxpy
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import Printed, paper_tables
-from dynident.common.arrays import Array
+from dynident.commands.demo.paper import paper_tables
 from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
-    CentreOfMassInBox,
-    Estimate,
-    InEllipsoid,
     KnownMass,
     MassBounds,
     PayloadProblem,
     PossibleBody,
     SolverError,
-    build_constrained,
     identify_payload,
     payload_problem,
     read_recording,
     solve_constrained,
 )
 from dynident.estimation.equations import Observer, merged, reduced_measurement
-from dynident.estimation.fit import Fit
 from dynident.estimation.payload import combined, loaded_problem
-from dynident.estimation.possible import Constraint, InHull
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
-from dynident.model import InertialParameters, Processing, base_parameters, load_robot
+from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.model.motion import Measurement
+from dynident.tests.estimation.estimates import EXACT, TABLES, all_ten, estimate_of, random_estimate
 from dynident.trajectories import Simulator
-
-BOX = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (0.0, 0.25)]
-NOTHING = Fit(np.ones(1), np.ones(1), (1,))
-EXACT = Processing()
-
-
-def estimate_of(values: Array, covariance: Array, names: tuple[str, ...] = PAYLOAD) -> Estimate:
-    return Estimate(names, values, covariance, np.inf, NOTHING, np.ones(1))
-
-
-def random_estimate(seed: int) -> Estimate:
-    """Grams to tonnes, millimetres to metres, every second one a thin body; errors of 0.1 to 30 %, correlated."""
-    draw = np.random.default_rng(seed)
-    mass, length = 10.0 ** draw.uniform(-3, 3), 10.0 ** draw.uniform(-3, 0.5)
-    points = draw.uniform(-1.0, 1.0, (3 + 3 * (seed % 2), 3)) * length
-    second = points.T @ points * mass / len(points)
-    inertia = np.trace(second) * np.eye(3) - second
-    moments = mass * points.mean(axis=0)
-    truth = np.concatenate([inertia[np.triu_indices(3)], moments, [mass]])
-    size = np.array([mass * length**2] * 6 + [mass * length] * 3 + [mass])
-    root = 10.0 ** draw.uniform(-3, -0.5) * size[:, None] * draw.standard_normal((10, 12)) / np.sqrt(12)
-    return estimate_of(truth + root @ draw.standard_normal(12), root @ root.T)
-
-
-def printed(rows: dict[str, Printed]) -> Estimate:
-    """A published table; its sigma taken as independent."""
-    sigma = np.array([row.two_sigma / 2.0 for row in rows.values()])
-    values = np.array([row.value for row in rows.values()])
-    return estimate_of(values, np.diag(sigma**2), tuple(f"{kind}_L" for kind in rows))
-
-
-def all_ten(estimate: Estimate) -> Array:
-    values = np.zeros(10)
-    values[[PAYLOAD.index(name) for name in estimate.names]] = estimate.values
-    return values
-
-
-TABLES = {1: printed(paper_tables().table1), 2: printed(paper_tables().table2)}
 
 
 @pytest.mark.parametrize(("table", "principal"), [(1, (0.0074, 0.0251, 0.0376)), (2, (0.0080, 0.0140, 0.0270))])
@@ -152,84 +107,6 @@ def test_result_is_nearest(random_bodies: Callable[[int, int], list[InertialPara
         gradient = np.linalg.solve(estimate.covariance, result.values - estimate.values)
         for body in random_bodies(50, seed):
             assert gradient @ (body.vector - result.values) > -1e-4 * (1.0 + abs(gradient @ body.vector))
-
-
-SETS: dict[str, list[Constraint]] = {
-    "possible": [],
-    "mass bounds": [MassBounds(7.1, 7.19)],
-    "weighed": [KnownMass(7.18, 0.01)],
-    "centre of mass": [CentreOfMassInBox([-0.1, -0.1, 0.0], [0.1, 0.1, 0.134])],
-    "ellipsoid": [InEllipsoid([0.0, 0.0, 0.1], [0.1, 0.08, 0.09])],
-    "hull": [InHull(BOX)],
-    "together": [MassBounds(7.1, 7.19), KnownMass(7.18, 0.01), InHull(BOX), CentreOfMassInBox([-1] * 3, [1] * 3)],
-}
-
-
-@pytest.mark.parametrize("errors", ["independent", "correlated"])
-@pytest.mark.parametrize("rules", SETS.values(), ids=SETS)
-def test_cvxpy_agrees_under(rules: list[Constraint], errors: str) -> None:
-    estimate = TABLES[1] if errors == "independent" else correlated(TABLES[1])
-    result = solve_constrained(estimate, rules)
-    built = build_constrained(estimate, rules)
-    built.problem.solve(solver="CLARABEL")
-    assert np.abs((built.values.value - result.values) / estimate.sigma).max() < 1e-3
-    for rule in rules:
-        if not isinstance(rule, KnownMass):
-            assert rule.violation(result.values) <= 1e-7
-    assert result.min_pseudo_inertia_eigenvalue >= 0.0
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_cvxpy_agrees_on_random_problems(seed: int) -> None:
-    estimate = random_estimate(seed)
-    built = build_constrained(estimate)
-    built.problem.solve(solver="CLARABEL")
-    moved = (built.values.value - solve_constrained(estimate).values) / estimate.sigma
-    assert np.abs(moved).max() < 1e-3
-
-
-def correlated(estimate: Estimate) -> Estimate:
-    """A covariance of these sigmas with correlations up to 0.9."""
-    draw = np.random.default_rng(4).standard_normal((10, 12))
-    C = draw @ draw.T
-    scale = estimate.sigma / np.sqrt(np.diag(C))
-    return replace(estimate, covariance=C * np.outer(scale, scale))
-
-
-def test_users_add_their_own_to_cvxpy() -> None:
-    """A constraint that the package lacks: the centre of mass on the z axis."""
-    built = build_constrained(TABLES[1])
-    own = cvxpy.Problem(built.problem.objective, [*built.problem.constraints, built.values[6:8] == 0.0])
-    own.solve(solver="CLARABEL")
-    assert own.value > np.sqrt(solve_constrained(TABLES[1]).chi2_rise)
-    assert np.abs(built.values.value[6:8]).max() < 1e-8
-    assert np.linalg.eigvalsh(built.pseudo_inertia.value)[0] > -1e-6
-
-
-def test_active_constraints_are_named_by_weight() -> None:
-    result = solve_constrained(TABLES[1], [MassBounds(8.0, 9.0), CentreOfMassInBox([-1] * 3, [1] * 3)])
-    assert result.active[0].constraint == MassBounds(8.0, 9.0)
-    assert CentreOfMassInBox([-1] * 3, [1] * 3) not in [active.constraint for active in result.active]
-    assert result.p_value < 1e-6
-
-
-def test_an_ellipsoid_in_the_wrong_frame_is_exposed() -> None:
-    """The solver finds an optimum all the same; the rise tells, and the list of active constraints names it."""
-    wrong = InEllipsoid([0.0, 0.0, -0.1], [0.1, 0.1, 0.12])
-    result = solve_constrained(TABLES[1], [wrong])
-    assert result.status == "Solved"
-    assert result.p_value < 1e-6
-    assert wrong in [active.constraint for active in result.active]
-    assert wrong.violation(TABLES[1].values) > 0.0
-    assert result.chi2_rise > 100.0 * solve_constrained(TABLES[1]).chi2_rise
-
-
-def test_multiplier_is_the_price_of_a_bound() -> None:
-    """d chi2 / d bound by finite difference; the scaled unit of mass is the mass of the estimate."""
-    prices = [solve_constrained(TABLES[1], [MassBounds(high=7.1 + step)]).chi2_rise for step in (-1e-3, 1e-3)]
-    slope = (prices[0] - prices[1]) / 2e-3 * TABLES[1]["M_L"]
-    active = {type(a.constraint): a.multiplier for a in solve_constrained(TABLES[1], [MassBounds(high=7.1)]).active}
-    assert active[MassBounds] == pytest.approx(slope, rel=1e-3)
 
 
 def test_a_scale_pulls_the_mass() -> None:

@@ -1,61 +1,26 @@
 """The delete-a-block jackknife: its parts exactly, its intervals by simulation and on real recordings."""
 
 import importlib.util
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
-from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PayloadProblem, identify, identify_payload, payload_problem, read_recording
-from dynident.estimation.equations import (
-    Equations,
-    Observation,
-    Observer,
-    merged,
-    reduced,
-)
-from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.fit import RobustCovariance, jackknife, weighted
-from dynident.estimation.fit.blocks import block_edges, cut_pieces, in_blocks, left_over, length_by_residuals
 from dynident.estimation.payload import (
     METHODS,
     PairedMeasurement,
     payload_equations,
     usable_methods,
 )
-from dynident.model import InertialParameters, Motion, Processing, base_parameters, load_robot
-from dynident.model.motion import Measurement
+from dynident.model import InertialParameters, base_parameters, load_robot
+from dynident.tests.estimation.wandering import SETTINGS, Wander, later, noisy, rows_out, same_equations
+from dynident.tests.estimation.wandering import pair as pair
+from dynident.tests.estimation.wandering import simulator as simulator
 from dynident.trajectories import RX90_NOISE, Simulator
-
-SETTINGS = Processing(decimate=4, slow_fraction=0.01)
-Wander = Callable[..., Motion]
-
-
-def noisy(data: Measurement, seed: int, size: float = 1.0) -> Measurement:
-    noise = np.random.default_rng(seed).standard_normal(data.torque.shape)
-    return Measurement(data.motion, data.torque + size * noise)
-
-
-def later(data: Measurement, shift: float) -> Measurement:
-    motion = data.motion
-    return Measurement(Motion(motion.t + shift, motion.q, motion.qd, motion.qdd), data.torque)
-
-
-@pytest.fixture(scope="module")
-def simulator() -> Simulator:
-    return Simulator(load_robot("rx90"))
-
-
-@pytest.fixture(scope="module")
-def pair(simulator: Simulator, payload: InertialParameters, wander: Wander) -> PairedMeasurement:
-    motion = wander(6, 0, points=30)
-    return PairedMeasurement(
-        noisy(simulator.measure(motion), 0), noisy(simulator.measure(motion, payload), 1), lag=0.0
-    )
 
 
 @pytest.fixture(scope="module")
@@ -69,138 +34,6 @@ def problem_of(simulator: Simulator, pairs: list[PairedMeasurement], paired: boo
     loaded, bare = [pair.loaded for pair in pairs], [pair.unloaded for pair in pairs]
     equations = payload_equations(robot, base, loaded, bare, pairs if paired else [], SETTINGS)
     return PayloadProblem(robot, base, **equations._asdict())
-
-
-def block_length(groups: list[list[Observation]]) -> float:
-    """Block length [s] of recordings of one load each."""
-    return length_by_residuals(
-        [left_over([[one] for one in group], merged(map(reduced, group))) for group in groups]
-    )
-
-
-def cut(recording: Observation, edges: Array) -> Equations:
-    return in_blocks(reduced(recording), [[recording]], [edges], 1.0)
-
-
-def remembering(size: int, memory: float, seed: int) -> Array:
-    from scipy.signal import lfilter
-
-    phi = np.exp(-1.0 / memory)
-    return np.asarray(lfilter([1.0], [1.0, -phi], np.random.default_rng(seed).standard_normal(size)))
-
-
-def times(size: int) -> Array:
-    return np.linspace(0.0, 0.01 * (size - 1), size)
-
-
-@pytest.mark.parametrize(("memory", "expected"), [(0.05, 0.5), (4.0, 4.0), (20.0, 20.0)])
-def test_autocorrelation_time(memory: float, expected: float) -> None:
-    """1/2 + sum of exp(-k / T), which is T but for 1 / (12 T)."""
-    t = times(50_000)
-    series = [(t, remembering(50_000, memory, seed)) for seed in range(2)]
-    assert autocorrelation_time(series, 0.01) == pytest.approx(0.01 * expected, rel=0.1)
-
-
-def test_rows_left_out_do_not_shorten_the_memory() -> None:
-    t = times(100_000)
-    e = remembering(100_000, 10.0, 0)
-    there = np.random.default_rng(1).uniform(size=t.size) < 0.6
-    assert autocorrelation_time([(t[there], e[there])], 0.01) == pytest.approx(0.1, rel=0.1)
-
-
-def test_residuals_without_noise_have_no_memory() -> None:
-    assert autocorrelation_time([(np.arange(10.0), np.zeros(10)), (np.empty(0), np.empty(0))], 1.0) == 0.5
-
-
-@pytest.fixture(scope="module")
-def observation(simulator: Simulator, pair: PairedMeasurement) -> Observation:
-    return Observer(simulator.robot, base_parameters(simulator.robot).columns).observe(pair.unloaded, SETTINGS)
-
-
-def test_blocks_are_equal_and_long_enough(observation: Observation) -> None:
-    t = np.concatenate(observation.t)
-    edges = block_edges(observation, 3.0)
-    inner = np.diff(np.concatenate([[t.min()], edges[1:-1], [t.max()]]))
-    assert np.ptp(inner) < 1e-9
-    assert 3.0 <= inner[0] < 3.0 * (1.0 + 1.0 / (len(inner) - 1))
-    assert (edges[0], edges[-1]) == (-np.inf, np.inf)
-    assert len(block_edges(observation, 1000.0)) == 2
-
-
-def test_block_length(observation: Observation) -> None:
-    """White noise: the shortest; noise that remembers: five times its memory; many recordings: at most 100."""
-    assert block_length([[observation]]) == 1.0
-    slow = tuple(Y + 10.0 * remembering(len(Y), 10.0, j) for j, Y in enumerate(observation.Y))
-    remembered = replace(observation, Y=slow)
-    errors = remembered.errors(weighted(reduced(remembered)).values)
-    memories = [autocorrelation_time([(t, e)], 0.04) for t, e in zip(remembered.t, errors, strict=True)]
-    assert max(memories) > 0.2
-    assert block_length([[observation], [remembered]]) == pytest.approx(5.0 * max(memories), rel=1e-6)
-    duration = np.ptp(np.concatenate(observation.t))
-    assert block_length([[observation] * 10]) == pytest.approx(10.0 * duration / 100.0)
-
-
-def without(recording: Observation, start: float, stop: float) -> Observation:
-    """All rows but those of a block."""
-    stays = [(t < start) | (t >= stop) for t in recording.t]
-    W, Y, t = (
-        tuple(array[keep] for array, keep in zip(arrays, stays, strict=True))
-        for arrays in (recording.W, recording.Y, recording.t)
-    )
-    return Observation(recording.columns, W, Y, t, recording.bandwidth)
-
-
-def rows_out(whole: Equations, part: Equations) -> Array:
-    """How many rows of each joint are left out."""
-    return np.asarray(np.subtract(whole.rows, part.rows), dtype=float)
-
-
-def same_equations(one: Equations, other: Equations) -> None:
-    """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
-    assert (one.columns, one.rows) == (other.columns, other.rows)
-    assert one.effective_rows == pytest.approx(other.effective_rows)
-    for a, b in zip(one.factors, other.factors, strict=True):
-        gram = b.T @ b
-        size = np.sqrt(np.outer(np.diag(gram), np.diag(gram)))
-        assert (np.abs(a.T @ a - gram) <= 1e-12 * size).all()
-
-
-def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) -> None:
-    edges = block_edges(observation, 2.0)
-    parts = list(cut(observation, edges).without_blocks())
-    assert len(parts) == len(edges) - 1 >= 10
-    for k, part in enumerate(parts):
-        direct = reduced(without(observation, edges[k], edges[k + 1]))
-        same_equations(part, direct)
-        one, other = weighted(part), weighted(direct)
-        assert (np.abs(one.values - other.values) < 1e-6 * one.sigma).all()
-
-
-def test_few_equations_keep_all_they_say(observation: Observation) -> None:
-    """Fewer rows than columns, some columns zero or dependent: nothing of W'W and W'Y is lost."""
-    edges = block_edges(observation, 0.2)
-    blocks = cut_pieces([observation], edges)
-    assert min(min(block.rows) for block in blocks) < 10
-    same_equations(merged(blocks), reduced(observation))
-
-
-def test_jackknife_of_a_mean_is_the_textbook_one() -> None:
-    """s^2 / B, exactly; independent groups add, with the degrees of freedom of the smaller."""
-    draws = np.random.default_rng(0).standard_normal((12, 3))
-    parts = [np.delete(draws, k, axis=0) for k in range(12)]
-
-    def mean(data: Array) -> Array:
-        return np.asarray(data.mean(axis=0))
-
-    once = jackknife(mean, [parts], mean(draws), 1.0)
-    assert np.allclose(once.covariance, np.cov(draws.T) / 12.0, rtol=1e-12, atol=1e-15)
-    assert (once.blocks, once.degrees_of_freedom, once.warning) == (12, 11, "")
-    assert once.quantile95 == pytest.approx(2.20099, abs=1e-5)
-    twice = jackknife(mean, [parts, parts[:9]], mean(draws), 1.0)
-    assert (twice.blocks, twice.degrees_of_freedom) == (21, 8)
-    changes = np.array([mean(part) for part in parts[:9]]) - mean(draws)
-    assert np.allclose(twice.covariance, once.covariance + 8.0 / 9.0 * changes.T @ changes)
-    assert "9 blocks" in twice.warning
 
 
 def test_blocks_of_one_motion_are_cut_at_the_same_points(simulator: Simulator, pair: PairedMeasurement) -> None:

@@ -2,10 +2,18 @@
 
 import itertools
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 from dynident.common.arrays import Array
-from dynident.model import Robot
+from dynident.model import (
+    Drives,
+    Robot,
+    robot_names,
+)
 from dynident.model.pose import Pose
 
 AXES = ("0 0 1", "0 0 -1", "0 1 0", "0 -1 0", "1 0 0", "-1 0 0")
@@ -84,3 +92,27 @@ def _joint(name: str, kind: str, parent: str, child: str, pose: Pose, more: str)
 def numbers(values: Array) -> str:
     """Numbers as text that loses no digit."""
     return " ".join(repr(float(value)) for value in values)
+
+
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """``write(text)``: a URDF file with this text."""
+
+    def make(text: str) -> Path:
+        path = tmp_path / "arm.urdf"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return make
+
+
+REFERENCE = sorted((Path(__file__).parents[1] / "reference/robots").glob("*.toml"))
+SHIPPED = [Path(__file__).parents[2] / f"model/robots/{name}.toml" for name in robot_names()]
+ARMS = [*REFERENCE, *SHIPPED]
+
+
+def rigid(robot: Robot) -> Robot:
+    return replace(robot, drives=Drives(rotor_inertia=False, friction=False))

@@ -18,7 +18,7 @@ from dynident.estimation import (
 )
 from dynident.estimation.diagnosis.checks import nuisances as checks
 from dynident.estimation.diagnosis.loaded_rows import scales
-from dynident.estimation.diagnosis.nuisances import BURST, bursts, nuisances, tilt
+from dynident.estimation.diagnosis.nuisances import BURST, FEWEST, bursts, nuisances, tilt
 from dynident.estimation.diagnosis.rivals import Rival, rivals
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.thinned import Thinned, thinned_problem
@@ -96,19 +96,39 @@ def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[...,
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
-    torque = np.array(pair[1].torque)
-    hit = (pair[1].t > 8.0) & (pair[1].t < 9.0)
-    torque[hit, 1] += 60.0
-    torque[hit, 2] += 30.0
-    struck = payload_problem(invented.robot(NAME), [replace(pair[1], torque=torque)], [pair[0]], robust=True)
-    free = identify_payload(struck, 4).estimate
-    system = thinned_problem(struck, states_of(struck.source)) if struck.source else None
+    problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]], robust=True)
+    free = identify_payload(problem, 4).estimate
+    system = thinned_problem(problem, states_of(problem.source)) if problem.source else None
     found = bursts(system) if system else None
     assert found is not None
     assert found.many <= 3
-    whole = answered(struck)
+    whole = answered(problem)
     assert 1.96 * whole.free.estimate.sigma[9] >= 0.999 * abs(found.change[9])
     assert whole.free.estimate.sigma[9] > free.sigma[9]
+
+
+@pytest.mark.parametrize(("unloaded", "stretches"), [(14.0, FEWEST - 1), (16.0, FEWEST)])
+def test_few_stretches_have_no_bursts(pair: tuple[Recording, Recording], unloaded: float, stretches: int) -> None:
+    """The median of eleven is not trusted, that of twelve is; both hold the same second of contact."""
+    system = beside(until(struck(pair[1]), 16.0), until(pair[0], unloaded))
+    many, count, _ = system.without_stretches(BURST)
+    assert count == stretches
+    assert 0 < 2 * many <= count
+    assert (bursts(system) is not None) == (stretches >= FEWEST)
+
+
+def struck(recording: Recording) -> Recording:
+    """One second of contact at joints 2 and 3."""
+    torque = np.array(recording.torque)
+    torque[(recording.t > 8.0) & (recording.t < 9.0), 1:3] += [60.0, 30.0]
+    return replace(recording, torque=torque)
+
+
+def until(recording: Recording, stop: float) -> Recording:
+    """The beginning of a recording, up to a time [s]."""
+    own = recording.t < stop
+    speeds = None if recording.qd is None else recording.qd[own]
+    return replace(recording, t=recording.t[own], q=recording.q[own], qd=speeds, torque=recording.torque[own])
 
 
 def named(found: tuple[Rival, ...], kind: str, name: str) -> Rival:

@@ -1,0 +1,119 @@
+"""Evidence on either side of a threshold: one number that moves, and where the check begins to speak."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from dynident.estimation.diagnosis.checks import recordings
+from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
+from dynident.estimation.diagnosis.loaded_rows import Scale
+from dynident.estimation.diagnosis.nuisances import Nuisance, Tilt
+from dynident.estimation.diagnosis.quantities import (
+    Agreement,
+)
+from dynident.estimation.diagnosis.rivals import Rival
+from dynident.estimation.diagnosis.search import Cause
+from dynident.estimation.fit.estimate import Estimate
+from dynident.estimation.signals.alignment import AlignedPair
+from dynident.model import Recording
+from dynident.model.inertia import PayloadSpread
+from dynident.tests.estimation.diagnosis.made import (
+    MOMENTS,
+    ROBOT,
+    drift_of,
+    estimate_of,
+    of_payload,
+    of_weighing,
+    robot_of,
+)
+
+ONE_PERCENT = 2.5758
+"""Standard deviations that a difference exceeds with a probability of 1 %."""
+FIVE_PERCENT = 2.7764
+"""Quantile of Student's t of 4 degrees of freedom that is exceeded, of either sign, with one of 5 %."""
+OWN = float(MOMENTS.sum()) / 2.0
+
+
+class Side(NamedTuple):
+    """A threshold: evidence made of a number, the limit that is wrong to exceed, and what is then said."""
+
+    check: str
+    severity: str
+    words: str
+    make: Callable[[float], Evidence]
+    limit: float
+    below: bool = False
+    """Whether it is wrong to stay below it."""
+
+
+def rival(kind: str, name: str, fall: float, z: float = 9.0) -> Evidence:
+    """Another way to take the recordings."""
+    return of_payload(estimate_of(), rivals=(Rival(kind, name, fall, z),))
+
+
+def scaled(joint: int, off: float, sigma: float) -> Evidence:
+    """Torques with payload on another scale."""
+    return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
+
+
+def leaning_on(change: float, sigma: float) -> Evidence:
+    """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
+    spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
+    return of_payload(estimate_of(), scales=(Scale(0, 1.0, 0.01, 5.0, 100.0 * change),), spread=spread)
+
+
+def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
+    """Gravity that leans by an angle [rad]."""
+    effects = np.zeros((10, 2)), np.zeros((10, 2))
+    return of_payload(estimate_of(), tilt=Tilt(np.array([0.6, 0.8]) * angle, sigma**2 * np.eye(2), effects))
+
+
+def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evidence:
+    """Something else in the torques, that changes the mass by a share."""
+    found = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
+    return of_payload(estimate_of(), nuisances=(found,))
+
+
+def apart(constant: float, changing: float = 0.0, other: float = 0.0) -> Evidence:
+    """A pair whose third joint differs by a constant, and another one by something that changes [rad]."""
+    t = np.linspace(0.0, 1.0, 50)
+    bare, heavy = (Recording(t, np.zeros((50, 6)), np.zeros((50, 6)), source=name) for name in ("U", "L"))
+    pair = AlignedPair(
+        bare, heavy, 0.0, 0.1, 0.1, (0.0, 0.0, constant, 0.0, 0.0, 0.0), (0.0, 0.0, changing, other, 0.0, 0.0)
+    )
+    return Evidence(ROBOT, compared=(pair,))
+
+
+def weighing_arm(share: float) -> Evidence:
+    """An RX90 whose torques show this share of its weight."""
+    moment = share * ROBOT_MASS * sum(float(np.hypot(joint.d, joint.r)) for joint in ROBOT.joints[1:])
+    names, values = ("MX2", "MY2", "MX3", "MY3"), np.array([0.6 * moment, 0.0, 0.0, 0.4 * moment])
+    parameters = Estimate(names, values, np.eye(4), 500.0, robot_of().fit, np.ones(6))
+    return of_payload(estimate_of(), parameters=parameters)
+
+
+ROBOT_MASS = 111.0
+DRIFT = drift_of(9.0)
+
+
+def weighed_apart(agreement: float) -> Evidence:
+    way = Agreement("other way", 5.0 * (1.0 + agreement), np.full(3, np.nan))
+    return of_weighing(agreement=(way,))
+
+
+def of_motor(off: float, sigma: float) -> Evidence:
+    """A third motor whose currents with payload are too small by a share."""
+    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), ()), scales=(Scale(3, 1.0 - off, sigma, 5.5),))
+
+
+def of_weights(ratio: float, sigma: float) -> Evidence:
+    """Two weights, the first of which weighs ``ratio`` times as much as was told, to ``sigma``."""
+    weights = (KnownWeight(1, 2.0, 2.0 * ratio, 2.0 * ratio * sigma), KnownWeight(2, 4.0, 4.0, 1e-9))
+    return Evidence(ROBOT, gained=Gained(np.full(3, 0.01), weights))
+
+
+@pytest.fixture(autouse=True)
+def one_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where causes are looked for, one is found that is not serious."""
+    monkeypatch.setattr(recordings, "likely_causes", lambda *_: (Cause("L", "q1 is late", 0.2, 0.15),))

@@ -1,0 +1,123 @@
+"""Every key of the documents on checks of logs, rollouts and poses is the value that it comes from."""
+
+from dataclasses import asdict
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from dynident.estimation.diagnosis import Finding
+from dynident.estimation.diagnosis.fits import RobotFit, RobotFits
+from dynident.estimation.diagnosis.log_check import Excited
+from dynident.estimation.diagnosis.log_facts import JointFacts, TimeFacts
+from dynident.report import documents
+from dynident.tests.report import made
+from dynident.tests.report.every_key import same
+
+
+def test_check() -> None:
+    time = TimeFacts(1000, 9.9, 101.0, (0.009, 0.011), 0.002, (0.5, 9.5))
+    facts: list[Any] = [True, (-1.0, 1.1), 2.2, (-30.0, 31.0), 0.001, 0.05, 0.01]
+    joint = JointFacts(*facts)
+    look: Any = SimpleNamespace(
+        recording=SimpleNamespace(source="a.csv", notes=("resampled",)), currents=True, usable=False, time=time,
+        findings=(Finding("warning", "joint 1", "saturates"),), joints=(joint,), relative_residual=0.0125,
+        excitation=(Excited("AR", 1.25, 3.5),), condition_number_scaled=12.5,
+    )  # fmt: skip
+    robot: Any = made.ROBOT
+    fits = RobotFits(("t", "q1"), (RobotFit("arm", 0.25),), (("other", "too fast"),), "")
+    expected = {
+        "source": "a.csv", "columns": ["t", "q1"], "fitting": [{"robot": "arm", "residual": 0.25}],
+        "others": ["other"], "fault": None,
+    }  # fmt: skip
+    same(
+        documents.check_document(None, [documents.Look("a.csv", None, fits)]),
+        {"robot": None, "logs": [], "fits": [expected]},
+    )
+    same(
+        documents.check_document(robot, [documents.Look("a.csv", look)]),
+        {
+            "robot": "arm",
+            "logs": [{
+                "source": "a.csv", "notes": ["resampled"], "currents": True, "usable": False,
+                "findings": [{"severity": "warning", "words": "saturates"}], "time": asdict(time),
+                "joints": [asdict(joint)],
+                "excitation": [{"name": "AR", "value": 1.25, "relative_sigma_percent": 3.5}],
+                "relative_residual": 0.0125, "condition_number_scaled": 12.5,
+            }],
+        },
+    )  # fmt: skip
+
+
+def test_rollout() -> None:
+    spread = {"identified": (0.01, 0.02), "constant speed": (0.03, 0.04)}
+    rollout: Any = SimpleNamespace(
+        source="a.csv", resting=np.array([False, True, False]), diverged=1, horizons=(0.5,), growth=1.25,
+        errors=spread, spread=lambda by, seconds, resting: None if resting else spread[by],
+        replay=SimpleNamespace(relative=0.045, joints=made.numbers(3), strayed=0.002),
+    )  # fmt: skip
+    expected = {
+        "source": "a.csv", "starts_in_motion": 2, "starts_at_rest": 1, "diverged": 1,
+        "horizons": [{"seconds": 0.5, "in_motion": spread, "at_rest": None}], "growth": 1.25,
+        "replay_relative": 0.045, "replay_joints": rollout.replay.joints, "replay_strayed": 0.002,
+    }  # fmt: skip
+    same(documents.rollouts_document("arm", [rollout]), {"robot": "arm", "rollouts": [expected]})
+
+
+@pytest.mark.parametrize("hidden", ["", "not visible yet"])
+def test_weigh_live(hidden: str) -> None:
+    change: Any = SimpleNamespace(time=57.5, mass=2.75, low=2.5, high=3.0)
+    weighed: Any = SimpleNamespace(
+        mass=2.8, low=2.7, high=2.9, com=np.array([0.1, 0.2, np.nan]), com_sigma=np.array([0.01, 0.02, np.inf]),
+        seconds=20.0, hidden=hidden,
+    )  # fmt: skip
+    line = {"time_s": 57.5, "change_kg": 2.75, "interval95_kg": [2.5, 3.0], "told_s": 62.5}
+    told = documents.change_document(change, 62.5)
+    same(told, line)
+    expected = {
+        "robot": "arm", "frame": "tool0", "seconds": 20.0, "mass_kg": None if hidden else 2.8,
+        "interval95_kg": None if hidden else [2.7, 2.9], "com_m": [0.1, 0.2, None],
+        "com_sigma_m": [0.01, 0.02, None], "hidden": hidden, "changes": [line],
+    }  # fmt: skip
+    same(documents.live_document("arm", "tool0", weighed, [told]), expected)
+
+
+def test_verify() -> None:
+    joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
+    total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
+    found: Any = SimpleNamespace(
+        kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),),
+        total=SimpleNamespace(**total),
+    )  # fmt: skip
+    expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
+    same(documents.following_document(found), expected)
+
+
+def test_robot_check() -> None:
+    reading = SimpleNamespace(
+        order=(1, 0), sign=(1, -1), quarters=(0, 3), torque=(-1, 1), told=lambda: "swap 1 and 2"
+    )
+    ranked = SimpleNamespace(reading=reading, residual=0.035)
+    check: Any = SimpleNamespace(
+        ranked=(ranked,), unit="share", as_recorded=SimpleNamespace(residual=0.45), suggested=ranked
+    )  # fmt: skip
+    rows = {
+        "unit": "share", "as_recorded": 0.45, "suggested": "swap 1 and 2",
+        "ranked": [{"residual": 0.035, "order": [2, 1], "sign": [1, -1], "zero_deg": [0, 270],
+                    "torque_sign": [-1, 1]}],
+    }  # fmt: skip
+    pose: Any = SimpleNamespace(
+        reproduced=False, rms=0.006, errors=np.array([0.007, 0.008]), rms_angle=None, as_is=0.9, determined=True,
+        angles=None, base=SimpleNamespace(origin=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
+        tool=SimpleNamespace(origin=(0.7, 0.8, 0.9), rpy=(1.0, 1.1, 1.2)),
+    )  # fmt: skip
+    robot: Any = made.ROBOT
+    log = {
+        "log": "a.csv", "reproduced": False, "rms_m": 0.006, "largest_m": 0.008, "rms_angle_rad": None,
+        "as_is_m": 0.9, "base": {"xyz_m": [0.1, 0.2, 0.3], "rpy_rad": [0.4, 0.5, 0.6]},
+        "tool": {"xyz_m": [0.7, 0.8, 0.9], "rpy_rad": None}, "base_and_tool_determined": True,
+    }  # fmt: skip
+    logs = [documents.pose_document(documents.PoseLook("a.csv", pose, readings)) for readings in (check, None)]
+    expected = [log | {"readings": rows}, log | {"readings": None}]
+    same(documents.robot_check_document(robot, logs, check), {"robot": "arm", "poses": expected, **rows})
+    same(documents.robot_check_document(robot, logs[:1], None), {"robot": "arm", "poses": expected[:1]})
