@@ -1,3 +1,4 @@
+from . import alarms as alarms
 from . import answers as answers
 from . import catalog as catalog
 from . import codec as codec
@@ -8,6 +9,8 @@ from . import merging as merging
 from . import nights as nights
 from . import passport as passport
 from . import reduction as reduction
+from . import series as series
+from . import simulated as simulated
 from . import store as store
 from . import trends as trends
 from .answers import answered as answered

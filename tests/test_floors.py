@@ -36,6 +36,9 @@ FLOORS = {
         "reduction",
         "nights",
         "drawing",
+        "simulated",
+        "series",
+        "alarms",
         "trends",
     ),
     "report": (

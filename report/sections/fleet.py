@@ -6,9 +6,10 @@ from pathlib import PurePath
 import numpy as np
 
 from ...fleet import Fleet
+from ...fleet.alarms import Alarm
 from ...fleet.merging import CHANCE
 from ...fleet.reduction import Reduced
-from ...fleet.trends import FEWEST, LAST, Alarm, Series
+from ...fleet.series import FEWEST, LAST, Series
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
 from ..provenance import Provenance
@@ -146,7 +147,7 @@ def _arms(fleet: Fleet) -> Table:
 
 def _words(fleet: Fleet) -> str:
     return (
-        f"A step on one of the last {LAST} days is an alarm beyond {fleet.bound:.2f} sigma: of {len(fleet.series)} "
+        f"A step on one of the last {LAST} days is an alarm beyond the quantity's bound: of {len(fleet.series)} "
         "series together one alarm a month (or as --false-alarms says) where nothing changed and scatter is normal."
         " Sigma holds each night's own error and the scatter from day to day with its memory, measured by medians "
         "over all arms."
@@ -158,8 +159,16 @@ def _scatter(fleet: Fleet) -> Table:
     for name, scatter in fleet.scatter.items():
         unit = 100.0 if next(one.relative for one in fleet.series if one.quantity == name) else 1.0
         slope = f"{unit * scatter.per_kelvin:+.2g}±{unit * scatter.per_kelvin_sigma:.1g}"
-        rows.append((meaning(name), f"{unit * scatter.sigma:.2g}", f"{scatter.memory:.2f}", slope))
-    headings = ("scatter [% or unit]", "memory", "per K [% or unit]")
+        rows.append(
+            (
+                meaning(name),
+                f"{unit * scatter.sigma:.2g}",
+                f"{scatter.memory:.2f}",
+                slope,
+                f"{fleet.bounds[name]:.2f}",
+            )
+        )
+    headings = ("scatter [% or unit]", "memory", "per K [% or unit]", "bound [sigma]")
     return Table("From day to day", columns(("quantity",), headings), rows, style="tight")
 
 
