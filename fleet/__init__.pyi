@@ -5,6 +5,7 @@ from . import codec as codec
 from . import drawing as drawing
 from . import engine as engine
 from . import files as files
+from . import identity as identity
 from . import merging as merging
 from . import nights as nights
 from . import passport as passport

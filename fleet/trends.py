@@ -7,11 +7,11 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ..common.schema import Document
-from ..model.names import parameter_kind
 from .alarms import FALSE_ALARMS, Alarm, alarm_of, bounds_of
+from .identity import Exchange, named
 from .merging import Compared, side_by_side
-from .nights import Arm
-from .series import FEWEST, RELATIVE, Scatter, Series, scatter_of, series_of
+from .nights import Arm, bodies_of
+from .series import FEWEST, Scatter, Series, scatter_of, series_of
 
 
 class Drift(Document, frozen=True):
@@ -35,6 +35,7 @@ class Fleet:
         alarms: today, the largest first.
         drifts: of each series with enough nights.
         twins: the arms' inertial parameters side by side; None of a single arm.
+        exchanges: recordings that are of another robot than their arm's name says.
         first: day of the first night, ISO.
     """
 
@@ -45,6 +46,7 @@ class Fleet:
     alarms: tuple[Alarm, ...]
     drifts: tuple[Drift, ...]
     twins: Compared | None
+    exchanges: tuple[Exchange, ...]
     first: str
 
 
@@ -60,7 +62,9 @@ def fleet_of(arms: Sequence[Arm], false_alarms: float = FALSE_ALARMS) -> Fleet:
     largest = sorted((alarm for alarm in alarms if alarm is not None), key=lambda alarm: -abs(alarm.sigmas))
     drifts = (drift_of(line, scatter[line.quantity]) for line in series)
     steady = tuple(drift for drift in drifts if drift is not None)
-    return Fleet(arms, series, scatter, bounds, tuple(largest), steady, _twins(arms), first)
+    pooled = [(arm.name, bodies_of(arm.pooled)) for arm in arms]
+    exchanges = tuple(named(arm.exchange, pooled) for arm in arms if arm.exchange is not None)
+    return Fleet(arms, series, scatter, bounds, tuple(largest), steady, _twins(arms), exchanges, first)
 
 
 def drift_of(series: Series, scatter: Scatter) -> Drift | None:
@@ -79,5 +83,4 @@ def _twins(arms: Sequence[Arm]) -> Compared | None:
     """The arms' parameters without friction, side by side; None of fewer than three."""
     if len(arms) < 3:
         return None
-    names = [name for name in arms[0].pooled.names if parameter_kind(name) not in (*RELATIVE, "OFF")]
-    return side_by_side([arm.name for arm in arms], [arm.pooled.part(names) for arm in arms])
+    return side_by_side([arm.name for arm in arms], [bodies_of(arm.pooled) for arm in arms])

@@ -34,6 +34,7 @@ FLOORS = {
         "store",
         "engine",
         "reduction",
+        "identity",
         "nights",
         "drawing",
         "simulated",

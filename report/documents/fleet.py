@@ -36,8 +36,12 @@ class ReducedDocument(Document, frozen=True):
 
 def reduced_document(reduced: Reduced) -> ReducedDocument:
     """What ``dynident fleet reduce --json`` writes."""
-    refused = tuple(RefusedDocument(file, reason) for file, reason in sorted(reduced.refused.items()))
+    refused = _refused(reduced.refused)
     return ReducedDocument(str(reduced.store.root), reduced.new, reduced.known, refused, reduced.crashes)
+
+
+def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
 
 
 class TrueNightDocument(Document, frozen=True):
@@ -117,6 +121,17 @@ class ScatterDocument(Document, frozen=True):
     bound: float
 
 
+class ExchangeDocument(Document, frozen=True):
+    """Recordings of another robot than their arm: of a day ``alone``, or since it; ``like``: perhaps this arm's."""
+
+    arm: str
+    day: str
+    alone: bool
+    chi2: float
+    degrees: int
+    like: str
+
+
 class FleetDocument(Document, frozen=True):
     """What a fleet's nights say."""
 
@@ -127,6 +142,7 @@ class FleetDocument(Document, frozen=True):
     scatter: tuple[ScatterDocument, ...]
     drifts: tuple[Drift, ...]
     odd: tuple[OddDocument, ...]
+    exchanges: tuple[ExchangeDocument, ...]
     refused: tuple[RefusedDocument, ...]
 
 
@@ -148,5 +164,6 @@ def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
         ),
         drifts=fleet.drifts,
         odd=tuple(OddDocument(*odd) for odd in fleet.twins.odd) if fleet.twins is not None else (),
-        refused=tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items())),
+        exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
+        refused=_refused(refused),
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.alarms import Alarm
+from ...fleet.identity import Exchange
 from ...fleet.merging import CHANCE
 from ...fleet.reduction import Reduced
 from ...fleet.series import FEWEST, LAST, Series
@@ -83,9 +84,18 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
     few = [arm.name for arm in fleet.arms if len(arm.nights) <= FEWEST]
     if few:
         lines.append(f"Too few nights for alarms yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}.")
+    lines += [_exchanged(exchange) for exchange in fleet.exchanges]
     if refused:
         lines.append(f"{len(refused)} logs were refused; see refused.csv.")
     return lines
+
+
+def _exchanged(exchange: Exchange) -> str:
+    """What is said of recordings of another robot."""
+    which = f"the recording of {exchange.day} is" if exchange.alone else f"recordings since {exchange.day} are"
+    like = f", perhaps {exchange.like}" if exchange.like else ""
+    why = f"chi2 {exchange.chi2:.0f} of {exchange.degrees}, payload and drives apart"
+    return f"{exchange.arm}: {which} of another robot{like} ({why}): check its name."
 
 
 def _alarms(fleet: Fleet) -> Table:
@@ -168,8 +178,8 @@ def _scatter(fleet: Fleet) -> Table:
                 f"{fleet.bounds[name]:.2f}",
             )
         )
-    headings = ("scatter [% or unit]", "memory", "per K [% or unit]", "bound [sigma]")
-    return Table("From day to day", columns(("quantity",), headings), rows, style="tight")
+    headings = ("scatter", "memory", "per K", "bound [sigma]")
+    return Table("From day to day [% or unit]", columns(("quantity",), headings), rows, style="tight")
 
 
 def _drifts(fleet: Fleet) -> list[Block]:
