@@ -22,6 +22,7 @@ COULOMB, VISCOUS = ("FS", "FSM"), ("FV", "FVM")
 _WARMTH = 3.0  # K, standard deviation of a day's temperature
 _EARLIEST = 0.5  # share of the days before any change
 _BOX = 0.05  # m, half the length of the cube that an untold payload is
+_LEFT = 9  # lines of a log that was cut
 Log = Literal["good", "missing", "cut", "clock"]
 
 
@@ -207,11 +208,11 @@ def _logs(scenario: Scenario, draw: np.random.Generator) -> list[Log]:
 
 
 def damaged(text: str, log: Log) -> str:
-    """A log's text as it is found: cut within a row, or with a clock that runs back halfway."""
+    """A log's text as it is found: cut after its first rows, or with a clock that runs back halfway."""
     lines = text.splitlines(keepends=True)
     half = len(lines) // 2
     if log == "cut":
-        return "".join(lines[:half]) + lines[half].rpartition(",")[0]
+        return "".join(lines[:_LEFT]) + lines[_LEFT].rpartition(",")[0]
     if log == "clock":
         back = lines[half - 5].partition(",")[0]
         lines[half] = back + "," + lines[half].partition(",")[2]
