@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ..common.arrays import Array
 
 _USUAL = Scenario()
-_SHARES = ("coulomb", "viscous", "memory", "per_kelvin", "apart", "wear", "missing", "damaged")
 _GONE = {"cut": "cut short (simulated)", "clock": "its clock runs back (simulated)"}
 
 
@@ -124,17 +123,17 @@ def run(asked: _Simulate) -> int:
     names = [robot.name for robot in types]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(f"robots: {twice.pop()!r} twice: give each type once")
-    root, lines, told = Path(made_folder(asked.out)), list[str](), []
-    for robot in types:
-        arms, folder = simulated_arms(robot, scenario), Path(made_folder(root / robot.name))
+    known = [(robot, simulated_arms(robot, scenario)) for robot in types]
+    players = [_Player.of(robot, asked) for robot in types]
+    root, lines = Path(made_folder(asked.out)), list[str]()
+    for player, (robot, arms) in zip(players, known, strict=True):
+        folder = Path(made_folder(root / robot.name))
         with bar(f"simulating {robot.name}") as progress:
-            play = _Player.of(robot, asked)
-            (play.write_store if asked.equations else play.write_logs)(folder, arms, progress)
+            (player.write_store if asked.equations else player.write_logs)(folder, arms, progress)
         _write_tables(folder, arms, asked.equations)
-        told.append((robot, arms))
         what = "a store of equations" if asked.equations else "recordings and robots.csv"
         lines.append(f"{folder}: {len(arms)} arms, {scenario.days} days each: {what}; truth.csv")
-    write_bytes(root / "truth.json", report.documents.json_text(report.documents.truth_document(scenario, told)))
+    write_bytes(root / "truth.json", report.documents.json_text(report.documents.truth_document(scenario, known)))
     print_lines(*lines, f"{root / 'truth.json'}: what is true of them")
     return ANSWERED
 

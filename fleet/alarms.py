@@ -44,11 +44,11 @@ class Alarm(Document, frozen=True):
 class Steps(NamedTuple):
     """Steps that are sought in a series, s of them: what estimates each from the values so far.
 
-    ``starts``: the first night of each, shape (s,); ``weights``: sizes are weights @ values, shape (s, d);
+    ``starts``: the first night of each, s; ``weights``: sizes are weights @ values, shape (s, d);
     ``sigma``: of each size, shape (s,).
     """
 
-    starts: Array
+    starts: tuple[int, ...]
     weights: Array
     sigma: Array
 
@@ -65,12 +65,12 @@ def steps_of(days: Array, nights: Array, scatter: Scatter) -> Steps | None:
     if count <= FEWEST:
         return None
     first = max(FEWEST, int(np.searchsorted(days, days[-1] - LAST, side="right")))
-    starts = np.arange(first, count)
-    if not len(starts):
+    starts = tuple(range(first, count))
+    if not starts:
         return None
     root = np.linalg.cholesky(scatter.covariance(days, nights))
     level = solve_triangular(root, np.ones(count), lower=True)
-    after = (np.arange(count)[:, None] >= starts).astype(float)
+    after = (np.arange(count)[:, None] >= np.array(starts)).astype(float)
     steps = solve_triangular(root, after, lower=True)
     steps = steps - np.outer(level, level @ steps) / (level @ level)
     information = np.sum(steps**2, axis=0)
@@ -161,4 +161,4 @@ def _largest_step(series: Series, scatter: Scatter, count: int) -> tuple[int, fl
     values = series.values[:count] - scatter.per_kelvin * series.temperature[:count]
     sigmas = steps.weights @ values / steps.sigma
     k = int(np.argmax(np.abs(sigmas)))
-    return int(steps.starts[k]), float(steps.sigma[k]), float(sigmas[k])
+    return steps.starts[k], float(steps.sigma[k]), float(sigmas[k])

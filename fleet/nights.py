@@ -85,7 +85,7 @@ def arm_of(passports: Sequence[RobotPassport]) -> Arm:
     usual = Counter(told).most_common(1)[0][0]
     same = [passport.equations for passport, mass in zip(ordered, told, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
-    nights = tuple(_night(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
+    nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
     sigma = compared_sigma(weighted(same[-1]), robust_sigma(same[-1]))
     excess = sigma / np.maximum(weighted(same[-1]).sigma, np.finfo(float).tiny ** 0.25)
     wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
@@ -112,8 +112,15 @@ def _exchange(passports: Sequence[RobotPassport], whole: Estimate, excess: Array
     return exchange_of(first.about["arm"], [passport.about["day"] for passport in passports], nights, explained)
 
 
-def _night(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
-    """One recording: friction and a change of payload together, then each drive's scale beside its friction."""
+def night_of(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
+    """One recording: friction and a change of payload together, then each drive's scale beside its friction.
+
+    Args:
+        passport: of the recording.
+        whole: the arm's base parameters by all recordings that were told ``usual``.
+        told: mass that the controller was told [kg].
+        usual: that it was told most often [kg].
+    """
     names, equations = whole.names, passport.equations
     frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
     rest = np.array(whole.values)

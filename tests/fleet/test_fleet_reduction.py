@@ -20,6 +20,7 @@ from dynident import fleet
 from dynident.cli import main
 from dynident.common import files
 from dynident.common.errors import InputError
+from dynident.estimation.recordings.read import read_recordings
 from dynident.fleet import engine
 from dynident.fleet.catalog import Entry, catalog, found_logs
 from dynident.model import load_robot
@@ -225,8 +226,9 @@ def pool_with_deadly_logs(workers: int) -> Executor:
 
 def poison() -> None:
     """In a worker: reading a recording of arm b ends it."""
-    read = fleet.reduction.read_recordings
-    fleet.reduction.read_recordings = lambda path, *more: deadly() if path.startswith("b/") else read(path, *more)  # type: ignore[assignment]
+    vars(fleet.reduction)["read_recordings"] = lambda path, *more: (
+        deadly() if path.startswith("b/") else read_recordings(path, *more)
+    )
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are forked, so that they read as the test says")
