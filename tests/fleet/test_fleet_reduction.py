@@ -257,7 +257,7 @@ def test_workers_that_cannot_begin_are_no_fault_of_a_log(
 
 
 class KilledWorker(Exception):  # noqa: N818
-    """As Dask's, of a task that each worker died of."""
+    """A task that each worker died of, as Dask says it."""
 
 
 def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> None:
