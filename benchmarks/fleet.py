@@ -25,7 +25,6 @@ from dynident.fleet.series import Scatter, Series, scatter_of, series_of
 from dynident.fleet.simulated import Scenario, simulated_arms
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 RATE, LENGTH, ARMS = 250.0, 60.0, 100
@@ -169,7 +168,7 @@ def ideal(own: float, step: float, sigma: float, days: int, rate: float = NIGHTL
     """Share of steps found by generalized least squares that knows scatter, memory and errors exactly."""
     scatter, nights = Scatter(sigma, 0.5, 1.0, 0.0, 0.0), np.full(USUAL + days, max(own, 1e-9))
     draw = np.random.default_rng(0)
-    found: NDArray[np.bool_] = np.zeros(draws, dtype=bool)
+    found = []
     day = np.arange(float(USUAL + days))
     values = sigma * scattering((draws, USUAL + days), draw) + own * draw.standard_normal((draws, USUAL + days))
     values += step * (day >= USUAL)
@@ -177,8 +176,8 @@ def ideal(own: float, step: float, sigma: float, days: int, rate: float = NIGHTL
     for count in range(USUAL + 1, USUAL + days + 1):
         steps = steps_of(day[:count], nights[:count], scatter)
         assert steps is not None
-        found = found | (np.abs(values[:, :count] @ steps.weights.T / steps.sigma) > bound).any(axis=1)
-    return float(found.mean())
+        found.append((np.abs(values[:, :count] @ steps.weights.T / steps.sigma) > bound).any(axis=1))
+    return float(np.any(found, axis=0).mean())
 
 
 def by_series(own: float, seeds: int) -> int:

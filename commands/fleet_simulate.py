@@ -67,7 +67,7 @@ def _load(text: str) -> float:
 def _drawn(field: str, how: Callable[[str], Any], metavar: str, help: str, unit: str = "") -> Any:
     """An option of the scenario, with the scenario's own default."""
     value = getattr(_USUAL, field)
-    told = f"{100.0 * value:g}%" if metavar == "SHARE" else f"{value}{unit}"
+    told = f"{100.0 * value:g}%%" if metavar == "SHARE" else f"{value}{unit}"
     return option(type=how, default=value, metavar=metavar, help=f"{help} (default: {told})")
 
 
