@@ -76,7 +76,11 @@ class _Simulate(Options):
     """Robots, what happens to them, and where it goes."""
 
     robots: tuple[str, ...] = option(
-        "robots", nargs="+", metavar="ROBOT", help="types: names or TOML files; see 'dynident robot list'"
+        "robots",
+        reads="robot",
+        nargs="+",
+        metavar="ROBOT",
+        help="types: names or TOML files; see 'dynident robot list'",
     )
     out: str = option(writes="folder", required=True, metavar="DIR", help="a folder for each type, and truth.json")
     equations: bool = option(
