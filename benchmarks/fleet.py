@@ -25,6 +25,7 @@ from dynident.fleet.series import Scatter, Series, scatter_of, series_of
 from dynident.fleet.simulated import Scenario, simulated_arms
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 RATE, LENGTH, ARMS = 250.0, 60.0, 100
@@ -228,11 +229,11 @@ def false_alarms(months: int, scale: float = 1.0) -> float:
             scatter = scatter_of(lines)
             bound = bound_of(days, lines[0].sigma, scatter, NIGHTLY)
             left = np.array([line.values - scatter.per_kelvin * line.temperature for line in lines])
-            before = np.ones(ARMS, dtype=bool)
+            before: NDArray[np.bool_] = np.ones(ARMS, dtype=bool)
             for day in range(30, 61):
                 steps = steps_of(days[:day], lines[0].sigma[:day], scatter)
                 assert steps is not None
-                now = (np.abs(left[:, :day] @ steps.weights.T / steps.sigma) > bound).any(axis=1)
+                now = np.max(np.abs(left[:, :day] @ steps.weights.T / steps.sigma), axis=1) > bound
                 count, before = count + int((now & ~before).sum()), now
     return count / months
 
