@@ -187,6 +187,6 @@ def test_a_fleet_of_every_shipped_robot(tmp_path: Path) -> None:
         except InputError:
             continue
         with contextlib.chdir(tmp_path):
-            options = "--arms 1 --days 2 --worn 0 --laden 0 --equations --rate 100"
+            options = "--arms 1 --days 2 --worn 0 --laden 0 --equations"
             assert main(f"fleet simulate {name} --out o-{name} {options}".split()) == 0, name
             assert main(f"fleet report o-{name}/{load_robot(name).name}/store".split()) == 0, name
