@@ -23,7 +23,7 @@ class _Store(Options):
     store: str = option("store", metavar="STORE", help="the --store of 'dynident fleet reduce'")
     false_alarms: float = option(
         type=positive_number,
-        default=fleet.trends.FALSE_ALARMS,
+        default=fleet.alarms.FALSE_ALARMS,
         metavar="N",
         help="alarms a month over the whole fleet where nothing changed (default: 1)",
     )
@@ -86,8 +86,8 @@ def write_tables(folder: Path, found: fleet.Fleet) -> None:
         for name, number in night.numbers.items()
     ]
     names = ("arm", "day", "temperature", "told", "quantity", "value", "sigma")
-    alarms = [(*alarm[:6], str(alarm.new).lower()) for alarm in found.alarms]
     heads = ("arm", "quantity", "since", "step", "sigma", "sigmas", "new")
+    alarms = [[*(getattr(alarm, head) for head in heads[:-1]), str(alarm.new).lower()] for alarm in found.alarms]
     if not fleet.store.write_parquet(folder / "nights.parquet", names, nights):
         raise InputError("--parquet needs pyarrow: pip install 'dynident[fleet]'")
     fleet.store.write_parquet(folder / "alarms.parquet", heads, alarms)

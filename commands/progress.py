@@ -89,9 +89,10 @@ def bar(what: str) -> Iterator[Callable[[float], None]]:
 
 
 def _shown() -> rich.progress.Progress:
-    """A line that goes when the work is done; where no share is known its bar only moves."""
+    """A line that goes when the work is done, of a terminal; where no share is known its bar only moves."""
     columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    return rich.progress.Progress(*columns, console=Console(stderr=True), transient=True)
+    console = Console(stderr=True)  # elsewhere it would leave an empty line
+    return rich.progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
 def _words() -> TextColumn:

@@ -170,10 +170,10 @@ def _disturbances(
         raise InputError(
             f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
         ) from None
-    return trajectories.simulation.relative_disturbances(_root_mean_square(robot, references), level)
+    return trajectories.simulation.relative_disturbances(root_mean_square(robot, references), level)
 
 
-def _root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
+def root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
     """Root mean square torque of each joint [N·m or N], shape (n,)."""
     simulator, torques = trajectories.Simulator(robot), []
     for reference in references:

@@ -1,13 +1,17 @@
+from . import alarms as alarms
 from . import answers as answers
 from . import catalog as catalog
 from . import codec as codec
 from . import drawing as drawing
 from . import engine as engine
 from . import files as files
+from . import identity as identity
 from . import merging as merging
 from . import nights as nights
 from . import passport as passport
 from . import reduction as reduction
+from . import series as series
+from . import simulated as simulated
 from . import store as store
 from . import trends as trends
 from .answers import answered as answered

@@ -9,8 +9,6 @@ from typing import Any
 
 from ..common.errors import InputError
 
-CRASHES = 3
-"""How often lost processes are replaced."""
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 

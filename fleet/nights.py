@@ -18,6 +18,7 @@ from ..estimation.payload.loaded_scale import FRICTION
 from ..model.names import parameter_kind
 from ..model.regressors import payload_columns
 from .answers import compared_sigma
+from .identity import Exchange, exchange_of
 from .passport import RobotPassport
 
 MASS = "mass"
@@ -61,11 +62,13 @@ class Arm:
         name: of the arm.
         nights: its recordings in the order of time.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
+        exchange: recordings under its name that are of another robot; None where all may be of one.
     """
 
     name: str
     nights: tuple[Night, ...]
     pooled: Estimate
+    exchange: Exchange | None = None
 
 
 def arm_of(passports: Sequence[RobotPassport]) -> Arm:
@@ -82,15 +85,42 @@ def arm_of(passports: Sequence[RobotPassport]) -> Arm:
     usual = Counter(told).most_common(1)[0][0]
     same = [passport.equations for passport, mass in zip(ordered, told, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
-    nights = tuple(_night(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
+    nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
     sigma = compared_sigma(weighted(same[-1]), robust_sigma(same[-1]))
     excess = sigma / np.maximum(weighted(same[-1]).sigma, np.finfo(float).tiny ** 0.25)
     wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
-    return Arm(ordered[0].about["arm"], nights, wide)
+    return Arm(ordered[0].about["arm"], nights, wide, _exchange(ordered, whole, excess))
 
 
-def _night(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
-    """One recording: friction and a change of payload together, then each drive's scale beside its friction."""
+def bodies_of(estimate: Estimate) -> Estimate:
+    """What a robot's bodies tell, without friction and constant torques."""
+    return estimate.part([name for name in estimate.names if parameter_kind(name) not in FRICTION])
+
+
+def _exchange(passports: Sequence[RobotPassport], whole: Estimate, excess: Array) -> Exchange | None:
+    """Recordings that are of another robot, whatever is carried and however the drives are scaled."""
+    first = passports[0]
+    nights, inertial = [], [k for k, name in enumerate(whole.names) if parameter_kind(name) not in FRICTION]
+    for passport in passports:
+        night = weighted(passport.equations)
+        nights.append(bodies_of(replace(night, covariance=night.covariance * np.outer(excess, excess))))
+    scaled = [
+        whole.covariance @ (weight**2 * factor[:, :-1].T @ (factor[:, :-1] @ whole.values))
+        for factor, weight in zip(first.equations.factors, whole.weights, strict=True)
+    ]
+    explained = np.column_stack([first.base.effect_of(payload_columns(first.robot)), *scaled])[inertial]
+    return exchange_of(first.about["arm"], [passport.about["day"] for passport in passports], nights, explained)
+
+
+def night_of(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
+    """One recording: friction and a change of payload together, then each drive's scale beside its friction.
+
+    Args:
+        passport: of the recording.
+        whole: the arm's base parameters by all recordings that were told ``usual``.
+        told: mass that the controller was told [kg].
+        usual: that it was told most often [kg].
+    """
     names, equations = whole.names, passport.equations
     frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
     rest = np.array(whole.values)

@@ -16,14 +16,19 @@ SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
 """Names of ``model.robot.SOURCED`` that a simulation rests on."""
 
 
-def write_recording(path: str | Path, recording: Recording) -> None:
-    """Write time, positions and torques in the columns that ``dynident payload`` and ``identify`` read."""
+def recording_text(recording: Recording) -> str:
+    """Time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read."""
     n = recording.q.shape[1]
     header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1))]
     text = io.StringIO()
     table = np.column_stack([recording.t, recording.q, recording.torque])
     np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt="%.12g")
-    write_text(path, text.getvalue())
+    return text.getvalue()
+
+
+def write_recording(path: str | Path, recording: Recording) -> None:
+    """Write a recording as CSV; see ``recording_text``."""
+    write_text(path, recording_text(recording))
 
 
 def write_truth(

@@ -34,8 +34,12 @@ FLOORS = {
         "store",
         "engine",
         "reduction",
+        "identity",
         "nights",
         "drawing",
+        "simulated",
+        "series",
+        "alarms",
         "trends",
     ),
     "report": (

@@ -1,11 +1,19 @@
 """Documents of ``fleet``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
 from ...common.schema import Document
 from ...estimation.files.parts import Number
 from ...fleet import Fleet
+from ...fleet.alarms import Alarm
 from ...fleet.reduction import Reduced
+from ...fleet.series import RELATIVE
+from ...fleet.simulated import Scenario, TrueArm
+from ...fleet.trends import Drift
+from ...model import Robot
+from ...model.names import parameter_kind
+from ..recordings import SIMULATED
 from .passport import OddDocument
 
 
@@ -28,8 +36,67 @@ class ReducedDocument(Document, frozen=True):
 
 def reduced_document(reduced: Reduced) -> ReducedDocument:
     """What ``dynident fleet reduce --json`` writes."""
-    refused = tuple(RefusedDocument(file, reason) for file, reason in sorted(reduced.refused.items()))
+    refused = _refused(reduced.refused)
     return ReducedDocument(str(reduced.store.root), reduced.new, reduced.known, refused, reduced.crashes)
+
+
+def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
+
+
+class TrueNightDocument(Document, frozen=True):
+    """A day of a simulated arm: carried untold [kg], its log, and the friction as it was."""
+
+    day: str
+    temperature: float
+    carried: float
+    log: str
+    friction: dict[str, float]
+
+
+class TrueEventDocument(Document, frozen=True):
+    """What happens to a simulated arm: wear of a quantity by a share, an untold payload [kg], or another arm."""
+
+    what: str
+    day: str
+    quantity: str
+    size: float
+
+
+class TrueArmDocument(Document, frozen=True):
+    """A simulated arm: its standard parameters at 20 deg C, what happens to it (null: nothing), and its days."""
+
+    arm: str
+    robot: str
+    parameters: dict[str, float]
+    event: TrueEventDocument | None
+    nights: tuple[TrueNightDocument, ...]
+
+
+class TruthDocument(Document, frozen=True):
+    """A simulated fleet as it was: settings by the options' names, and every arm of every type."""
+
+    settings: dict[str, float | str]
+    assumed: dict[str, dict[str, str]]
+    arms: tuple[TrueArmDocument, ...]
+
+
+def truth_document(scenario: Scenario, types: Sequence[tuple[Robot, Sequence[TrueArm]]]) -> TruthDocument:
+    """What ``dynident fleet simulate`` writes as truth.json; ``types``: robots with their arms."""
+    settings = {name: str(value) if name == "first" else value for name, value in asdict(scenario).items()}
+    assumed = {robot.name: robot.assumed(*SIMULATED) for robot, _ in types}
+    return TruthDocument(settings, assumed, tuple(_true_arm(robot, arm) for robot, arms in types for arm in arms))
+
+
+def _true_arm(robot: Robot, arm: TrueArm) -> TrueArmDocument:
+    nights = tuple(
+        TrueNightDocument.of(
+            night, friction={name: x for name, x in night.parameters.items() if parameter_kind(name) in RELATIVE}
+        )
+        for night in arm.nights
+    )
+    event = None if arm.event is None else TrueEventDocument.of(arm.event)
+    return TrueArmDocument(arm.name, robot.name, dict(arm.parameters), event, nights)
 
 
 class NightDocument(Document, frozen=True):
@@ -43,36 +110,26 @@ class NightDocument(Document, frozen=True):
     usual: Number
 
 
-class AlarmDocument(Document, frozen=True):
-    """A change: since so many days after the first night; step and sigma are shares where ``relative``."""
-
-    arm: str
-    quantity: str
-    since: float
-    step: float
-    sigma: float
-    sigmas: float
-    new: bool
-    relative: bool
-
-
 class ScatterDocument(Document, frozen=True):
-    """How a quantity varies from day to day without any change."""
+    """How a quantity varies from day to day without any change; a step beyond ``bound`` sigmas is an alarm."""
 
     quantity: str
     sigma: float
     memory: float
     per_kelvin: float
     per_kelvin_sigma: float
+    bound: float
 
 
-class DriftDocument(Document, frozen=True):
-    """A steady change per 30 days."""
+class ExchangeDocument(Document, frozen=True):
+    """Recordings of another robot than their arm: of a day ``alone``, or since it; ``like``: perhaps this arm's."""
 
     arm: str
-    quantity: str
-    per_month: float
-    sigma: float
+    day: str
+    alone: bool
+    chi2: float
+    degrees: int
+    like: str
 
 
 class FleetDocument(Document, frozen=True):
@@ -80,31 +137,33 @@ class FleetDocument(Document, frozen=True):
 
     arms: tuple[str, ...]
     first_day: str
-    bound_sigmas: float
-    alarms: tuple[AlarmDocument, ...]
+    alarms: tuple[Alarm, ...]
     last: tuple[NightDocument, ...]
     scatter: tuple[ScatterDocument, ...]
-    drifts: tuple[DriftDocument, ...]
+    drifts: tuple[Drift, ...]
     odd: tuple[OddDocument, ...]
+    exchanges: tuple[ExchangeDocument, ...]
     refused: tuple[RefusedDocument, ...]
 
 
 def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
     """What ``dynident fleet report --json`` writes."""
-    relative = {(one.arm, one.quantity): one.relative for one in fleet.series}
-    usual = {(one.arm, one.quantity): one.usual for one in fleet.series}
+    usual = {(series.arm, series.quantity): series.usual for series in fleet.series}
     return FleetDocument(
         arms=tuple(arm.name for arm in fleet.arms),
         first_day=fleet.first,
-        bound_sigmas=fleet.bound,
-        alarms=tuple(AlarmDocument(*alarm, relative[alarm.arm, alarm.quantity]) for alarm in fleet.alarms),
+        alarms=fleet.alarms,
         last=tuple(
             NightDocument(arm.name, name, arm.nights[-1].day, *number, usual[arm.name, name])
             for arm in fleet.arms
             for name, number in arm.nights[-1].numbers.items()
         ),
-        scatter=tuple(ScatterDocument.of(scatter, quantity=name) for name, scatter in fleet.scatter.items()),
-        drifts=tuple(DriftDocument(*drift) for drift in fleet.drifts),
+        scatter=tuple(
+            ScatterDocument.of(scatter, quantity=name, bound=fleet.bounds[name])
+            for name, scatter in fleet.scatter.items()
+        ),
+        drifts=fleet.drifts,
         odd=tuple(OddDocument(*odd) for odd in fleet.twins.odd) if fleet.twins is not None else (),
-        refused=tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items())),
+        exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
+        refused=_refused(refused),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...fleet import Fleet
-from ...fleet.trends import Series
+from ...fleet.series import Series
 from ..blocks import Drawing
 from .canvas import BLUE, GREY, ORANGE, panels
 

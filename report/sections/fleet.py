@@ -6,9 +6,11 @@ from pathlib import PurePath
 import numpy as np
 
 from ...fleet import Fleet
+from ...fleet.alarms import Alarm
+from ...fleet.identity import Exchange
 from ...fleet.merging import CHANCE
 from ...fleet.reduction import Reduced
-from ...fleet.trends import FEWEST, LAST, Alarm, Series
+from ...fleet.series import FEWEST, LAST, Series
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
 from ..figures.fleet import fleet_figures
 from ..provenance import Provenance
@@ -82,9 +84,18 @@ def _head(fleet: Fleet, refused: Mapping[str, str]) -> list[str]:
     few = [arm.name for arm in fleet.arms if len(arm.nights) <= FEWEST]
     if few:
         lines.append(f"Too few nights for alarms yet: {', '.join(few[:6])}{' and more' if len(few) > 6 else ''}.")
+    lines += [_exchanged(exchange) for exchange in fleet.exchanges]
     if refused:
         lines.append(f"{len(refused)} logs were refused; see refused.csv.")
     return lines
+
+
+def _exchanged(exchange: Exchange) -> str:
+    """What is said of recordings of another robot."""
+    which = f"the recording of {exchange.day} is" if exchange.alone else f"recordings since {exchange.day} are"
+    like = f", perhaps {exchange.like}" if exchange.like else ""
+    why = f"chi2 {exchange.chi2:.0f} of {exchange.degrees}, payload and drives apart"
+    return f"{exchange.arm}: {which} of another robot{like} ({why}): check its name."
 
 
 def _alarms(fleet: Fleet) -> Table:
@@ -146,7 +157,7 @@ def _arms(fleet: Fleet) -> Table:
 
 def _words(fleet: Fleet) -> str:
     return (
-        f"A step on one of the last {LAST} days is an alarm beyond {fleet.bound:.2f} sigma: of {len(fleet.series)} "
+        f"A step on one of the last {LAST} days is an alarm beyond the quantity's bound: of {len(fleet.series)} "
         "series together one alarm a month (or as --false-alarms says) where nothing changed and scatter is normal."
         " Sigma holds each night's own error and the scatter from day to day with its memory, measured by medians "
         "over all arms."
@@ -158,9 +169,17 @@ def _scatter(fleet: Fleet) -> Table:
     for name, scatter in fleet.scatter.items():
         unit = 100.0 if next(one.relative for one in fleet.series if one.quantity == name) else 1.0
         slope = f"{unit * scatter.per_kelvin:+.2g}±{unit * scatter.per_kelvin_sigma:.1g}"
-        rows.append((meaning(name), f"{unit * scatter.sigma:.2g}", f"{scatter.memory:.2f}", slope))
-    headings = ("scatter [% or unit]", "memory", "per K [% or unit]")
-    return Table("From day to day", columns(("quantity",), headings), rows, style="tight")
+        rows.append(
+            (
+                meaning(name),
+                f"{unit * scatter.sigma:.2g}",
+                f"{scatter.memory:.2f}",
+                slope,
+                f"{fleet.bounds[name]:.2f}",
+            )
+        )
+    headings = ("scatter", "memory", "per K", "bound [sigma]")
+    return Table("From day to day [% or unit]", columns(("quantity",), headings), rows, style="tight")
 
 
 def _drifts(fleet: Fleet) -> list[Block]:

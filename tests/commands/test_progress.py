@@ -51,3 +51,11 @@ def test_nothing_is_drawn_where_nobody_looks(capsys: pytest.CaptureFixture[str],
         progress(0.5)
         progress(1.0)
     assert "50" not in capsys.readouterr().err
+
+
+def test_a_file_gets_no_line_of_it(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not an empty one either."""
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    with bar("reading") as progress:
+        progress(0.5)
+    assert capsys.readouterr().err == ""

@@ -1,6 +1,7 @@
 """Many recordings to a store: the same whoever reduces them, whenever they are killed; what is wrong is named."""
 
 import contextlib
+import multiprocessing
 import os
 import signal
 import socket
@@ -9,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from dynident import fleet
 from dynident.cli import main
 from dynident.common import files
 from dynident.common.errors import InputError
+from dynident.estimation.recordings.read import read_recordings
 from dynident.fleet import engine
 from dynident.fleet.catalog import Entry, catalog, found_logs
 from dynident.model import load_robot
@@ -204,14 +206,72 @@ def test_two_processes_one_of_them_killed(store: Path, tmp_path: Path) -> None:
 
     def kill(_: float) -> None:
         if not killed:
-            import multiprocessing
-
             killed.append(int(multiprocessing.active_children()[0].pid or 0))
             os.kill(killed[0], signal.SIGKILL)
 
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2, progress=kill)
     assert reduced.crashes >= 1
     assert contents(tmp_path / "s") == contents(store)
+
+
+def deadly(*_: Any) -> None:
+    """What ends a process without a word, as a fault in a compiled library does."""
+    os._exit(9)
+
+
+def pool_with_deadly_logs(workers: int) -> Executor:
+    """Processes that the logs of arm b end."""
+    return ProcessPoolExecutor(workers, multiprocessing.get_context("fork"), poison)
+
+
+def poison() -> None:
+    """In a worker: reading a recording of arm b ends it."""
+    vars(fleet.reduction)["read_recordings"] = lambda path, *more: (
+        deadly() if path.startswith("b/") else read_recordings(path, *more)
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are forked, so that they read as the test says")
+def test_a_log_that_ends_its_worker_each_time_is_one_row(
+    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fleet.reduction, "process_pool", pool_with_deadly_logs)
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
+    assert reduced.crashes >= 1
+    assert reduced.new == 2
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.reduction.KILLS
+    assert {file for file, why in reduced.refused.items() if why == fleet.reduction.KILLS} == {
+        "b/2026-01-01.csv", "b/2026-01-03.csv"
+    }  # fmt: skip
+
+
+def test_workers_that_cannot_begin_are_no_fault_of_a_log(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pool(_: int) -> contextlib.AbstractContextManager[Executor]:
+        return contextlib.nullcontext(Lost(0))
+
+    monkeypatch.setattr(fleet.reduction, "process_pool", pool)
+    with pytest.raises(InputError, match="workers were lost after 0 of"):
+        fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
+
+
+class KilledWorker(Exception):  # noqa: N818
+    """A task that each worker died of, as Dask says it."""
+
+
+def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> None:
+    class Killed(engine.Here):
+        def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+            if any(task.entry.path.startswith("b/2026-01-01") for task in arguments[1]):
+                future: Future[Any] = Future()
+                future.set_exception(KilledWorker())
+                return future
+            return super().submit(fn, *arguments, **more)
+
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed(), batch=3)
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.reduction.KILLS
+    assert (reduced.new, reduced.crashes) == (2, 2)
 
 
 def free_port() -> int:

@@ -10,14 +10,17 @@ from dynident.common.errors import InputError
 from dynident.estimation import identify, read_recording
 from dynident.estimation.fit import weighted
 from dynident.fleet import Log, Recipe, RobotPassport
+from dynident.fleet.alarms import alarm_of, bound_of, steps_of
 from dynident.fleet.drawing import drawn, noise_of
 from dynident.fleet.nights import MASS, arm_of
-from dynident.fleet.trends import LAST, Series, alarm_of, bound_of, fleet_of, scatter_of
+from dynident.fleet.series import LAST, Scatter, Series, scatter_of
+from dynident.fleet.trends import fleet_of
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
 from dynident.report.documents import fleet_document
 from dynident.report.provenance import Provenance, now
 from dynident.tests.frozen.inputs import unpack
+from scipy.stats import norm
 
 NIGHTS = 14
 
@@ -120,12 +123,32 @@ def test_scatter_is_measured_whatever_a_few_arms_do() -> None:
 
 
 def test_alarms_are_as_rare_as_stated() -> None:
-    """The bound holds over days and series together: one quiet series in ten may be an alarm, and some are."""
+    """With the scatter as measured; one quiet series in ten may newly be an alarm today, and some are."""
     draw, quiet = np.random.default_rng(2), 1000
     many = [series(draw, days=20) for _ in range(quiet)]
-    scatter, bound = scatter_of(many), bound_of(1, 30.0 * 0.1)
-    alarms = sum(alarm_of(one, scatter, bound) is not None for one in many)
-    assert 0.03 * quiet < alarms < 0.13 * quiet
+    scatter = scatter_of(many)
+    bound = bound_of(many[0].days, many[0].sigma, scatter, 0.1)
+    alarms = [alarm_of(line, scatter, bound) for line in many]
+    assert 0.07 * quiet < sum(alarm is not None and alarm.new for alarm in alarms) < 0.14 * quiet
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("own", [0.0, 0.01, 0.1])
+def test_a_bound_is_exceeded_as_often_as_stated(own: float, memory: float) -> None:
+    """Newly, by the largest of the last days' steps; counted over many quiet series, scatter known."""
+    days, rate, quiet = np.arange(30.0), 1e-3, 200_000
+    nights, scatter = np.full(30, max(own, 1e-6)), Scatter(0.03, memory, 1.0, 0.0, 0.0)
+    bound, draw = bound_of(days, nights, scatter, rate), np.random.default_rng(5)
+    today, yesterday = steps_of(days, nights, scatter), steps_of(days[:-1], nights[:-1], scatter)
+    assert today is not None
+    assert yesterday is not None
+    sizes = np.vstack([today.weights / today.sigma[:, None],
+                       np.pad(yesterday.weights / yesterday.sigma[:, None], ((0, 0), (0, 1)))])  # fmt: skip
+    root = np.linalg.cholesky(sizes @ scatter.covariance(days, nights) @ sizes.T + 1e-12 * np.eye(len(sizes)))
+    beyond = np.abs(draw.standard_normal((quiet, len(root))) @ root.T) > bound
+    new = beyond[:, : len(today.starts)].any(axis=1) & ~beyond[:, len(today.starts) :].any(axis=1)
+    assert abs(new.sum() - rate * quiet) < 4.0 * np.sqrt(rate * quiet)
+    assert bound < norm.isf(0.5 * rate / LAST)  # which is Bonferroni's
 
 
 def test_an_arm_without_a_name_or_day_is_refused(passport: RobotPassport) -> None:

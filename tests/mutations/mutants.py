@@ -29,6 +29,9 @@ COMMANDS = (
     "simulate --robot six_axis.toml --payload box.toml --trajectory six_short.csv --rate 50 --out sim",
     "score --robot tx40.toml tx_arm_loaded.csv --torque-limits none --json out.json",
     "verify --robot tx40.toml --before tx_arm_unloaded.csv --after tx_arm_loaded.csv --json out.json",
+    "fleet reduce six_arm_unloaded.csv --robot six_axis.toml --decimate 4 --store store --json out.json",
+    "fleet simulate six_axis.toml --arms 2 --days 2 --rate 50 --points 4 --out made",
+    "compare six_arm_unloaded.csv six_arm_loaded.csv --robot six_axis.toml --json out.json",
 )
 MASSES = {"tx_arm_loaded.csv": 1.6, "six_arm_loaded.csv": 2.5, "ur_near_loaded.csv": 6.2}
 """What hangs on the flange in these recordings [kg]."""
@@ -305,7 +308,7 @@ def mutant(draw: Draw, given: Callable[[str], bytes], options: Callable[[str], l
 
 def _with_option(words: list[str], draw: Draw, options: Callable[[str], list[str]]) -> Mutant:
     """One more option, an option without its value, or another value."""
-    known = options(" ".join(words[:2]) if words[0] == "robot" else words[0])
+    known = options(" ".join(words[:2]) if words[0] in ("robot", "fleet") else words[0])
     option = known[int(draw.integers(len(known)))]
     value = VALUES[int(draw.integers(len(VALUES)))]
     more = [option] if draw.random() < 0.15 else [f"{option}={value}"]

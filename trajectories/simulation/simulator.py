@@ -29,13 +29,25 @@ class Simulator:
         model = inverse_dynamics(robot)
         self._kernel = Kernel(model)
 
-    def parameters(self, payload: InertialParameters | None = None) -> Array:
-        """Standard parameters in the order of ``standard_columns``, the payload added to the last link."""
-        return parameter_vector(self.robot, self.robot.parameters, payload)
+    def parameters(
+        self, payload: InertialParameters | None = None, parameters: Mapping[str, float] | None = None
+    ) -> Array:
+        """Standard parameters in the order of ``standard_columns``, the payload added to the last link.
 
-    def measure(self, motion: Motion, payload: InertialParameters | None = None) -> Measurement:
-        """Exact joint torques [N·m or N] on a motion."""
-        chi = self.parameters(payload)
+        Args:
+            payload: given in the robot's payload frame.
+            parameters: of a twin of the robot; the robot's own by default.
+        """
+        return parameter_vector(self.robot, parameters or self.robot.parameters, payload)
+
+    def measure(
+        self,
+        motion: Motion,
+        payload: InertialParameters | None = None,
+        parameters: Mapping[str, float] | None = None,
+    ) -> Measurement:
+        """Exact joint torques [N·m or N] on a motion; ``parameters``: of a twin, the robot's own by default."""
+        chi = self.parameters(payload, parameters)
         torque = np.zeros(motion.q.shape)
         torque[:, self._kernel.rows] = self._kernel(motion.q, motion.qd, motion.qdd, chi).T
         return Measurement(motion, torque)
@@ -47,6 +59,7 @@ class Simulator:
         noise: ArrayLike | None = None,
         seed: int | Sequence[int] = 0,
         source: str = "simulated",
+        parameters: Mapping[str, float] | None = None,
     ) -> Recording:
         """Positions and torques on a motion, torques with white noise.
 
@@ -54,8 +67,11 @@ class Simulator:
             motion: what the robot does, exactly.
             payload: fixed to the last link, given in the robot's payload frame.
             noise: standard deviation of the torque noise per joint [N·m or N]; None for none.
+            seed: of the noise.
+            source: name of the recording.
+            parameters: of a twin of the robot; the robot's own by default.
         """
-        torque = np.array(self.measure(motion, payload).torque)
+        torque = np.array(self.measure(motion, payload, parameters).torque)
         if noise is not None:
             draw = np.random.default_rng(seed)
             torque += np.asarray(noise) * draw.standard_normal(torque.shape)

@@ -1,0 +1,116 @@
+"""Every key of the documents on fleets, passports and recordings side by side is the value that it comes from."""
+
+from dataclasses import asdict
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from dynident.estimation.diagnosis.finding import Verdict
+from dynident.fleet import Log
+from dynident.fleet.alarms import Alarm
+from dynident.fleet.answers import Shown
+from dynident.fleet.simulated import Event, Scenario, TrueArm, TrueNight
+from dynident.fleet.trends import Drift
+from dynident.model import load_robot
+from dynident.report import documents
+from dynident.tests.report import made
+from dynident.tests.report.every_key import same
+
+ODD: Any = SimpleNamespace(sources=("a", "b"), odd=[("a", "FS1", 5.5)], names=("FS1", "M1"))
+ODD_KEYS = [{"recording": "a", "parameter": "FS1", "sigmas": 5.5}]
+
+
+def test_compare() -> None:
+    compared: Any = SimpleNamespace(
+        **vars(ODD), values=made.numbers(2, 2), sigma=2.0 * made.numbers(2, 2), pooled=made.numbers(2),
+        interval95=3.0 * made.numbers(2, 2), scatter=4.0 * made.numbers(2),
+    )  # fmt: skip
+    expected = {
+        "recordings": compared.sources, "parameters": compared.names, "values": compared.values,
+        "sigma": compared.sigma, "pooled": compared.pooled, "pooled_interval95": compared.interval95,
+        "scatter": compared.scatter, "odd": ODD_KEYS,
+    }  # fmt: skip
+    same(documents.compared_document(compared), expected)
+
+
+def test_fleet_reduce() -> None:
+    reduced: Any = SimpleNamespace(
+        store=SimpleNamespace(root=Path("s")),
+        new=3,
+        known=2,
+        crashes=1,
+        refused={"b": "short", "a": "none"},
+    )
+    expected = {
+        "store": "s", "new": 3, "known": 2, "workers_lost": 1,
+        "refused": [{"file": "a", "reason": "none"}, {"file": "b", "reason": "short"}],
+    }  # fmt: skip
+    same(documents.reduced_document(reduced), expected)
+
+
+def test_fleet_report() -> None:
+    alarm = {
+        "arm": "left", "quantity": "FS1", "since": 3.0, "step": 0.25, "sigma": 0.05, "sigmas": 5.0, "new": True,
+        "relative": True,
+    }  # fmt: skip
+    drift = {"arm": "left", "quantity": "FS1", "per_month": 0.125, "sigma": 0.01}
+    exchange = {"arm": "left", "day": "2026-01-04", "alone": True, "chi2": 99.5, "degrees": 24, "like": "right"}
+    scatter = {"sigma": 0.03, "memory": 0.5, "per_kelvin": -0.01, "per_kelvin_sigma": 0.002}
+    night: Any = SimpleNamespace(day="2026-01-05", numbers={"FS1": (1.25, 0.5)})
+    reported: Any = SimpleNamespace(
+        arms=(SimpleNamespace(name="left", nights=(night,)),), first="2026-01-01", alarms=(Alarm(**alarm),),  # type: ignore[arg-type]
+        series=(SimpleNamespace(arm="left", quantity="FS1", usual=2.5),), bounds={"FS1": 4.5},
+        scatter={"FS1": SimpleNamespace(**scatter)}, drifts=(Drift(**drift),), twins=ODD,  # type: ignore[arg-type]
+        exchanges=(SimpleNamespace(**exchange),),
+    )  # fmt: skip
+    expected = {
+        "arms": ["left"], "first_day": "2026-01-01", "alarms": [alarm], "drifts": [drift], "odd": ODD_KEYS,
+        "last": [{
+            "arm": "left", "quantity": "FS1", "day": "2026-01-05", "value": 1.25, "sigma": 0.5, "usual": 2.5,
+        }],
+        "scatter": [{"quantity": "FS1", **scatter, "bound": 4.5}], "exchanges": [exchange],
+        "refused": [{"file": "a.csv", "reason": "none"}],
+    }  # fmt: skip
+    same(documents.fleet_document(reported, {"a.csv": "none"}), expected)
+
+
+def test_fleet_simulate() -> None:
+    """Settings by the options' names; friction of each day beside the arm's own parameters."""
+    scenario = Scenario(arms=2, days=1, seed=7)
+    night = TrueNight("2026-01-01", 21.5, 1.25, "cut", {"XX1": 1.5, "FS1": 2.5, "FV1": 3.5})
+    own = {"XX1": 1.25, "FS1": 2.25, "FV1": 3.25}
+    arm = TrueArm("left", Event("wear", "2026-01-01", "FS1", 0.3), own, (night,))
+    robot = load_robot("rx90")
+    expected = {
+        "settings": {**asdict(scenario), "first": "2026-01-01"},
+        "assumed": {"rx90": robot.assumed("position", "speed", "acceleration", "torque", "parameters")},
+        "arms": [{
+            "arm": "left", "robot": "rx90", "parameters": own,
+            "event": {"what": "wear", "day": "2026-01-01", "quantity": "FS1", "size": 0.3},
+            "nights": [{
+                "day": "2026-01-01", "temperature": 21.5, "carried": 1.25, "log": "cut",
+                "friction": {"FS1": 2.5, "FV1": 3.5},
+            }],
+        }],
+    }  # fmt: skip
+    same(documents.truth_document(scenario, [(robot, [arm])]), expected)
+
+
+def test_passport_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    passport: Any = SimpleNamespace(
+        recipe=SimpleNamespace(kind="weigh", fingerprint="c0"), robot=SimpleNamespace(name="arm"),
+        robot_fingerprint="b0", logs=(Log("held out", "a.csv", "d0"),), versions={"numpy": "2"},
+        about={"day": "2026-01-01"},
+    )  # fmt: skip
+    answer: Any = SimpleNamespace(headline="1.2 kg", verdict=Verdict("use", ()))
+    numbers = lambda _: (Shown("mass", 1.25, 1.0, 1.5),)  # noqa: E731
+    monkeypatch.setattr(documents.passport, "numbers_of", numbers)
+    expected = {
+        "kind": "weigh", "robot": "arm", "robot_fingerprint": "b0", "recipe_fingerprint": "c0",
+        "logs": [{"role": "held out", "name": "a.csv", "sha256": "d0"}], "versions": {"numpy": "2"},
+        "about": {"day": "2026-01-01"}, "headline": "1.2 kg",
+        "parameters": [{"name": "mass", "value": 1.25, "interval95": [1.0, 1.5]}],
+        "verdict": {"level": "use", "reasons": []},
+    }  # fmt: skip
+    same(documents.passport_document(passport, answer), expected)
