@@ -14,10 +14,10 @@ from ...common.arrays import Array
 from ..motions.bounds import JointBounds
 from ..motions.samples import Clear, Plan, Samples, everywhere
 from .criterion import ORDERS
+from .descent import minimised
 from .limits import State
 from .problem import DesignProblem
 from .score import exact_value
-from .search import minimised
 from .settle import FINE_WIDTH, WIDTH, Multipliers
 
 _STIFFNESS, _MARGIN = 10.0, 1e-3
