@@ -167,7 +167,7 @@ class _Search:
 
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end; then settle it within its limits."""
-        course, effort, worth = self._best_start(starts), self.effort, _Worth()
+        course, effort, worth = self._best_start(starts), self.effort, _Worth(keeps_curvature(self.problem.family))
         order = ORDERS[self.problem.criterion.kind][-1]
         for stage in range(effort.stages - 1):
             if not worth(self._improved(course, order, WIDTH, effort.refined, f"refined {stage + 1}")):
@@ -184,12 +184,15 @@ class _Search:
 
         All are improved for half of that, the best third of them for the other half.
         """
-        orders, half = ORDERS[self.problem.criterion.kind], self.effort.first // 2
+        orders, first = ORDERS[self.problem.criterion.kind][:2], self.effort.first
         courses = [self._begun(k) for k in range(starts)]
-        for of, order in ((1, orders[0]), (_OF, orders[:2][-1])):
+        if len(orders) == 1 and starts == 1:
+            self._improved(courses[0], *orders, WIDTH, first, "start 1 improved")
+            return courses[0]
+        for of, order in ((1, orders[0]), (_OF, orders[-1])):
             courses = courses[: -(-len(courses) // of)]
             for course in courses:
-                self._improved(course, order, WIDTH, half, f"start {course.number} improved")
+                self._improved(course, order, WIDTH, first // 2, f"start {course.number} improved")
             courses.sort(key=self._promise)
         return courses[0]
 
@@ -262,15 +265,17 @@ class _Worth:
     """Whether stages of a search still gain.
 
     Attributes:
+        counts: whether a stage that gains little is the last; not where descents gain anew from stage to stage.
         value: the last motion's criterion; None where it did not keep its limits.
     """
 
+    counts: bool
     value: float | None = None
 
     def __call__(self, score: Score) -> bool:
         """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
         before, self.value = self.value, score.value if score.feasible else None
-        return before is None or self.value is None or before - self.value > _GAIN
+        return not self.counts or before is None or self.value is None or before - self.value > _GAIN
 
 
 def _rank(score: Score) -> tuple[float, float]:
