@@ -35,6 +35,7 @@ _NOISE = 0.007
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _RUN_RATE, _SLOW_RATE = 500.0, 50.0  # Hz: at which a whole run, and its rehearsal, are looked at
 _ROUNDING = 1e-9  # of a limit
+_LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 _BETWEEN = 0.02  # of a torque limit: what a search may miss between its samples
 
 
@@ -239,7 +240,7 @@ def _torques(
                 f"--ladder: {expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give "
                 "--expected-mass"
             )
-        payload = expected
+        payload = payload.lighter(_LEFT * expected.mass)
     if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
         return bounds, known.loads(payload or expected, limits.torque_margin)
     if payload is not None or limits.torque_margin is not None:

@@ -55,8 +55,7 @@ class NearOptions(Options):
     ladder: bool = option(
         group="payload",
         action="store_true",
-        help="a motion for the payload expected, and slower runs before it, each as fast as --within and the run "
-        "before allow",
+        help="a motion for 1.25 times the mass expected, and slower runs before it that bound the payload",
     )
     seed: int = option(group="search", type=whole, default=0, help="of the random starts (default: 0)")
     starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")

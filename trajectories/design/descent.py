@@ -1,8 +1,7 @@
 """A descent to the nearest minimum by BFGS, which goes on from the curvature that an earlier descent has learnt.
 
 Nocedal and Wright, Numerical Optimization, chapter 6; line search for the weak Wolfe conditions by bisection: Lewis
-and Overton, Nonsmooth optimization via quasi-Newton methods, 2013. Where numbers have bounds, or are
-too many for a matrix, L-BFGS.
+and Overton, Nonsmooth optimization via quasi-Newton methods, 2013. Elsewhere L-BFGS.
 """
 
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
+from ..motions.near import FreeNear
 from ..motions.samples import Family
 
 Smooth = Callable[[Array], tuple[float, Array]]
@@ -38,8 +38,11 @@ class Minimum(NamedTuple):
 
 
 def keeps_curvature(family: Family) -> bool:
-    """Whether descents of a family go on from each other's curvature: not too many numbers, without bounds."""
-    return family.size <= _MOST and not np.isfinite(np.concatenate([family.low, family.high])).any()
+    """Whether descents of a family go on from each other's curvature: motions near a pose, of not too many numbers.
+
+    Motions through the whole range have many more minima; there fresh descents end at better ones.
+    """
+    return isinstance(family, FreeNear) and family.size <= _MOST
 
 
 def minimised(
