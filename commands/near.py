@@ -162,7 +162,7 @@ def _ladder(
     assert isinstance(plan, trajectories.NearMotion)
     assert isinstance(payloads, trajectories.PayloadSet)
     with status("looking for the speeds of the ladder"):
-        return trajectories.design.ladder(
+        return trajectories.design.speed_ladder(
             bearing,
             payloads,
             plan,

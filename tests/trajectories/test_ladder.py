@@ -17,7 +17,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design import ladder
+from dynident.trajectories.design import speed_ladder
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)
@@ -46,7 +46,7 @@ def sigma(run: NearMotion) -> float:
 
 def test_each_run_bears_what_the_one_before_leaves(fast: NearMotion) -> None:
     """The worst bodies come to the limit at each step but the last, and break it at the next step's speed."""
-    rungs = ladder(bearing, SET, fast, EXPECTED.mass, sigma)
+    rungs = speed_ladder(bearing, SET, fast, EXPECTED.mass, sigma)
     assert len(rungs) >= 2
     assert [rung.speed for rung in rungs] == sorted(rung.speed for rung in rungs)
     assert rungs[-1].speed == 1.0
@@ -63,16 +63,16 @@ def test_each_run_bears_what_the_one_before_leaves(fast: NearMotion) -> None:
 
 
 def test_a_light_set_needs_one_run(fast: NearMotion) -> None:
-    only = ladder(bearing, SET.lighter(1.0), fast, 0.5, sigma)
+    only = speed_ladder(bearing, SET.lighter(1.0), fast, 0.5, sigma)
     assert [(rung.speed, rung.mass) for rung in only] == [(1.0, 1.0)]
 
 
 def test_what_no_speed_bears_is_refused(fast: NearMotion) -> None:
     heavy = PayloadSet(40.0, SET.centre, SET.axes)
     with pytest.raises(InputError, match="does not bear 40 kg everywhere within bounds"):
-        ladder(bearing, heavy, fast, EXPECTED.mass, sigma)
+        speed_ladder(bearing, heavy, fast, EXPECTED.mass, sigma)
 
 
 def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
     with pytest.raises(InputError, match="allows no faster one"):
-        ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)
+        speed_ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)

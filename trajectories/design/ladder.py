@@ -40,7 +40,7 @@ class Rung(NamedTuple):
     motion: NearMotion
 
 
-def ladder(
+def speed_ladder(
     bearing: Callable[[PayloadSet], DesignProblem],
     payloads: PayloadSet,
     motion: NearMotion,
