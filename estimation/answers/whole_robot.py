@@ -4,7 +4,8 @@ from ...common.errors import InputError
 from ...model import Robot, base_parameters
 from ..files.stored import StoredRobot
 from ..possible.cone import SolverError
-from ..possible.labelled import WholeRobot, whole_robot
+from ..possible.labelled import WholeRobot
+from ..possible.labelling import whole_robot
 from ..possible.mass_range import mass_ranges
 
 

@@ -54,19 +54,19 @@ def change_in(window: MovingWindow) -> Change | None:
     usual = less[: -tried[-1]]
     if len(usual) >= _KNOWN:
         window.usual = held_friction([usual[0].followed_by(usual[1:])], window.sigmas)
-    held = window.usual
-    if held is None:
+    friction = window.usual
+    if friction is None:
         return None
-    return _latest_change(blocks, less, held, tried)
+    return _latest_change(blocks, less, friction, tried)
 
 
 def _latest_change(
-    blocks: Sequence[Block], less: Sequence[Observation], held: HeldFriction, tried: Sequence[int]
+    blocks: Sequence[Block], less: Sequence[Observation], friction: HeldFriction, tried: Sequence[int]
 ) -> Change | None:
     """Try another payload for ever more of the last blocks."""
-    rows, columns = [_weighted(part, held) for part in less], less[0].columns
+    rows, columns = [_weighted(part, friction) for part in less], less[0].columns
     A, y = np.vstack([part[:, :-1] for part in rows]), np.concatenate([part[:, -1] for part in rows])
-    near = _near(columns, held)
+    near = _near(columns, friction)
     A, y = np.vstack([A, near]), np.append(y, np.zeros(len(near)))
     for count in tried:  # a later beginning holds nothing of the payload before
         first = sum(map(len, rows[:-count]))
@@ -79,17 +79,18 @@ def _latest_change(
     return None
 
 
-def _weighted(part: Observation, held: HeldFriction) -> Array:
+def _weighted(part: Observation, friction: HeldFriction) -> Array:
     """Rows of all joints with noise, [W Y], in units of the errors that are usual."""
-    sizes = held.noise * np.sqrt(held.memory)
+    sizes = friction.noise * np.sqrt(friction.memory)
     rows = [np.column_stack([W, Y]) / size for W, Y, size in zip(part.W, part.Y, sizes, strict=True) if size > 0.0]
     return np.vstack(rows)
 
 
-def _near(columns: Sequence[str], held: HeldFriction) -> Array:
+def _near(columns: Sequence[str], friction: HeldFriction) -> Array:
     """Equations that keep friction near the robot's, and the payload within reason."""
     sigmas = [
-        held.held[name].sigma if (name := column.removeprefix(FREE)) in held.held else 0.0 for column in columns
+        friction.held[name].sigma if (name := column.removeprefix(FREE)) in friction.held else 0.0
+        for column in columns
     ]
     rows = [np.eye(1, len(columns), k) / sigma for k, sigma in enumerate(sigmas) if sigma > 0.0]
     payload = np.zeros((10, len(columns)))

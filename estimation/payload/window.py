@@ -192,13 +192,13 @@ def window_problem(window: MovingWindow, blocks: Sequence[Block]) -> PayloadProb
     """The payload problem of some blocks of a window."""
     first, *others = (block.equations for block in blocks)
     observation = first.followed_by(others)
-    held = held_friction([less_robot(observation, window.known.values)], window.sigmas)
+    friction = held_friction([less_robot(observation, window.known.values)], window.sigmas)
     squares = np.sum([block.squares for block in blocks], axis=0)
     samples = np.sum([block.samples for block in blocks], axis=0)
     rms = np.sqrt(squares / np.maximum(samples, 1))
     moving = tuple(sorted(set().union(*(block.moving for block in blocks))))
     run = Run("live", reduced(observation))
-    return weighing_problem(window.robot, window._base, [run], moving, held, rms, None, window.known)
+    return weighing_problem(window.robot, window._base, [run], moving, friction, rms, None, window.known)
 
 
 def _hidden(joints: Sequence[int], n: int) -> str:
