@@ -15,12 +15,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import InertialParameters, Robot, load_robot, payload_regressor, robot_names, stand_in
-from dynident.model.kernel import Kernel
+from dynident.model import InertialParameters, Robot, load_robot, robot_names, stand_in
+from dynident.tests.trajectories.bodies import drawn_bodies, drawn_shares, worst_shares
 from dynident.trajectories import (
-    Design,
     DesignProblem,
     JointBounds,
     Loads,
@@ -30,8 +28,7 @@ from dynident.trajectories import (
     build_design,
     solve_design,
 )
-from dynident.trajectories.design import check_held, holding_torques, load_torques
-from dynident.trajectories.design.payloads import points
+from dynident.trajectories.design import check_held, holding_torques
 
 BODIES, RATE, DURATION = 10_000, 100.0, 4.0
 RADIUS, REACH = 0.15, 0.1  # m: of the ball, and of its centre before the flange
@@ -95,35 +92,20 @@ def measured(robot: Robot, share: float, seed: int, lowered: bool) -> Run:
     free = build_design(robot, shape, goal, bounds=problem.bounds, loads=Loads(robot.parameters))
     unsafe = solve_design(free, seed=seed, starts=1)
     if lowered:
-        needed = [worst_torque(in_link, *row) for row in zip(*torques(free, robot, unsafe), strict=True)]
-        least = np.maximum(0.85 * np.array(needed), 1.15 * holding_torques(problem, shape.poses))
+        needed = worst_shares(robot, unsafe.motion(RATE), in_link, np.ones(robot.n))
+        least = np.maximum(0.85 * needed, 1.15 * holding_torques(problem, shape.poses))
         bounds = replace(problem.bounds, torque=np.minimum(problem.bounds.torque, least))
         problem = build_design(robot, shape, goal, bounds=bounds, loads=Loads(robot.parameters, in_link))
     safe = solve_design(problem, seed=seed, starts=1)
     sigma = [goal.predicted(robot, design.plan, shape.joints).mass for design in (safe, unsafe)]
-    own, rows = torques(free, robot, safe)
-    limits, tried = problem.bounds.torque, bodies(in_link, draw)
-    broken = np.zeros(BODIES, dtype=bool)
-    for torque, columns, limit in zip(own, rows, limits, strict=True):
-        broken |= (np.abs(torque[:, None] + columns @ tried.T) > limit).any(axis=0)
-    most = worst_share(in_link, own, rows, limits)
+    motion, limits = safe.motion(RATE), problem.bounds.torque
+    drawn = drawn_shares(robot, motion, drawn_bodies(in_link, BODIES, draw), limits)
+    most = float(worst_shares(robot, motion, in_link, limits).max())
     wider = PayloadSet(1.1 * in_link.mass, in_link.centre, 1.1 * in_link.axes)
     room = min(check.room for check in safe.score.limits if check.name.startswith("torque"))
-    outside = worst_share(wider, own, rows, limits) > 1.0
-    violations = int(broken.sum()) + int(most > 1.0)
+    outside = bool(worst_shares(robot, motion, wider, limits).max() > 1.0)
+    violations = int((drawn > 1.0).any(axis=0).sum()) + int(most > 1.0)
     return Run(violations, most, room < ACTIVE, sigma[0] / sigma[1], outside, (safe.cpu_s, unsafe.cpu_s))
-
-
-def worst_share(payloads: PayloadSet, own: Array, rows: Array, limits: Array) -> float:
-    """Largest share of a limit that a body of the set reaches: the extreme bodies, each put into the regressor."""
-    needed = [worst_torque(payloads, *row) for row in zip(own, rows, strict=True)]
-    return float((np.array(needed) / limits).max())
-
-
-def worst_torque(payloads: PayloadSet, torque: Array, columns: Array) -> float:
-    """Largest torque of a joint [N·m or N], by bodies put into the payload's regressor, (N, 10)."""
-    bodies = (extreme.body for extreme in payloads.extremes(columns))
-    return max(float(np.abs(torque + np.einsum("kp,kp->k", columns, body)).max()) for body in bodies)
 
 
 def held_problem(
@@ -146,28 +128,6 @@ def held_problem(
             continue
         return problem, shape, goal
     raise InputError(f"{robot.name}: no pose in 200 holds every payload")
-
-
-def torques(free: DesignProblem, robot: Robot, design: Design) -> tuple[Array, Array]:
-    """The arm's own torque, n x N, and the payload's regressor, n x N x 10, on the run at another rate."""
-    motion = design.motion(RATE)
-    own = next(iter(load_torques(free, motion).values())).T
-    kernel = Kernel(payload_regressor(robot))
-    entries = kernel(motion.q, motion.qd, motion.qdd)
-    rows = np.zeros((robot.n, len(motion.t), 10))
-    for entry, row, column in zip(entries, kernel.rows, kernel.columns, strict=True):
-        rows[row, :, column] = entry
-    return own, rows
-
-
-def bodies(payloads: PayloadSet, draw: np.random.Generator) -> Array:
-    """Bodies of up to four point masses in the ball, a third of them of the full mass."""
-    s = draw.standard_normal((4 * BODIES, 3))
-    s *= (draw.random(4 * BODIES) ** draw.choice([0.0, 1 / 3], 4 * BODIES) / np.linalg.norm(s, axis=1))[:, None]
-    parts = points(payloads.centre + s @ payloads.axes.T).reshape(BODIES, 4, 10)
-    masses = np.where(draw.random(BODIES) < 1 / 3, 1.0, draw.random(BODIES))
-    shares = draw.dirichlet(np.full(4, 0.3), BODIES) * masses[:, None]
-    return np.asarray(payloads.mass * np.einsum("ks,ksp->kp", shares, parts))
 
 
 if __name__ == "__main__":

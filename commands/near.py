@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,154 +12,54 @@ import numpy as np
 from .. import model, report, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
-from ..common.files import write_text
 from . import ANSWERED
 from .motion_pages import FIGURE_RATE
 from .motion_search import best_motion
+from .near_options import REHEARSAL, NearFiles, NearOptions
 from .options import (
     LimitOptions,
-    MotionFiles,
     NoiseOptions,
-    Options,
     RehearsedRobotOptions,
     ViewOptions,
     add_command,
     in_si,
-    option,
 )
 from .options.goals import RATE
 from .options.limits import Known
 from .options.reading import about
-from .progress import note
-from .values import gains_list, joint_list, positive, positive_number, whole
+from .progress import note, status
+from .values import gains_list
 
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
-_DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
-_REHEARSAL = 0.1  # of the speed
 _RUN_RATE, _SLOW_RATE = 500.0, 50.0  # Hz: at which a whole run, and its rehearsal, are looked at
 _ROUNDING = 1e-9  # of a limit
+_LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
 _BETWEEN = 0.02  # of a torque limit: what a search may miss between its samples
-
-
-@dataclass(frozen=True)
-class _Near(Options):
-    """Where the robot stands, which joints move how far and how long, and what is known of the payload."""
-
-    GROUP = "motion"
-
-    pose: tuple[float, ...] = option(
-        type=gains_list,
-        required=True,
-        metavar="Q1,Q2,..",
-        help="where it stands [deg or m]; =-90,.. with minus",
-    )
-    second_pose: str | None = option(
-        metavar="auto|Q1,Q2,..",
-        help="do it again at another wrist pose, outside the range: one that helps, or this one",
-    )
-    joints: tuple[int, ...] = option(
-        type=joint_list, required=True, metavar="J1,J2,..", help="joints that move, such as 2,3,5,6"
-    )
-    range: tuple[float, ...] | None = option(
-        type=gains_list, metavar="R|R1,R2,..", help=f"to either side [deg or m] (default: {_RANGE:g})"
-    )
-    duration: float = option(type=positive_number, default=_DURATION, metavar="S", help=f"default: {_DURATION:g}")
-    mass: float | None = option(group="payload", type=positive_number, metavar="KG", help="the payload was weighed")
-    mass_sigma: float | None = option(
-        group="payload", type=positive_number, metavar="KG", help="standard deviation of the scale"
-    )
-    expected_mass: float | None = option(
-        group="payload",
-        type=positive_number,
-        metavar="KG",
-        help=f"about its mass, not weighed (default: {_MASS:g})",
-    )
-    seed: int = option(group="search", type=whole, default=0, help="of the random starts (default: 0)")
-    starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")
-
-    def check(self, robot: model.Robot) -> None:
-        """Refuse what does not go together.
-
-        Raises:
-            InputError: one line.
-        """
-        if (self.mass is None) != (self.mass_sigma is None):
-            raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
-        if self.mass is not None:
-            self.refuse("expected_mass", "is for a payload that was not weighed: leave it out with --mass")
-        if max(self.joints) > robot.n:
-            raise InputError(
-                f"--joints {max(self.joints)}: robot {robot.name!r} has {robot.n} joints: number them "
-                f"from 1, at the base, to {robot.n}"
-            )
-
-    def ranges(self, robot: model.Robot) -> Array:
-        """A range for each moving joint [rad or m]."""
-        given, joints = self.range or (_RANGE,), self.joints
-        if len(given) not in (1, len(joints)):
-            raise InputError(
-                f"--range has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
-            )
-        turning = [robot.joints[joint - 1].revolute for joint in joints]
-        if len(given) == 1 and not all(turning):
-            raise InputError(
-                "--range: give one number for each joint, in deg where it turns and in m where it slides"
-            )
-        each = given * len(joints) if len(given) == 1 else given
-        return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
-
-    @property
-    def expected(self) -> model.InertialParameters:
-        """About what the payload is."""
-        mass = self.mass or self.expected_mass or _MASS
-        return model.InertialParameters.from_com(mass, [0.0, 0.0, 0.1], 0.003 * mass * np.eye(3))
-
-
-@dataclass(frozen=True)
-class _NearFiles(MotionFiles):
-    """Formats of the motion, and the file of its rehearsal."""
-
-    rehearsal: str | None = option(
-        writes="file",
-        metavar="F.csv",
-        help="the same way once at a tenth of the speed (default: beside --samples)",
-    )
-
-    def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
-        """Write the motion, its rehearsal and the JSON."""
-        robot, head = result.robot, report.near_head
-        written = report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0))
-        self.check_replays(result.design.problem, written)
-        self.write(written)
-        path = self.rehearsal
-        if path is None and self.samples:
-            beside = Path(self.samples)
-            path = str(beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
-        if path:
-            slow = result.motion.slowed(_REHEARSAL)
-            written = report.motions.WrittenMotion(robot, slow, bounds, head(result, _REHEARSAL))
-            write_text(path, report.motions.csv_text(written, self.rate))
-        if self.json:
-            report.documents.write_json(
-                self.json, report.documents.near_document(result.design, result.motion, *result[1:])
-            )
 
 
 def add_parser(commands: Any) -> None:
     """Arguments of the command."""
     add_command(
-        commands, "near", run, RehearsedRobotOptions, _Near, NoiseOptions, LimitOptions, _NearFiles, ViewOptions
+        commands,
+        "near",
+        run,
+        RehearsedRobotOptions,
+        NearOptions,
+        NoiseOptions,
+        LimitOptions,
+        NearFiles,
+        ViewOptions,
     )
 
 
 def run(
     arm: RehearsedRobotOptions,
-    options: _Near,
+    options: NearOptions,
     noise: NoiseOptions,
     limits: LimitOptions,
-    files: _NearFiles,
+    files: NearFiles,
     view: ViewOptions,
 ) -> int:
     """Visibility first, then the design."""
@@ -180,7 +79,7 @@ def run(
     except InputError:
         files.show(report.Screen([report.visibility_table(visibility)]))
         raise
-    limited, loads = _torques(known, bounds, limits, options.expected)
+    limited, loads = _torques(known, bounds, limits, options)
     scene = limits.read_scene()
 
     def within(share: float) -> trajectories.DesignProblem:
@@ -189,7 +88,13 @@ def run(
 
     trajectories.design.check_held(within(1.0), shape.poses)
     design = _kept(within, options.seed, options.starts)
-    result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints))
+
+    def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
+        heavier = known.loads(payloads, limits.torque_margin)
+        return trajectories.build_design(robot, shape, goal, bounds=limited, loads=heavier, scene=scene)
+
+    ladder = _ladder(options, limits.payload(robot, bounds), design, goal, bearing)
+    result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
     files.show(screen)
@@ -239,12 +144,35 @@ def _whole_run(
 ) -> tuple[trajectories.design.LimitCheck, ...]:
     """Limits that count in the whole run, the ways between two poses included, and in its rehearsal."""
     assert isinstance(design.plan, trajectories.NearMotion)
-    runs = design.plan.motion(_RUN_RATE), design.plan.slowed(_REHEARSAL).motion(_SLOW_RATE)
+    runs = design.plan.motion(_RUN_RATE), design.plan.slowed(REHEARSAL).motion(_SLOW_RATE)
     return tuple(limit for run in runs for limit in trajectories.design.checks_of_run(problem, run))
 
 
+def _ladder(
+    options: NearOptions,
+    payloads: model.InertialParameters | trajectories.PayloadSet | None,
+    design: trajectories.Design,
+    goal: trajectories.NearGoal,
+    bearing: Callable[[trajectories.PayloadSet], trajectories.DesignProblem],
+) -> tuple[trajectories.design.Rung, ...]:
+    """Runs before the one at full speed where a ladder was asked for."""
+    plan, robot = design.plan, design.problem.robot
+    if not options.ladder:
+        return ()
+    assert isinstance(plan, trajectories.NearMotion)
+    assert isinstance(payloads, trajectories.PayloadSet)
+    with status("looking for the speeds of the ladder"):
+        return trajectories.design.speed_ladder(
+            bearing,
+            payloads,
+            plan,
+            options.expected.mass,
+            lambda run: goal.predicted(robot, run, options.joints).mass,
+        )
+
+
 def _shape(
-    options: _Near,
+    options: NearOptions,
     robot: model.Robot,
     goal: trajectories.NearGoal,
     bounds: trajectories.JointBounds,
@@ -295,7 +223,7 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 
 def _torques(
-    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, expected: model.InertialParameters
+    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, options: NearOptions
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
     """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
 
@@ -303,6 +231,16 @@ def _torques(
         InputError: if a payload was bounded that torque limits cannot be kept for.
     """
     robot, payload = known.robot, limits.payload(known.robot, bounds)
+    expected = options.expected
+    if options.ladder:
+        if not isinstance(payload, trajectories.PayloadSet):
+            raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
+        if expected.mass > payload.mass:
+            raise InputError(
+                f"--ladder: {expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give "
+                "--expected-mass"
+            )
+        payload = payload.lighter(_LEFT * expected.mass)
     if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
         return bounds, known.loads(payload or expected, limits.torque_margin)
     if payload is not None or limits.torque_margin is not None:

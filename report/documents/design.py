@@ -1,6 +1,6 @@
 """The documents of ``design`` and of motions near a pose."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from msgspec import UNSET, UnsetType, field
@@ -22,7 +22,7 @@ from ...trajectories import (
     ViaPoints,
 )
 from ...trajectories import NearMotion as NearPlan
-from ...trajectories.design import Floor, holding_torques
+from ...trajectories.design import Floor, Rung, holding_torques
 from ...trajectories.motions import Plan
 from ..motions.written import rests_on
 
@@ -145,6 +145,15 @@ class SpreadDocument(Document, frozen=True):
     inertia_com: Matrix
 
 
+class RungDocument(Document, frozen=True):
+    """A run of the ladder: share of the full speed, mass that it bears and largest one after it [kg]."""
+
+    speed: float
+    mass: float = field(name="bears_kg")
+    bound: float = field(name="bound_kg")
+    duration: float = field(name="duration_s")
+
+
 class NearDocument(Document, frozen=True):
     """A motion near a pose: what it shows of a payload, how well, its limits."""
 
@@ -157,6 +166,7 @@ class NearDocument(Document, frozen=True):
     condition_number_scaled: Number
     duration: float = field(name="duration_s")
     rehearsal_s: float
+    ladder: tuple[RungDocument, ...] | None
     cpu_s: float
     limits: LimitsDocument
     payload_bounds: PayloadBoundsDocument | None
@@ -223,9 +233,15 @@ def _motion(plan: Plan) -> MotionDocument:
 
 
 def near_document(
-    design: Design, motion: NearPlan, shape: NearShape, visibility: PayloadVisibility, spread: PayloadSpread
+    design: Design,
+    motion: NearPlan,
+    shape: NearShape,
+    visibility: PayloadVisibility,
+    spread: PayloadSpread,
+    ladder: Sequence[Rung] = (),
 ) -> NearDocument:
     """What ``dynident near --json`` writes; ``motion`` is the design's."""
+    rungs = [RungDocument(rung.speed, rung.mass, rung.bound, rung.motion.duration) for rung in ladder]
     score = design.score
     return NearDocument.of(
         *(score.learnt, motion, design, design.problem.criterion),
@@ -234,6 +250,7 @@ def near_document(
         visibility=VisibilityDocument.of(visibility),
         predicted_sigma=spread_document(spread),
         rehearsal_s=motion.slowed(0.1).duration,
+        ladder=tuple(rungs) or None,
         limits=LimitsDocument(
             score.max_violation,
             torque_checked=design.problem.torque_limited,

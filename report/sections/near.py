@@ -11,6 +11,7 @@ from ...model import INERTIAL, InertialParameters, Motion, Robot
 from ...model.inertia import PayloadSpread
 from ...model.visibility import PayloadVisibility
 from ...trajectories import Design, NearMotion, NearShape
+from ...trajectories.design import Rung
 from ..blocks import Animation, Block, Notes, Page, Pair, Remarks, Screen, Section, Table, Text, columns, tables_of
 from ..figures.arm import arm_animation, arm_strip
 from ..figures.motion import motion_figure
@@ -55,12 +56,14 @@ class NearResult(NamedTuple):
         shape: what was asked of the motion.
         visibility: what can be seen at all.
         spread: predicted standard deviations, of white noise.
+        ladder: the runs up to full speed; none where the motion holds for every payload.
     """
 
     design: Design
     shape: NearShape
     visibility: PayloadVisibility
     spread: PayloadSpread
+    ladder: tuple[Rung, ...] = ()
 
     @property
     def robot(self) -> Robot:
@@ -89,6 +92,7 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
     first: list[Block] = [
         Notes([f"Motion of joints {joints} of {title}: {kept}"]),
         prediction_table(result.spread, expected),
+        *ladder_tables(result.ladder),
         Notes([after]),
         Remarks([*hints, *near_notes(result)]),
     ]
@@ -105,8 +109,7 @@ def near_notes(result: NearResult) -> list[str]:
     )
     periods = "one period" if motion.repeats == 1 else f"{motion.repeats} periods"
     lines = [
-        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; "
-        f"the rehearsal, once at a tenth of the speed, takes {motion.slowed(0.1).duration:.0f} s.",
+        f"{motion.duration:.1f} s: {periods} of {motion.period:.2f} s{two}; {_before(result)}.",
         "Sigma by (17)-(19) for white torque noise; constant torques and Coulomb friction are estimated too. Real "
         "recordings have 1.6 to 4 times as much.",
     ]
@@ -117,6 +120,26 @@ def near_notes(result: NearResult) -> list[str]:
         )
     lines += payload_notes(result.design.problem, result.design.score)
     return [*lines, *assumed_notes(result.robot, *rests_on(result.design.problem))]
+
+
+def _before(result: NearResult) -> str:
+    slower = [rung.motion.duration for rung in result.ladder if rung.speed < 1.0]
+    if slower:
+        return f"the slower runs before it take {', '.join(f'{duration:.0f}' for duration in slower)} s"
+    if result.ladder:
+        return "the first run may be at full speed"
+    return f"the rehearsal, once at a tenth of the speed, takes {result.motion.slowed(0.1).duration:.0f} s"
+
+
+def ladder_tables(ladder: Sequence[Rung]) -> list[Table]:
+    """Speed of each run, the mass that it bears, and the bound that it leaves; nothing without a ladder."""
+    rows = [
+        (f"run {k}", f"{100.0 * rung.speed:.0f}", f"{rung.mass:.2f}", f"{rung.bound:.2f}")
+        for k, rung in enumerate(ladder, 1)
+    ]
+    headings = columns(("step",), ("speed %", "bears kg", "then at most kg"))
+    title = "Ladder: go on only if the run before shows at most what the next one bears"
+    return [Table(title, headings, rows, style="tight")] if rows else []
 
 
 def near_head(result: NearResult, speed: float) -> tuple[str, ...]:

@@ -347,6 +347,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--seed": "--seed 3",
         "--starts": "--starts 2",
         "--rehearsal": "--samples a.csv | --rehearsal slow.csv",
+        "--ladder": "--heaviest-payload 7@0,0,0.1 --within 0.1 | --ladder",
     },
     "score": ROBOT | STAND_IN | PAGE | LIMITS | VIEW | {
         "log": f"=--robot rx90 {_NOISE} | rx_arm.csv",

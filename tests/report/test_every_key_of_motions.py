@@ -10,6 +10,7 @@ from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 from dynident.trajectories import BlendedPoints, Fourier, PayloadSet, Trapezoid, ViaPoints
+from dynident.trajectories.design import Rung
 
 FLANGE = {"xyz": [0.125, 0.25, 0.375], "rpy_deg": [0.0, 0.0, 90.0], "source": "told there"}
 LIMIT = SimpleNamespace(
@@ -109,7 +110,7 @@ def test_near() -> None:
     )
     design: Any = SimpleNamespace(problem=problem, score=score(0.07), cpu_s=3.5, seed=9)
     same(
-        documents.near_document(design, motion, shape, visibility, spread),
+        documents.near_document(design, motion, shape, visibility, spread, [Rung(0.25, 6.5, 4.5, motion)]),
         {
             "robot": "arm", "criterion": "a",
             "near": {"poses": poses, "joints": [2, 3], "ranges": ranges, "period_s": 2.5, "repeats": 4,
@@ -117,6 +118,7 @@ def test_near() -> None:
             "visibility": {"joints": [2, 3], "rank": 5, "parameters": {"M": "alone"}, "combinations": []},
             "predicted_sigma": {"mass": 0.011, "com": spread.com, "inertia_com": spread.inertia_com},
             "condition_number": 51.07, "condition_number_scaled": 5.57, "duration_s": 23.0, "rehearsal_s": 10.0,
+            "ladder": [{"speed": 0.25, "bears_kg": 6.5, "bound_kg": 4.5, "duration_s": 23.0}],
             "cpu_s": 3.5, "seed": 9, "payload_bounds": None,
             "limits": {"max_violation": 0.195, "torque_checked": True, "nearest": [vars(LIMIT)]},
             "assumed": {"speed": "told", "torque": "told"},

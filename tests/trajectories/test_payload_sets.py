@@ -10,7 +10,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import Motion, Pose, Robot, load_robot, payload_regressor, stand_in
 from dynident.model.frames import frames_at
-from dynident.model.kernel import Kernel
+from dynident.tests.trajectories.bodies import dense, drawn_bodies, drawn_points, drawn_shares, worst_shares
 from dynident.trajectories import (
     Design,
     DesignProblem,
@@ -38,15 +38,6 @@ SETS = {
 DRAW = np.random.default_rng(20)
 
 
-def dense(function: Any, *states: Array) -> Array:
-    """A regressor on N states, (N, n, c)."""
-    kernel = Kernel(function)
-    entries, (rows, columns) = kernel(*states), function.size_out(0)
-    W = np.zeros((entries.shape[1], rows, columns))
-    W[:, kernel.rows, kernel.columns] = entries.T
-    return W
-
-
 def regressor_rows(robot: Robot, count: int) -> Array:
     """Rows of the payload's regressor in random states, (count n, 10)."""
     states = DRAW.uniform(-3.0, 3.0, (3, count, robot.n))
@@ -56,29 +47,11 @@ def regressor_rows(robot: Robot, count: int) -> Array:
 ROWS = regressor_rows(load_robot("ur10e"), 20)
 
 
-def drawn_points(payloads: PayloadSet, count: int) -> Array:
-    """Places in a region, some of them on its surface, (count, 3)."""
-    s = DRAW.standard_normal((count, 3)) if payloads.region == "ball" else DRAW.uniform(-1.0, 1.0, (count, 3))
-    size = np.linalg.norm(s, axis=1) if payloads.region == "ball" else np.abs(s).max(axis=1)
-    s *= (np.where(DRAW.random(count) < 0.5, 1.0, DRAW.random(count) ** (1 / 3)) / size)[:, None]
-    return np.asarray(payloads.centre + s @ payloads.axes.T)
-
-
-def drawn_bodies(payloads: PayloadSet, count: int) -> Array:
-    """Ten parameters of bodies of up to six point masses each, some lighter than the heaviest, (count, 10)."""
-    shares = (
-        DRAW.dirichlet(np.full(6, 0.3), count)
-        * np.where(DRAW.random(count) < 0.5, 1.0, DRAW.random(count))[:, None]
-    )
-    parts = points(drawn_points(payloads, 6 * count)).reshape(count, 6, 10)
-    return np.asarray(payloads.mass * np.einsum("ks,ksp->kp", shares, parts))
-
-
 @pytest.mark.parametrize("kind", SETS)
 def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> None:
     payloads = SETS[kind]
     largest, smallest = payloads.extremes(ROWS)
-    torques = ROWS @ drawn_bodies(payloads, 10_000).T
+    torques = ROWS @ drawn_bodies(payloads, 10_000, DRAW).T
     room = 1e-9 * np.abs(ROWS).max()
     assert (torques <= largest.torque[:, None] + room).all()
     assert (torques >= smallest.torque[:, None] - room).all()
@@ -87,7 +60,7 @@ def test_no_body_of_the_set_exceeds_the_bound_and_one_reaches_it(kind: str) -> N
         in_set = payloads.extremes(np.eye(10)[9:])[0].torque[0]
         assert extreme.body[:, 9].max() <= in_set * (1.0 + 1e-12) == pytest.approx(payloads.mass)
     outside = PayloadSet(1.02 * payloads.mass, payloads.centre, 1.02 * payloads.axes, payloads.region)
-    beyond = ROWS @ drawn_bodies(outside, 10_000).T
+    beyond = ROWS @ drawn_bodies(outside, 10_000, DRAW).T
     assert (beyond > largest.torque[:, None] + room).any()  # the test can fail
 
 
@@ -99,7 +72,7 @@ def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None
         [] if box else [{"type": "ineq", "fun": lambda s: 1.0 - s @ s, "jac": lambda s: -2.0 * s}]
     )
     for row in ROWS[DRAW.choice(len(ROWS), 3, replace=False)]:
-        starts = (drawn_points(payloads, 4) - payloads.centre) @ inverse.T
+        starts = (drawn_points(payloads, 4, DRAW) - payloads.centre) @ inverse.T
 
         def torque(s: Array, row: Array = row) -> float:
             return -float(row @ points((payloads.centre + payloads.axes @ s)[None])[0])
@@ -235,27 +208,16 @@ def safe() -> Design:
     return solve_design(problem(SETS["ball"].lighter(6.0), weak), seed=0, starts=1)
 
 
-def run_torques(design: Design, bodies: Array) -> Array:
-    """Share of its limit that each joint's torque comes to with each body, on another grid, (n, bodies)."""
-    motion, limits = design.motion(100.0), design.problem.bounds.torque
-    own = next(iter(load_torques(problem(None), motion).values()))
-    rows = dense(payload_regressor(ARM), motion.q, motion.qd, motion.qdd)
-    return np.array([np.abs(own[:, j, None] + rows[:, j] @ bodies.T).max(axis=0) / limits[j] for j in range(6)])
-
-
 @pytest.mark.long
 def test_a_designed_motion_holds_for_every_body_and_a_limit_is_active(safe: Design) -> None:
     """No violation by 10,000 bodies or the worst ones; one comes to 99 % of a limit; a heavier one breaks it."""
     payloads = SETS["ball"].lighter(6.0)
+    motion, limits = safe.motion(100.0), safe.problem.bounds.torque
     assert safe.feasible
-    assert run_torques(safe, drawn_bodies(payloads, 10_000)).max() <= 1.0
-    motion = safe.motion(100.0)
-    rows = dense(payload_regressor(ARM), motion.q, motion.qd, motion.qdd).reshape(-1, 10)
-    worst = np.vstack([extreme.body for extreme in payloads.extremes(rows)])
-    assert 0.99 <= run_torques(safe, worst).max() <= 1.0
+    assert drawn_shares(ARM, motion, drawn_bodies(payloads, 10_000, DRAW), limits).max() <= 1.0
+    assert 0.99 <= worst_shares(ARM, motion, payloads, limits).max() <= 1.0
     heavier = replace(payloads, mass=1.05 * payloads.mass)
-    beyond = np.vstack([extreme.body for extreme in heavier.extremes(rows)])
-    assert run_torques(safe, beyond).max() > 1.0
+    assert worst_shares(ARM, motion, heavier, limits).max() > 1.0
 
 
 def test_brakes_hold_what_gravity_asks_of_the_worst_body() -> None:

@@ -5,6 +5,8 @@ from .floor import Floor as Floor
 from .floor import floor_under as floor_under
 from .goal import Earlier as Earlier
 from .goal import Goal as Goal
+from .ladder import Rung as Rung
+from .ladder import speed_ladder as speed_ladder
 from .limits import LimitCheck as LimitCheck
 from .near_goal import NearGoal as NearGoal
 from .near_goal import check_mass_visible as check_mass_visible

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import casadi as ca
 
-_SWEEPS = 5  # of Jacobi's rotations; a 3 x 3 matrix is diagonal to rounding after three or four
-_NEWTON = 12  # steps; about six are needed
+_SWEEPS = 4  # of Jacobi's rotations: a 3 x 3 matrix is then diagonal to rounding
+_NEWTON = 8  # steps: with seven, rows of the shipped arms were bounded to 1e-12, with eight to rounding
 _TINY = 1e-13  # of the quadratic's size: distance that mu keeps from the largest eigenvalue
 _LEAST = 1e-300
 
@@ -64,8 +64,9 @@ def largest_in_ball(basis: Eigen, b: ca.SX) -> Extreme:
     # No term of |s|^2 may exceed 1, so that mu is at least each lambda_i + |beta_i|.
     mu = least = _most([top + _TINY * size + _LEAST, ca.SX(0.0), *ca.vertsplit(ends)])
     for _ in range(_NEWTON):
-        terms = (beta / (mu - eigenvalues)) ** 2
-        square, bend = ca.sum1(terms), ca.sum1(terms / (mu - eigenvalues))
+        inverse = 1.0 / (mu - eigenvalues)
+        terms = (beta * inverse) ** 2
+        square, bend = ca.sum1(terms), ca.sum1(terms * inverse)
         # 1/|s| is concave in mu: from the left of the root Newton's steps stay left of it.
         mu = ca.fmax(mu + (ca.sqrt(square) - 1.0) * square / (bend + _LEAST), least)
     s = beta / (mu - eigenvalues)

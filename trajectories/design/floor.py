@@ -14,10 +14,10 @@ from ...common.arrays import Array
 from ..motions.bounds import JointBounds
 from ..motions.samples import Clear, Plan, Samples, everywhere
 from .criterion import ORDERS
+from .descent import minimised
 from .limits import State
 from .problem import DesignProblem
 from .score import exact_value
-from .search import minimised
 from .settle import FINE_WIDTH, WIDTH, Multipliers
 
 _STIFFNESS, _MARGIN = 10.0, 1e-3
@@ -119,7 +119,8 @@ def floor_under(
     orders = ORDERS[problem.criterion.kind]
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:
-        x, _ = minimised(partial(free.evaluate, order=order, width=width, limits=limits), x, family, _ITERATIONS)
+        function = partial(free.evaluate, order=order, width=width, limits=limits)
+        x = minimised(function, x, family, _ITERATIONS).x
         limits.update(free.state(x, width))
     samples = family.sample(x)
     value = exact_value(free, State(samples, free.kernel.entries(samples, 0.0)))

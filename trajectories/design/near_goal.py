@@ -27,6 +27,7 @@ _INERTIA = 0.02  # kg m^2
 _SLOW = 0.03  # rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure
 _APART = 0.5 * np.pi  # rad: between two wrist poses
 _LOOKS = 6  # random motions by which second poses are compared
+_LOOKED = 200.0  # samples of each of them
 _HELPS = 0.75  # of the uncertainty with one pose: above it a second pose is not worth leaving the range
 
 
@@ -157,7 +158,8 @@ def _least_uncertainty(robot: Robot, shape: NearShape, goal: NearGoal, bounds: J
         return np.inf
     draw = np.random.default_rng(seed)
     plans = (family.plan(family.random(draw)) for _ in range(_LOOKS))
-    return min(_uncertainty(goal.predicted(robot, plan, shape.joints)) for plan in plans)
+    rate = min(_LOOKED / shape.duration, 2.0 * goal.rate)
+    return min(_uncertainty(goal.predicted(robot, plan, shape.joints, rate)) for plan in plans)
 
 
 def _uncertainty(spread: PayloadSpread) -> float:

@@ -83,6 +83,7 @@ class _PayloadTorques:
             pairs = [(part.start + i, place[name]) for i, name in enumerate(names) if name in place]
             rows, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
             self._rows.append((rows, numbers))
+        self._last: tuple[Array, tuple[PayloadTorque, PayloadTorque]] | None = None
 
     def values(self, entries: Array) -> Array:
         """Largest, then smallest torques, (N, 2 n)."""
@@ -96,12 +97,18 @@ class _PayloadTorques:
         self._kernel.torque_slope(up + down, self._own.chi, seed)
         self._doubt_slope(entries, up - down, seed)
         for share, extreme in zip((up, down), self._extremes(entries), strict=True):
-            bodies = extreme.body.reshape(len(self._rows), -1, 10)
+            bodies = extreme.body.T.reshape(10, len(self._rows), -1)
             for j, (rows, numbers) in enumerate(self._rows):
-                seed[rows] += bodies[j][:, numbers].T * share[:, j]
+                if share[:, j].any():
+                    seed[rows] += bodies[numbers, j] * share[:, j]
 
     def _extremes(self, entries: Array) -> tuple[PayloadTorque, PayloadTorque]:
-        """Joint after joint, (n N,) and (n N, 10)."""
+        """Joint after joint, (n N,) and (n N, 10); kept until other entries come, for slopes follow values."""
+        if self._last is None or self._last[0] is not entries:
+            self._last = entries, self._searched(entries)
+        return self._last[1]
+
+    def _searched(self, entries: Array) -> tuple[PayloadTorque, PayloadTorque]:
         columns = np.zeros((len(self._rows), entries.shape[1], 10))
         for own, (rows, numbers) in zip(columns, self._rows, strict=True):
             own[:, numbers] = entries[rows].T

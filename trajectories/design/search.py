@@ -1,4 +1,4 @@
-"""The search for the most informative motion: L-BFGS on an augmented Lagrangian, from random starts."""
+"""The search for the most informative motion: descents on an augmented Lagrangian, from random starts."""
 
 import time
 from collections.abc import Callable
@@ -7,13 +7,13 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ...common.arrays import Array
 from ...common.speech import Speaks
 from ...model import Motion
-from ..motions.samples import Family, Plan
+from ..motions.samples import Plan
 from .criterion import ORDERS, STARTS
+from .descent import keeps_curvature, minimised
 from .problem import DesignProblem
 from .score import Learnt, Score
 from .settle import FINE_WIDTH, WIDTH, Multipliers, eased_within
@@ -21,10 +21,30 @@ from .settle import FINE_WIDTH, WIDTH, Multipliers, eased_within
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
-_FIRST, _REFINED, _SETTLED, _NEARER = 160, 150, 60, 60  # iterations; the first are shared by the surrogate's orders
+_NEARER = 60  # iterations towards the limits
 _TURNS = 8  # of settling
-_MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
-_LARGE = 1e6  # stands for inf: the line search then goes back
+_OF = 3  # starts, one is improved to the end of the first stage
+_GAIN = 2e-3  # of a criterion: a stage that gains less is the last of its kind
+
+
+class Effort(NamedTuple):
+    """How long a search goes on.
+
+    Attributes:
+        first: iterations from a start, shared by the surrogate's orders.
+        refined: iterations of each stage after that.
+        settled: iterations of each turn of settling.
+        stages: of refinement; the last has the fine sign.
+    """
+
+    first: int
+    refined: int
+    settled: int
+    stages: int
+
+
+_FRESH, _KEPT = Effort(160, 150, 60, 4), Effort(150, 50, 40, 3)
+"""Where each descent learns the curvature anew, and where it goes on from the last one's."""
 
 
 class Step(NamedTuple):
@@ -140,53 +160,75 @@ class _Search:
     evaluations: int = 0
     best: tuple[Array, Score] | None = None
 
+    @property
+    def effort(self) -> Effort:
+        """Iterations and stages."""
+        return _KEPT if keeps_curvature(self.problem.family) else _FRESH
+
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end; then settle it within its limits."""
+        course, effort, worth = self._best_start(starts), self.effort, _Worth(keeps_curvature(self.problem.family))
         order = ORDERS[self.problem.criterion.kind][-1]
-        x, limits = self._best_start(starts)
-        for stage, width in enumerate((WIDTH, WIDTH, WIDTH, FINE_WIDTH)):
-            x = self._improved(x, order, width, limits, _REFINED)
-            self.consider(x, f"refined {stage + 1}")
-        for turn in range(_TURNS):
-            if limits.settle(self.problem, x):
+        for stage in range(effort.stages - 1):
+            if not worth(self._improved(course, order, WIDTH, effort.refined, f"refined {stage + 1}")):
                 break
-            x = self._improved(x, order, FINE_WIDTH, limits, _SETTLED)
-            self.consider(x, f"settled {turn + 1}")
+        worth(self._improved(course, order, FINE_WIDTH, effort.refined, f"refined {effort.stages}"))
+        for turn in range(_TURNS):
+            if course.limits.settle(self.problem, course.x):
+                break
+            if not worth(self._improved(course, order, FINE_WIDTH, effort.settled, f"settled {turn + 1}")):
+                break
 
-    def _best_start(self, starts: int) -> tuple[Array, Multipliers]:
-        """The most promising of some random starts, improved for a while, and its multipliers."""
-        problem, orders = self.problem, ORDERS[self.problem.criterion.kind]
-        candidates: list[tuple[bool, float, int, Array, Multipliers]] = []
-        for k in range(starts):
-            x = self._brought_in(self.random())
-            self.consider(x, f"start {k + 1}")
-            limits = Multipliers(problem.limits, problem.state(x, WIDTH), _STIFFNESS, _MARGIN)
-            for order in orders[:2]:
-                x = self._improved(x, order, WIDTH, limits, _FIRST // len(orders[:2]))
-            merit, _ = problem.evaluate(x, orders[-1], WIDTH, limits)
-            self.consider(x, f"start {k + 1} improved")
-            astray = limits.violation(problem.state(x, WIDTH)) > _ASTRAY
-            candidates.append((astray, merit, k, x, limits))
-        *_, x, limits = min(candidates, key=lambda candidate: candidate[:3])
-        return x, limits
+    def _best_start(self, starts: int) -> "_Course":
+        """The most promising of some random starts, improved for a while.
+
+        All are improved for half of that, the best third of them for the other half.
+        """
+        orders, first = ORDERS[self.problem.criterion.kind][:2], self.effort.first
+        courses = [self._begun(k) for k in range(starts)]
+        if len(orders) == 1 and starts == 1:
+            self._improved(courses[0], *orders, WIDTH, first, "start 1 improved")
+            return courses[0]
+        for of, order in ((1, orders[0]), (_OF, orders[-1])):
+            courses = courses[: -(-len(courses) // of)]
+            for course in courses:
+                self._improved(course, order, WIDTH, first // 2, f"start {course.number} improved")
+            courses.sort(key=self._promise)
+        return courses[0]
+
+    def _begun(self, k: int) -> "_Course":
+        x = self._brought_in(self.random())
+        self.consider(x, f"start {k + 1}")
+        limits = Multipliers(self.problem.limits, self.problem.state(x, WIDTH), _STIFFNESS, _MARGIN)
+        return _Course(k + 1, x, limits)
+
+    def _promise(self, course: "_Course") -> tuple[bool, float, int]:
+        """Starts near their limits by their value; the first of equal ones."""
+        merit, _ = self.problem.evaluate(course.x, ORDERS[self.problem.criterion.kind][-1], WIDTH, course.limits)
+        astray = course.limits.violation(self.problem.state(course.x, WIDTH)) > _ASTRAY
+        return astray, merit, course.number
 
     def random(self) -> Array:
         """A motion to start from."""
         return self.problem.family.random(self.draw, self.problem.clear)
 
-    def consider(self, x: Array, text: str) -> None:
+    def consider(self, x: Array, text: str) -> Score:
         """Judge a motion, made slower or smaller if that is enough to keep the limits; remember the best."""
         x, score = eased_within(self.problem, x)
         if self.best is None or _rank(score) < _rank(self.best[1]):
             self.best = (x, score)
         best = self.best[1]
         self.progress(Step(text, best.value if best.feasible else None, self.evaluations))
+        return score
 
-    def _improved(self, x: Array, order: float, width: float, limits: Multipliers, iterations: int) -> Array:
-        """A descent, and the multipliers' update where it ends."""
-        x = self._descended(partial(self.problem.evaluate, order=order, width=width, limits=limits), x, iterations)
-        limits.update(self.problem.state(x, width))
-        return x
+    def _improved(self, course: "_Course", order: float, width: float, iterations: int, text: str) -> Score:
+        """Descend, update the multipliers where that ends, and judge the motion there."""
+        function = partial(self.problem.evaluate, order=order, width=width, limits=course.limits)
+        end = minimised(function, course.x, self.problem.family, iterations, course.curvature)
+        self.evaluations += end.evaluations
+        course.x, course.curvature = end.x, end.curvature
+        course.limits.update(self.problem.state(course.x, width))
+        return self.consider(course.x, text)
 
     def _brought_in(self, x: Array) -> Array:
         """A motion near x that keeps the limits at its samples, if there is one that a descent finds."""
@@ -195,33 +237,45 @@ class _Search:
             limits = Multipliers(problem.limits, problem.state(x, WIDTH), 1.0, 2.0 * _MARGIN)
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
-            x = self._descended(partial(problem.trespass, width=WIDTH, limits=limits), x, _NEARER)
-        return x
-
-    def _descended(self, function: Callable[[Array], tuple[float, Array]], x: Array, iterations: int) -> Array:
-        x, evaluations = minimised(function, x, self.problem.family, iterations)
-        self.evaluations += evaluations
+            function = partial(problem.trespass, width=WIDTH, limits=limits)
+            end = minimised(function, x, problem.family, _NEARER)
+            x, self.evaluations = end.x, self.evaluations + end.evaluations
         return x
 
 
-def minimised(
-    function: Callable[[Array], tuple[float, Array]], x: Array, family: Family, iterations: int
-) -> tuple[Array, int]:
-    """Minimise a smooth number within a family's bounds by L-BFGS: the best x, and the number of evaluations."""
+@dataclass
+class _Course:
+    """A random start on its way to a good motion.
 
-    def finite(y: Array) -> tuple[float, Array]:
-        value, slope = function(y)
-        return (value, slope) if np.isfinite(value) else (_LARGE, slope)
+    Attributes:
+        number: of the start, from 1.
+        x: the motion.
+        limits: multipliers of its limits.
+        curvature: of the augmented Lagrangian where the last descent ended; None where it is not known.
+    """
 
-    answer = minimize(
-        finite,
-        x,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=np.column_stack([family.low, family.high]),
-        options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": 1e-8, "gtol": 1e-6},
-    )
-    return np.asarray(answer.x), int(answer.nfev)
+    number: int
+    x: Array
+    limits: Multipliers
+    curvature: Array | None = None
+
+
+@dataclass
+class _Worth:
+    """Whether stages of a search still gain.
+
+    Attributes:
+        counts: whether a stage that gains little is the last; not where descents gain anew from stage to stage.
+        value: the last motion's criterion; None where it did not keep its limits.
+    """
+
+    counts: bool
+    value: float | None = None
+
+    def __call__(self, score: Score) -> bool:
+        """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
+        before, self.value = self.value, score.value if score.feasible else None
+        return not self.counts or before is None or self.value is None or before - self.value > _GAIN
 
 
 def _rank(score: Score) -> tuple[float, float]:

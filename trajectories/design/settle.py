@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from ...common.arrays import Array
 from ..motions.samples import Samples
@@ -81,7 +80,7 @@ class Multipliers:
             # Between samples a motion goes further by worst - here; what is left is the solver's own error.
             needed = np.where(worst > 0.0, np.maximum(worst - here, 0.0) + _SAFETY, 0.0)
             again = np.where((worst > 0.0) & (drawn >= needed), drawn + worst, needed)
-            drawn[...] = np.maximum(drawn, maximum_filter1d(again, 3, axis=0))
+            drawn[...] = np.maximum(drawn, _with_neighbours(again))
         return kept
 
     def _next(self, state: State) -> list[Array]:
@@ -91,6 +90,12 @@ class Multipliers:
             low, high = limit.low + drawn, limit.high - drawn
             shifted.append(z - np.clip(z, self.stiffness * low, self.stiffness * high))
         return shifted
+
+
+def _with_neighbours(values: Array) -> Array:
+    """Largest of each sample's value and its neighbours', per column."""
+    padded = np.pad(values, ((1, 1), (0, 0)), mode="edge")
+    return np.asarray(np.maximum(values, np.maximum(padded[:-2], padded[2:])))
 
 
 def _nearest(coarse: Samples, fine: Samples) -> NDArray[np.intp]:

@@ -1,0 +1,78 @@
+"""The ladder of speeds: each run bears what the one before leaves possible, by bodies put into the regressor."""
+
+import numpy as np
+import pytest
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, load_robot, stand_in
+from dynident.tests.trajectories.bodies import worst_shares
+from dynident.trajectories import (
+    Design,
+    DesignProblem,
+    JointBounds,
+    Loads,
+    NearGoal,
+    NearMotion,
+    NearShape,
+    PayloadSet,
+    build_design,
+    solve_design,
+)
+from dynident.trajectories.design import speed_ladder
+
+ARM = stand_in.rehearsed(load_robot("ur10e"))
+BOUNDS = JointBounds.of(ARM)
+EXPECTED = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], 0.009 * np.eye(3))
+GOAL = NearGoal(0.007 * BOUNDS.torque, 10.0, EXPECTED)
+POSE = np.radians([0.0, -60.0, 90.0, -120.0, -90.0, 0.0])
+SHAPE = NearShape(POSE[None], (2, 3, 5, 6), np.full(4, np.radians(30.0)), 8.0)
+SET = PayloadSet.within(8.0, 0.15, (0.0, 0.0, 0.1))
+
+
+def bearing(payloads: PayloadSet | InertialParameters) -> DesignProblem:
+    return build_design(ARM, SHAPE, GOAL, bounds=BOUNDS, loads=Loads(ARM.parameters, payloads))
+
+
+@pytest.fixture(scope="module")
+def fast() -> NearMotion:
+    """The best motion for 3 kg, which 8 kg are too much for."""
+    design: Design = solve_design(bearing(EXPECTED), seed=0, starts=1)
+    assert isinstance(design.plan, NearMotion)
+    return design.plan
+
+
+def sigma(run: NearMotion) -> float:
+    return GOAL.predicted(ARM, run, SHAPE.joints).mass
+
+
+def test_each_run_bears_what_the_one_before_leaves(fast: NearMotion) -> None:
+    """The worst bodies come to the limit at each step but the last, and break it at the next step's speed."""
+    rungs = speed_ladder(bearing, SET, fast, EXPECTED.mass, sigma)
+    assert len(rungs) >= 2
+    assert [rung.speed for rung in rungs] == sorted(rung.speed for rung in rungs)
+    assert rungs[-1].speed == 1.0
+    assert rungs[-1].motion is fast
+    assert rungs[0].mass == SET.mass
+    for rung, after in zip(rungs, [*rungs[1:], None], strict=True):
+        shares = worst_shares(ARM, rung.motion.motion(200.0 * rung.speed), SET.lighter(rung.mass), BOUNDS.torque)
+        assert shares.max() <= 1.0 + 1e-3
+        if after is not None:
+            assert shares.max() > 0.99
+            assert after.mass == rung.bound == pytest.approx(EXPECTED.mass + 8.0 * sigma(rung.motion))
+            faster = after.motion.motion(200.0 * after.speed)
+            assert worst_shares(ARM, faster, SET.lighter(rung.mass), BOUNDS.torque).max() > 1.0
+
+
+def test_a_light_set_needs_one_run(fast: NearMotion) -> None:
+    only = speed_ladder(bearing, SET.lighter(1.0), fast, 0.5, sigma)
+    assert [(rung.speed, rung.mass) for rung in only] == [(1.0, 1.0)]
+
+
+def test_what_no_speed_bears_is_refused(fast: NearMotion) -> None:
+    heavy = PayloadSet(40.0, SET.centre, SET.axes)
+    with pytest.raises(InputError, match="does not bear 40 kg everywhere within bounds"):
+        speed_ladder(bearing, heavy, fast, EXPECTED.mass, sigma)
+
+
+def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
+    with pytest.raises(InputError, match="allows no faster one"):
+        speed_ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)

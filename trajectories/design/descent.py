@@ -1,0 +1,129 @@
+"""A descent to the nearest minimum by BFGS, which goes on from the curvature that an earlier descent has learnt.
+
+Nocedal and Wright, Numerical Optimization, chapter 6; line search for the weak Wolfe conditions by bisection: Lewis
+and Overton, Nonsmooth optimization via quasi-Newton methods, 2013. Elsewhere L-BFGS.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ..motions.near import FreeNear
+from ..motions.samples import Family
+
+Smooth = Callable[[Array], tuple[float, Array]]
+"""A smooth number of a motion, and its gradient; inf where there is none."""
+_MOST = 400  # numbers whose curvature is kept as a matrix
+_MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
+_LARGE = 1e6  # stands for inf: the line search then goes back
+_FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
+_FALL, _BEND = 1e-4, 0.9  # Wolfe: of the first slope, what a step gains at least; what is left of it at most
+_TRIALS = 25  # steps of one line search
+
+
+class Minimum(NamedTuple):
+    """Where a descent ended.
+
+    Attributes:
+        x: the motion.
+        evaluations: of the number and its gradient.
+        curvature: inverse of the second derivatives as the steps showed them; None where it is not kept.
+    """
+
+    x: Array
+    evaluations: int
+    curvature: Array | None = None
+
+
+def keeps_curvature(family: Family) -> bool:
+    """Whether descents of a family go on from each other's curvature: motions near a pose, of not too many numbers.
+
+    Motions through the whole range have many more minima; there fresh descents end at better ones.
+    """
+    return isinstance(family, FreeNear) and family.size <= _MOST
+
+
+def minimised(
+    function: Smooth, x: Array, family: Family, iterations: int, curvature: Array | None = None
+) -> Minimum:
+    """Minimise a smooth number within a family's bounds.
+
+    Args:
+        function: gives the number and its gradient.
+        x: where the descent begins.
+        family: bounds x.
+        iterations: at most.
+        curvature: of an earlier descent whose minimum is near; None without.
+    """
+
+    def finite(y: Array) -> tuple[float, Array]:
+        value, slope = function(y)
+        return (value, slope) if np.isfinite(value) else (_LARGE, slope)
+
+    if not keeps_curvature(family):
+        return _by_memory(finite, x, family, iterations)
+    return _by_matrix(finite, x, iterations, curvature)
+
+
+def _by_matrix(function: Smooth, x: Array, iterations: int, curvature: Array | None) -> Minimum:
+    """BFGS: H, the inverse of the second derivatives, by one update of rank two a step."""
+    (value, slope), evaluations, H = function(x), 1, curvature
+    for _ in range(iterations):
+        if np.abs(slope).max() <= _FLAT:
+            break
+        way = -slope / np.abs(slope).sum() if H is None else -H @ slope
+        if not slope @ way < 0.0:
+            H, way = None, -slope / np.abs(slope).sum()
+        step, new, new_slope, trials = _step(function, x, value, float(slope @ way), way)
+        evaluations += trials
+        if not new < value:
+            if H is None:
+                break
+            H = None  # what was known leads nowhere here
+            continue
+        s, y, gain = step * way, new_slope - slope, value - new
+        x, value, slope = x + s, new, new_slope
+        if s @ y > 0.0:
+            H = _updated(np.eye(len(x)) * ((s @ y) / (y @ y)) if H is None else H, s, y)
+        if gain <= _STILL * max(abs(value), 1.0):
+            break
+    return Minimum(x, evaluations, H)
+
+
+def _updated(H: Array, s: Array, y: Array) -> Array:
+    """H after a step s that changed the slope by y, s'y > 0."""
+    share, Hy = 1.0 / (s @ y), H @ y
+    cross = np.outer(s, share * Hy)
+    return np.asarray(H - cross - cross.T + np.outer(s, s * (share * (1.0 + share * (y @ Hy)))))
+
+
+def _step(function: Smooth, x: Array, value: float, fall: float, way: Array) -> tuple[float, float, Array, int]:
+    """A step along ``way`` that gains enough and leaves less slope: step, value, slope, trials.
+
+    Args:
+        value, fall: at x, the number and its slope along ``way``, negative.
+    """
+    low, high, step = 0.0, np.inf, 1.0
+    for trial in range(1, _TRIALS + 1):
+        new, slope = function(x + step * way)
+        if not new <= value + _FALL * step * fall:
+            high = step
+            least = -0.5 * fall * step**2 / (new - value - fall * step)  # of the parabola through both
+            step = float(np.clip(least, 0.1 * step, 0.5 * step)) if low == 0.0 else 0.5 * (low + high)
+        elif slope @ way < _BEND * fall:
+            low = step
+            step = 2.0 * step if high == np.inf else 0.5 * (low + high)
+        else:
+            return step, new, slope, trial
+    return step, np.inf, slope, _TRIALS
+
+
+def _by_memory(function: Smooth, x: Array, family: Family, iterations: int) -> Minimum:
+    from scipy.optimize import minimize
+
+    bounds = np.column_stack([family.low, family.high])
+    options = {"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": _MEMORY, "ftol": _STILL, "gtol": _FLAT}
+    answer = minimize(function, x, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    return Minimum(np.asarray(answer.x), int(answer.nfev))
