@@ -21,8 +21,8 @@ ROBOT = load_robot("rx90")
 HEAD = """# What each verdict looks like
 
 Four answers from simulated recordings of the Stäubli RX90, three of a payload and one of drive gains, each with its
-screen and the figure that shows why. The page is made by `python -m dynident.examples.verdicts --out docs`; what to do
-with each verdict stands in [its own page](how-to/verdict.md), what is checked in [the verdict](verdict.md).
+screen and the figure that shows why. The page is made by `python -m dynident.examples.verdicts --out docs`; what to
+do with each verdict stands in [its own page](how-to/verdict.md), what is checked in [the verdict](verdict.md).
 """
 
 
