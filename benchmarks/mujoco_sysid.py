@@ -152,7 +152,7 @@ def difference(_: Any, __: Any, measured: Any, model: Any, ___: bool, state: Arr
 
 
 class Search(NamedTuple):
-    """What ``mujoco.sysid`` came to: model, CPU time [s], objective of each iteration, whether it ended by itself."""
+    """What ``mujoco.sysid`` came to: model, CPU time [s], objective by iteration, whether it ended by itself."""
 
     spec: Any
     cpu: float
@@ -229,9 +229,10 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
             file: Line(median(rollout, file), torque_residual(folder / file, data, robot.processing), seconds)
             for file, seconds in cpu.items()
         }
+    end = "ended" if theirs.ended else "stopped, not ended"
     size = (
         f"{arguments.rollouts} rollouts of {WINDOW:g} s, steps of {1e3 * arguments.step:g} ms, "
-        f"{len(theirs.objectives)} iterations to objective {theirs.objectives[-1]:.4g}, {'ended' if theirs.ended else 'stopped, not ended'}"
+        f"{len(theirs.objectives)} iterations to objective {theirs.objectives[-1]:.4g}, {end}"
     )
     console.print(table(lines, f"{held_out.source}; mujoco.sysid {mujoco.__version__}, {size}"))
     own = np.degrees(rollout.spread(IDENTIFIED, WINDOW).median)  # type: ignore[union-attr]

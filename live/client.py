@@ -58,9 +58,7 @@ class Client:
         self._buffer = bytearray()
         self._waiting: deque[Packet] = deque()
         latest = time.monotonic() + _WHOLE
-        self._socket = connected(
-            host, port, ": is RTDE enabled there?", "is the robot on, is the address right?"
-        )
+        self._socket = connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
         self._deadline = min(time.monotonic() + PATIENCE, latest)
         try:
             self._agree()

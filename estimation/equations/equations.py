@@ -14,7 +14,7 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import RANK_TOLERANCE, decomposed, rank, without
+from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, upper, without
 from ...model import INERTIAL
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
@@ -156,10 +156,10 @@ class Equations:
                     level[0, len(rest) + place] = -anchor.stiffness
                     parameter[0, list(columns).index(anchor.column)] = anchor.stiffness
                     kept, off = np.vstack([kept, level]), np.vstack([off, parameter])
-            left, others = compressed(without(kept, off), others.shape[1])
+            left, others, count = _eliminated(kept, off, others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
-            taken.append(rank(factor[:, gone]))
+            taken.append(rank(factor[:, gone]) if anchors else count)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
@@ -246,6 +246,29 @@ class Equations:
         """
         W = self.stacked()[:, :-1]
         return _condition(W), _condition(_scaled(W))
+
+
+def _eliminated(kept: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what others explain, the last ones beside it, and the others' rank.
+
+    Of clearly independent columns one QR of all that are not zero says it.
+
+    Args:
+        kept: N x c.
+        off: what is taken out, N x k.
+        beside: number of the last columns of ``kept`` that take no part in the factor.
+    """
+    off, width = off[:, off.any(axis=0)], kept.shape[1] - beside
+    if not len(kept):
+        return kept[:, :width], kept[:, width:], 0
+    touched = np.append(np.flatnonzero(kept[:, : width - 1].any(axis=0)), np.arange(width - 1, kept.shape[1]))
+    k, c = off.shape[1], len(touched) - beside
+    R = upper(lapack.dgeqrf(np.column_stack([off, kept[:, touched]]))[0][: k + c])
+    if not independent(off, R):
+        return *compressed(without(kept, off), beside), rank(off)
+    factor = np.zeros((len(R) - k, kept.shape[1]))
+    factor[:, touched] = R[k:, k:]
+    return factor[:, :width], factor[:, width:], k
 
 
 def _joint_and_motor(name: str) -> tuple[int, int]:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from dynident import estimation, model
 from dynident.cli import main
+from dynident.commands.weigh_live import beyond_gains, out_of_reach
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.payload.live import LiveWeighing
@@ -95,6 +96,23 @@ def test_the_same_seconds_read_as_a_file(empty: Empty) -> None:
     whole = estimation.identify_payload(problem, 1).estimate
     sigma = float(whole.larger_sigma[whole.names.index("M_L")])
     assert abs(window.weighed().mass - whole["M_L"]) < 0.2 * sigma
+
+
+def test_what_the_gains_alone_forbid_is_said(empty: Empty) -> None:
+    """An error that all joints share scales the payload: its half of the interval is known in closed form."""
+    recording = recorded(empty.simulator, 3, BOX)
+    assert recording.qd is not None
+    part = slice(0, 800)
+    first = Recording(recording.t[part], recording.q[part], recording.torque[part], recording.qd[part])
+    alike = MovingWindow(empty.robot, empty.known, gains=estimation.Gains((0.0,), common=0.02))
+    list(LiveWeighing(alike).feed(first))
+    weighed = alike.weighed()
+    assert weighed.by_gains == pytest.approx(1.96 * 0.02 * weighed.mass, rel=1e-3)
+    assert weighed.half_width > weighed.by_gains
+    assert out_of_reach(weighed, 0.9 * weighed.by_gains)
+    assert not out_of_reach(weighed, 1.1 * weighed.by_gains)
+    line = beyond_gains(weighed, 0.05, alike.gains, 6)
+    assert "--until 50g is out of reach: gains of 2 % allow ±0.2" in line
 
 
 @pytest.mark.long
@@ -208,6 +226,16 @@ def test_live_from_the_player(ur10e: Path, recordings: Path, play: Play, capsys:
     assert "closed the connection" in err
     assert "mass " in out
     assert threading.active_count() == before
+
+
+@pytest.mark.long
+def test_an_interval_that_the_gains_forbid_ends_at_once(ur10e: Path, recordings: Path, capsys: Any) -> None:
+    log = str(recordings / "ur10e/loaded_2.805kg.csv.gz")
+    assert weigh(ur10e, "--replay", log, "--gain-sigma", "2%", "--until", "30g") == 2
+    out, err = capsys.readouterr()
+    assert "--until 30g is out of reach: gains of 2 % allow ±" in err
+    assert "mass 2." in out
+    assert json.loads((ur10e / "answer.json").read_text())["seconds"] < 6.5
 
 
 @pytest.mark.parametrize(
