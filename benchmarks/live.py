@@ -10,7 +10,7 @@ Arms other than the RX90 have invented links and drives; noise is white, 5 % of 
 import resource
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -176,16 +176,18 @@ def in_time(arm: Arm, body: InertialParameters, seed: int) -> bool:
     return len(changes) == 1 and put_on - 1.0 <= changes[0][0] and changes[0][1] <= put_on + 3.2
 
 
-PARTS = {"record": (record, 60.0), "update": (update, None), "memory": (memory, 60.0), "empty": (empty, 1.0)}
-PARTS |= {"told": (told, 3)}
+PARTS: dict[str, tuple[Callable[[float], None], float]] = {
+    "record": (record, 60.0),
+    "update": (lambda _: update(), 0.0),
+    "memory": (memory, 60.0),
+    "empty": (empty, 1.0),
+    "told": (lambda trials: told(int(trials)), 3.0),
+}
 
 if __name__ == "__main__":
     words = sys.argv[1:] or list(PARTS)
     for place, word in enumerate(words):
         if word in PARTS:
-            part, size = PARTS[word]
-            given = words[place + 1] if place + 1 < len(words) else word
-            if size is None:
-                part()
-            else:
-                part(type(size)(given) if given not in PARTS else size)
+            part, usual = PARTS[word]
+            size = words[place + 1] if words[place + 1 : place + 2] and words[place + 1] not in PARTS else usual
+            part(float(size))

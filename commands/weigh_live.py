@@ -148,7 +148,8 @@ def beyond_gains(weighed: Weighed, until: float, gains: estimation.Gains | None,
     sigma = float(np.sqrt(np.diag(gains.covariance(joints)).max())) if gains is not None else 0.0
     return (
         f"--until {1e3 * until:g}g is out of reach: gains of {100.0 * sigma:.2g} % allow "
-        f"±{weighed.by_gains:.2f} kg at best for {weighed.mass:.1f} kg: ask for more, or identify them by 'dynident gains'"
+        f"±{weighed.by_gains:.2f} kg at best for {weighed.mass:.1f} kg: ask for more, or identify them by "
+        "'dynident gains'"
     )
 
 

@@ -206,7 +206,7 @@ def _explained(count: int, earlier: Array, end: Array) -> _Tried:
     R = triangular(np.column_stack([both[:, :-1], own, both[:, -1]]))[width : width + 4]
     E, e = R[:, width : width + 4], R[:, -1]
     prior = np.diag([_MOMENT**-2] * 3 + [_MASS**-2])
-    covariance = np.linalg.inv(E.T @ E + prior)
+    covariance: Array = np.linalg.inv(E.T @ E + prior)
     pull = E.T @ e
     delta = covariance @ pull
     return _Tried(count, delta, covariance, float(pull @ delta))
