@@ -71,7 +71,7 @@ class _Tried(NamedTuple):
     ``delta``: first moments [kg m] and mass [kg], with their ``covariance``.
     """
 
-    count: int
+    blocks: int
     delta: Array
     covariance: Array
     fall: float
@@ -120,10 +120,10 @@ class ChangeWatch:
             return None
         best = max(tried, key=lambda one: one.fall)
         mass, half = float(best.delta[3]), _NORMAL95 * float(np.sqrt(self.scale * best.covariance[3, 3]))
-        if best.count < _SURE and half > _VAGUE * abs(mass):
+        if best.blocks < _SURE and half > _VAGUE * abs(mass):
             return None
         self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
-        return Change(list(window.blocks)[-best.count].start, mass, mass - half, mass + half)
+        return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
 
     @cached_property
     def _least(self) -> float:
@@ -139,7 +139,7 @@ class ChangeWatch:
         if tried.fall <= self.scale * self._least:
             return np.inf
         chance = self.false_alarms / _PER_HOUR / len(_ENDS)
-        start = list(self.window.blocks)[-tried.count].start
+        start = list(self.window.blocks)[-tried.blocks].start
         own = np.array([np.sum((A[t >= start - _SOON][:, -5:-1] @ tried.delta) ** 2) for t, A in rows])
         shares = own / max(float(own.sum()), np.finfo(float).tiny)
         # Of errors that each joint's own size is measured for: Satterthwaite.
@@ -206,7 +206,7 @@ def _explained(count: int, earlier: Array, end: Array) -> _Tried:
     R = triangular(np.column_stack([both[:, :-1], own, both[:, -1]]))[width : width + 4]
     E, e = R[:, width : width + 4], R[:, -1]
     prior = np.diag([_MOMENT**-2] * 3 + [_MASS**-2])
-    covariance: Array = np.linalg.inv(E.T @ E + prior)
+    covariance = np.asarray(np.linalg.inv(E.T @ E + prior), dtype=float)
     pull = E.T @ e
     delta = covariance @ pull
     return _Tried(count, delta, covariance, float(pull @ delta))

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident import estimation, model
+from dynident.benchmarks import invented
 from dynident.cli import main
 from dynident.commands.weigh_live import beyond_gains, out_of_reach
 from dynident.estimation.equations.equations import merged
@@ -129,6 +130,34 @@ def test_a_change_is_told_once_and_an_empty_robot_is_left_alone(empty: Empty) ->
     assert change.low < 6.0 < change.high
     assert whole.latest is not None
     assert whole.latest.weighed.low < 6.0 < whole.latest.weighed.high
+
+
+@pytest.mark.parametrize("name", ["kr6_r900", pytest.param("panda", marks=pytest.mark.long)])
+def test_half_a_kilogram_is_told_within_three_seconds_of_motion(name: str) -> None:
+    """On arms with invented links, noise of 5 % of each joint's torque, and nothing tuned to any of them."""
+    robot = invented.robot(name)
+    simulator = Simulator(robot)
+
+    def measured(seed: int, points: int, payload: InertialParameters | None = None) -> Recording:
+        motion = random_via_points(robot, points, seed=seed).motion(100.0)
+        torque = simulator.measure(motion, payload).torque
+        size = 0.05 * np.sqrt((torque**2).mean(axis=0))
+        torque = torque + np.random.default_rng(seed).standard_normal(torque.shape) * size
+        return Recording(motion.t, motion.q, torque, motion.qd)
+
+    known = estimation.identify(robot, [measured(1, 14)]).estimate
+    box = InertialParameters.from_com(0.5, [0.02, -0.01, 0.1], np.diag([0.002, 0.002, 0.001]))
+    weighing = LiveWeighing(MovingWindow(robot, known))
+    bare, loaded = measured(300, 14), measured(600, 6, box)
+    for recording in (bare, Recording(loaded.t + bare.t[-1] + 0.5, loaded.q, loaded.torque, loaded.qd)):
+        for part in np.array_split(np.arange(len(recording.t)), len(recording.t) // 20):
+            assert recording.qd is not None
+            portion = Recording(recording.t[part], recording.q[part], recording.torque[part], recording.qd[part])
+            list(weighing.feed(portion))
+    ((change, told),) = weighing.changes
+    assert bare.t[-1] - 1.0 <= change.time
+    assert told <= bare.t[-1] + 0.5 + 3.5  # a block of 1 s, and the filter's margin behind it
+    assert change.low < 0.5 < change.high
 
 
 @pytest.mark.long
