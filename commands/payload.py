@@ -79,6 +79,11 @@ class _Payload(FrictionOptions):
         "1 sigma (default: not at all)",
     )
 
+    @property
+    def methods(self) -> tuple[int, ...] | None:
+        """Numbers of the methods asked for, or None for all."""
+        return None if self.method == "all" else (int(self.method),)
+
     def check(self, essential: bool) -> None:
         """Refuse options that the methods asked for cannot use."""
         if not self.unloaded and not self.robot_parameters:
@@ -134,20 +139,7 @@ def run(
     with status("reading") as progress:
         problem = _problem(asked, setup, loaded, unloaded, stored, progress)
         progress("estimating")
-        methods = None if asked.method == "all" else (int(asked.method),)
-        try:
-            answer = estimation.answer_payload(
-                problem,
-                methods,
-                asked.free_friction,
-                held_out,
-                setup.processing,
-                constraints=constraints,
-                gains=gain_errors,
-                essential=rule,
-            )
-        except estimation.SolverError as error:
-            raise InputError(str(error)) from None
+        answer = _answer(problem, asked, setup, held_out, constraints, gain_errors, rule)
     screen = report.payload_screen(answer, files.document)
     files.show(screen)
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
@@ -166,20 +158,37 @@ def run(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
-    recipe = recipe_of(
-        "payload",
-        setup,
-        gain_errors,
-        essential=rule,
-        methods=methods,
-        free_friction=asked.free_friction,
-        friction_change=asked.change,
-        scale_sigma=asked.scale_sigma or 0.0,
-        constraints=tuple(constraints),
-        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    passport.write(
+        lambda: fleet.payload_passport(
+            answer, (), _recipe(asked, setup, gain_errors, rule, constraints), logs_of(asked)
+        )
     )
-    passport.write(lambda: fleet.payload_passport(answer, (), recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+
+
+def _answer(
+    problem: estimation.PayloadProblem,
+    asked: _Payload,
+    setup: Setup,
+    held_out: Sequence[Recording],
+    constraints: Sequence[estimation.possible.Constraint],
+    gains: estimation.Gains | None,
+    essential: estimation.fit.StopRule | None,
+) -> estimation.PayloadAnswer:
+    """The payload by the methods asked for; constraints that leave no body are the user's to mend."""
+    try:
+        return estimation.answer_payload(
+            problem,
+            asked.methods,
+            asked.free_friction,
+            held_out,
+            setup.processing,
+            constraints=constraints,
+            gains=gains,
+            essential=essential,
+        )
+    except estimation.SolverError as error:
+        raise InputError(str(error)) from None
 
 
 def _problem(
@@ -201,4 +210,26 @@ def _problem(
         robust=True,
         friction_change=asked.change,
         scale_sigma=asked.scale_sigma or 0.0,
+    )
+
+
+def _recipe(
+    asked: _Payload,
+    setup: Setup,
+    gains: estimation.Gains | None,
+    essential: estimation.fit.StopRule | None,
+    constraints: Sequence[estimation.possible.Constraint],
+) -> fleet.Recipe:
+    """How the payload was found, for its passport."""
+    return recipe_of(
+        "payload",
+        setup,
+        gains,
+        essential=essential,
+        methods=asked.methods,
+        free_friction=asked.free_friction,
+        friction_change=asked.change,
+        scale_sigma=asked.scale_sigma or 0.0,
+        constraints=tuple(constraints),
+        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
     )

@@ -9,9 +9,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
+import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from rich.text import Text
+from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from ..common.progress import Progress
 
 Manner = Literal["quiet", "plain", "verbose"]
 _manner: ContextVar[Manner] = ContextVar("manner", default="plain")
@@ -54,13 +56,24 @@ def note(text: str) -> None:
 
 
 @contextmanager
-def status(what: str) -> Iterator[Callable[[str], None]]:
-    """Show what is being done; gives a function that changes the words."""
+def status(what: str) -> Iterator[Progress]:
+    """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
     if _manner.get() != "plain":
         yield _steps(what)
         return
-    with Console(stderr=True).status(Text(what)) as shown:
-        yield lambda words: shown.update(Text(words))
+    with _shown() as shown:
+        task = shown.add_task(what, total=None)
+        last: float | None = None
+
+        def progress(words: str, share: float | None = None, /) -> None:
+            nonlocal task, last
+            if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
+                shown.remove_task(task)
+                task = shown.add_task(words, total=None if share is None else 1.0)
+            last = share
+            shown.update(task, description=words, completed=share)
+
+        yield progress
 
 
 @contextmanager
@@ -70,10 +83,15 @@ def bar(what: str) -> Iterator[Callable[[float], None]]:
         tell = _steps(what)
         yield lambda part: tell(f"{what}: done") if part >= 1.0 else None
         return
-    columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(markup=False), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what, total=1.0)
-        yield lambda part: progress.update(task, completed=part)
+    with status(what) as progress:
+        progress(what, 0.0)
+        yield lambda part: progress(what, part)
+
+
+def _shown() -> rich.progress.Progress:
+    """A line that goes when the work is done; where no share is known its bar only moves."""
+    columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    return rich.progress.Progress(*columns, console=Console(stderr=True), transient=True)
 
 
 def _words() -> TextColumn:
@@ -81,11 +99,11 @@ def _words() -> TextColumn:
     return TextColumn("{task.description}", markup=False)
 
 
-def _steps(what: str) -> Callable[[str], None]:
+def _steps(what: str) -> Progress:
     """Prints each step with the time since the first, where every step is asked for."""
     begin, loud = time.monotonic(), _manner.get() == "verbose"
 
-    def tell(words: str) -> None:
+    def tell(words: str, _share: float | None = None, /) -> None:
         if loud:
             print(f"dynident: {time.monotonic() - begin:6.1f} s  {words}", file=sys.stderr)
 

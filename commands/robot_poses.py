@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from .. import estimation, report
 from ..common.errors import InputError
+from ..common.progress import Progress
 from .options import Setup
 
 _LEAST_MOVEMENT = 0.05
 """m: a tool that moves by less proves nothing."""
 
 
-def checked_poses(
-    paths: Sequence[str], setup: Setup, progress: Callable[[str], None]
-) -> list[report.documents.PoseLook]:
+def checked_poses(paths: Sequence[str], setup: Setup, progress: Progress) -> list[report.documents.PoseLook]:
     """Check every log that carries tool poses.
 
     Raises:

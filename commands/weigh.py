@@ -31,7 +31,9 @@ from .values import joint_list
 from .weigh_live import LiveOptions, weigh_live
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
+
+    from ..common.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -89,10 +91,6 @@ def run(
         return weigh_live(arm, asked, drives, processing, files, stream, controller)
     _refuse_without_stream(asked, stream, controller)
     view.check_view()
-    if not asked.unloaded and not asked.robot_parameters:
-        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
-    if not asked.robot_parameters:
-        asked.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(asked.inertia) if asked.inertia is not None else None
     stored = estimation.files.read_stored_robot(asked.robot_parameters) if asked.robot_parameters else None
@@ -121,17 +119,11 @@ def run(
 
     files.write_page(page)
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
-    recipe = recipe_of(
-        "weigh",
-        setup,
-        gains,
-        friction_change=asked.change if stored else 0.0,
-        constraints=tuple(constraints),
-        stand_in=stand_in,
-        moving=asked.moving,
-        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    passport.write(
+        lambda: fleet.payload_passport(
+            answer, others, _recipe(asked, setup, gains, constraints, stand_in), logs_of(asked)
+        )
     )
-    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(asked)))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
@@ -156,6 +148,10 @@ def _refuse_without_stream(asked: _Weigh, stream: LiveOptions, controller: HostO
         controller.refuse(option_name, "belongs to --live or --replay")
     if not asked.loaded:
         raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
+    if not asked.unloaded and not asked.robot_parameters:
+        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    if not asked.robot_parameters:
+        asked.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
 
 
 def _problems(
@@ -164,7 +160,7 @@ def _problems(
     loaded: Sequence[model.Recording],
     unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
     """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
     robot, processing, problems = setup.robot, setup.processing, []
@@ -179,3 +175,23 @@ def _problems(
             )
         )
     return problems[0], problems[1:]
+
+
+def _recipe(
+    asked: _Weigh,
+    setup: Setup,
+    gains: estimation.Gains | None,
+    constraints: Sequence[estimation.possible.Constraint],
+    stand_in: estimation.StandIn | None,
+) -> fleet.Recipe:
+    """How the payload was found, for its passport."""
+    return recipe_of(
+        "weigh",
+        setup,
+        gains,
+        friction_change=asked.change if asked.robot_parameters else 0.0,
+        constraints=tuple(constraints),
+        stand_in=stand_in,
+        moving=asked.moving,
+        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+    )

@@ -39,7 +39,7 @@ def stable_steps(fastest: float, interval: float) -> int:
 
 
 class Stepper:
-    """Calls an integration step for a batch of runs: compiled, or by CasADi's own machine.
+    """Integrates a batch of runs over many steps: compiled, or by CasADi's own machine.
 
     NumPy's way through a function, one call an operation, would take far longer for so few runs at once.
     """
@@ -50,14 +50,27 @@ class Stepper:
         self._kernel = Kernel(step)
         self._mapped: dict[int, ca.Function] = {}
 
-    def __call__(self, *inputs: Array) -> Array:
-        """One step; inputs (runs, size), the last one shared by all runs.
+    def __call__(self, state: Array, *inputs: Array) -> Array:
+        """Step after step; the state takes the first outputs of each.
+
+        Args:
+            state: before the first step, (runs, size).
+            inputs: the others, (steps, runs, size), or (runs, size) for all steps; the last (size,) for all runs.
 
         Returns:
-            The function's entries, shape (entries, runs).
+            The function's entries after each step, shape (steps, entries, runs).
         """
         if self._kernel.compiled:
-            return self._kernel(*inputs)
+            return self._kernel.chain(state, *inputs)
+        steps = max(len(x) for x in inputs if x.ndim == 3)
+        out = np.empty((steps, self._step.numel_out(0), len(state)))
+        for k in range(steps):
+            out[k] = self._once(state, *(x[k] if x.ndim == 3 else x for x in inputs))
+            state = out[k, : state.shape[1]].T
+        return out
+
+    def _once(self, *inputs: Array) -> Array:
+        """One step by CasADi's machine, entries x runs."""
         runs = len(inputs[0])
         if runs not in self._mapped:
             shared = [self._step.n_in() - 1]

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Literal
 
 from ... import estimation, model
 from ...common.errors import InputError
-from ..progress import note
+from ...common.progress import each
+from ..progress import note, status
 from ..values import fraction, gains_list, gains_or_file, positive, texts
 from .reading import Options, about, option
 
@@ -38,7 +39,12 @@ class Setup:
 
     def read(self, paths: Sequence[str]) -> list[model.Recording]:
         """Read recordings, one with gaps as its pieces; what a file says of how it was read is told once."""
-        recordings = [piece for path in paths for piece in self.pieces(path)]
+        with status("reading") as progress:
+            recordings = [
+                piece
+                for path in each(paths, lambda path: f"reading {path}", progress)
+                for piece in self.pieces(path)
+            ]
         for recording in recordings:
             for text in recording.notes:
                 about = text.split(": ", 1)[1]

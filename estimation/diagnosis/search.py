@@ -238,7 +238,7 @@ def _ranked(
     tried = {start.reading: start}
     front, spread = [start], set[Reading]()
     for k in range(_ROUNDS):
-        progress(f"trying readings of the joints, round {k + 1}")
+        progress(f"trying readings of the joints, round {k + 1} of at most {_ROUNDS}", k / _ROUNDS)
         before = _best_first(tried.values())[0]
         for centre in front:
             spread.add(centre.reading)

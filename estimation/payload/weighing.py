@@ -7,7 +7,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, silent
+from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Motion, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
@@ -129,11 +129,12 @@ def _aligned_pairs(
             "for each in the same order"
         )
     partners = list(unloaded) * (len(loaded) if len(unloaded) == 1 else 1)
-    pairs = []
-    for bare, recording in zip(partners, loaded, strict=True):
-        progress(f"aligning {recording.source}")
-        pairs.append(aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch))
-    return pairs
+    return [
+        aligned(bare, recording, grid_rate(recording, processing), processing.max_mismatch)
+        for bare, recording in each(
+            list(zip(partners, loaded, strict=True)), lambda pair: f"aligning {pair[1].source}", progress
+        )
+    ]
 
 
 def known_robot_weighing(

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...common.linear import least_squares
-from ...common.progress import Progress, silent
+from ...common.progress import Progress, each, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.base import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
@@ -62,11 +62,8 @@ def filtered(
     recordings: Sequence[Recording], processing: Processing, progress: Progress = silent
 ) -> list[Measurement]:
     """Recordings made even in time, positions and speeds filtered."""
-    measured = []
-    for recording in recordings:
-        progress(f"filtering {recording.source}")
-        measured.append(measurement(recording, processing))
-    return measured
+    worked_on = each(recordings, lambda recording: f"filtering {recording.source}", progress)
+    return [measurement(recording, processing) for recording in worked_on]
 
 
 def check_lengths(recordings: Sequence[Recording], processing: Processing) -> None:

@@ -12,6 +12,7 @@ from ...model.integration import SMOOTHING, Stepper, runge_kutta, stable_steps
 _STEP = 1e-3
 """s: the longest step of the integration."""
 _FINEST = 200  # steps per sample
+_AT_ONCE = 20  # samples whose path is made at once
 _STATES = 20  # of a path, at which stiffness and inertia are looked at
 _BANDWIDTH = 200.0
 """1/s: of the critically damped controller that follows a path."""
@@ -111,15 +112,14 @@ class IdentifiedArm:
         positions, torques = (np.empty((len(q), samples, n)) for _ in range(2))
         x = np.hstack([q, qd])
         with np.errstate(all="ignore"):  # a start that diverges ends as nan and is counted as such
-            for k in range(samples):
-                ends = path[:, k], path[:, min(k + 1, samples - 1)]
-                positions[:, k] = x[:, :n]
-                halves = [_between(*ends, half / (2 * count), step) for half in range(2 * count + 1)]
-                for part in range(count):
-                    out = self._step(x, *halves[2 * part : 2 * part + 3], shared).T
-                    if part == 0:
-                        torques[:, k] = out[:, 2 * n :]
-                    x = np.ascontiguousarray(out[:, : 2 * n])
+            for k in range(0, samples, _AT_ONCE):
+                part = np.arange(k, min(k + _AT_ONCE, samples))
+                halves = _half_steps(path[:, part], path[:, np.minimum(part + 1, samples - 1)], 2 * count, step)
+                out = self._step(x, *(halves[h : len(halves) - 2 + h : 2] for h in range(3)), shared).swapaxes(1, 2)
+                states = np.concatenate([x[None], out[:, :, : 2 * n]])
+                positions[:, part] = states[:-1:count, :, :n].swapaxes(0, 1)
+                torques[:, part] = out[::count, :, 2 * n :].swapaxes(0, 1)
+                x = states[-1]
         return positions, torques
 
     def _steps(self, q: Array, kp: Array, kd: Array, step: float) -> int:
@@ -177,14 +177,22 @@ class IdentifiedArm:
         return mobilities
 
 
-def _between(here: Array, after: Array, share: float, step: float) -> Array:
-    """A path between two samples, S x 3 n: torques linear, positions and speeds by Hermite's cubic.
+def _half_steps(here: Array, after: Array, count: int, step: float) -> Array:
+    """A path between M samples and those after them, S x M x 3 n each, ``count`` times a sample and at the end.
 
-    A controller as stiff as this would feel the corners of a path made of straight lines.
+    Torques are linear; positions and speeds follow Hermite's cubic: a controller as stiff as this would feel the
+    corners of a path made of straight lines. Gives (M count + 1) x S x 3 n.
     """
+    share = np.arange(count)[:, None, None] / count
+    between = [_between(here[:, k], after[:, k], share, step) for k in range(here.shape[1])]
+    return np.concatenate([*between, after[:, -1][None]])
+
+
+def _between(here: Array, after: Array, share: Array, step: float) -> Array:
+    """A path between two samples, S x 3 n, at C shares of the way (C x 1 x 1): C x S x 3 n."""
     (torque, q, qd), (torque_after, q_after, qd_after) = (np.split(sample, 3, axis=1) for sample in (here, after))
     rise = q_after - q
     cubic, square = step * (qd + qd_after) - 2.0 * rise, 3.0 * rise - step * (2.0 * qd + qd_after)
     along = q + share * (step * qd + share * (square + share * cubic))
     speed = qd + share * (2.0 * square + 3.0 * share * cubic) / step
-    return np.hstack([torque + share * (torque_after - torque), along, speed])
+    return np.concatenate([torque + share * (torque_after - torque), along, speed], axis=2)

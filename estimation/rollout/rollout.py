@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.progress import Progress, silent
+from ...common.progress import Progress, each, silent
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..signals.filtering import lowpass, slopes
@@ -180,8 +180,8 @@ def roll_out(
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
     truth = motion.q[windows]
     errors = {}
-    for name, model in {IDENTIFIED: arm, **(others or {})}.items():
-        progress(f"{recording.source}: {name}")
+    models = list({IDENTIFIED: arm, **(others or {})}.items())
+    for name, model in each(models, lambda entry: f"{recording.source}: {entry[0]}", progress):
         errors[name] = _rms(model.positions(q, qd, torque, step) - truth)[:, samples]
     ahead = q[:, None] + qd[:, None] * (step * np.arange(count))[:, None]
     errors[CONSTANT] = _rms(ahead - truth)[:, samples]

@@ -109,11 +109,25 @@ void rows(const double *const *in, const long long *step, double *out, double *w
     }}
   }}
 }}
+
+/* count steps one after the other: input 0 is the state (n samples), which takes the first outputs of each step;
+   input k moves on by ahead[k] numbers a step. out: for each step what rows writes. */
+void chain(const double *const *in, const long long *step, const long long *ahead, double *state, double *out,
+           double *work, long long n, long long count) {{
+  const double *from[inputs];
+  for (long long i = 0; i < count; ++i, out += outputs * n) {{
+    from[0] = state;
+    for (int k = 1; k < inputs; ++k) from[k] = in[k] + i * ahead[k];
+    rows(from, step, out, work, n);
+    for (int r = 0; r < size[0]; ++r)
+      for (long long s = 0; s < n; ++s) state[s * size[0] + r] = out[r * n + s];
+  }}
+}}
 """
 
 
 def c_source(program: Program) -> str:
-    """The program as one C file that exports ``tiles`` and ``rows``."""
+    """The program as one C file that exports ``tiles``, ``rows`` and ``chain``."""
     lines = ["", "static void sample8(const double *const *in, const long long *step, long long i, double *out) {"]
     lines += [f"  v8 x{k} = {_load(program, row)};" for k, row in program.inputs.items()]
     lines += [f"  v8 x{k} = splat8({c_number(value)});" for k, value in program.constants.items()]
@@ -156,13 +170,14 @@ class CPath:
         Raises:
             CompilerUnavailable: if there is no working C compiler.
         """
-        library = compiled_library(c_source(program), "tiles", "rows")
+        library = compiled_library(c_source(program), "tiles", "rows", "chain")
         inputs, number, steps = _Pointers, ctypes.c_longlong, ctypes.POINTER(ctypes.c_longlong)
         self._outputs = len(program.outputs)
-        self._tiles, self._rows = library.tiles, library.rows
+        self._tiles, self._rows, self._chain = library.tiles, library.rows, library.chain
         self._tiles.argtypes = [inputs, steps, _Pointer, number]
         self._rows.argtypes = [inputs, steps, _Pointer, _Pointer, number]
-        self._tiles.restype = self._rows.restype = None
+        self._chain.argtypes = [inputs, steps, steps, _Pointer, _Pointer, _Pointer, number, number]
+        self._tiles.restype = self._rows.restype = self._chain.restype = None
 
     def tiles(self, inputs: Sequence[Array], out: Array) -> None:
         """Fill ``out`` (tiles x entries x 8) with the first ``N`` samples of C-contiguous inputs."""
@@ -172,6 +187,22 @@ class CPath:
         """Fill ``out`` (entries x N), C-contiguous as the inputs."""
         work = aligned_empty((self._outputs * _CHUNK,))
         self._rows(*_addresses(inputs), _address(out), _address(work), _samples(inputs))
+
+    def chain(self, state: Array, inputs: Sequence[Array], out: Array) -> None:
+        """Fill ``out`` (steps x entries x N); ``state`` (N x size) is input 0 and ends as the last step leaves it.
+
+        The other inputs have the samples of each step (steps x N x size) or of all steps (N x size), or what all
+        samples share (size,); their last axes are C-contiguous.
+        """
+        work, everything = aligned_empty((self._outputs * _CHUNK,)), [state, *inputs]
+        starts = (_Pointer * len(everything))(*map(_address, everything))
+        apart = [x.shape[-1] if x.ndim >= 2 else 0 for x in everything]
+        ahead = [x.strides[0] // x.itemsize if x.ndim == 3 else 0 for x in everything]
+        numbers = ctypes.c_longlong * len(everything)
+        self._chain(
+            starts, numbers(*apart), numbers(*ahead), _address(state), _address(out), _address(work), len(state),
+            len(out),
+        )  # fmt: skip
 
 
 def aligned_empty(shape: tuple[int, ...]) -> Array:

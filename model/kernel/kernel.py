@@ -82,6 +82,38 @@ class Kernel:
             self._path.tiles(ready, result)
         return result
 
+    def chain(self, state: Array, *inputs: Array) -> Array:
+        """Evaluate step after step: the first input is the state, which takes the first outputs of each step.
+
+        Args:
+            state: before the first step, (N, size).
+            inputs: the others, each (steps, N, size), (N, size) where all steps share it, or (size,) where all
+                samples do too; one at least differs from step to step.
+
+        Returns:
+            The entries of each step, shape (steps, entries, N).
+
+        Raises:
+            ValueError: if the inputs do not fit the function or each other.
+            RuntimeError: if there is no compiled code: one step by NumPy takes as long as thousands.
+        """
+        if not isinstance(self._path, CPath):
+            raise RuntimeError("steps one after the other need compiled code")
+        ready = [np.asarray(x, dtype=np.float64) for x in inputs]
+        ready = [x if (x[:1] if x.ndim == 3 else x).flags.c_contiguous else np.ascontiguousarray(x) for x in ready]
+        steps = {len(x) for x in ready if x.ndim == 3}
+        shapes = [state.shape, *(x.shape[x.ndim == 3 :] for x in ready)]
+        fits = all(
+            shape == (len(state), size) or shape == (size,)
+            for shape, size in zip(shapes, self._sizes, strict=False)
+        )
+        if len(shapes) != len(self._sizes) or state.ndim != 2 or len(steps) != 1 or not fits:
+            given = ", ".join(str(x.shape) for x in (state, *inputs))
+            raise ValueError(f"inputs of shapes {given} do not fit: sizes must be {self._sizes}, steps one number")
+        out = np.empty((steps.pop(), self._outputs, len(state)))
+        self._path.chain(np.array(state, dtype=np.float64), ready, out)
+        return out
+
     def _checked(self, inputs: tuple[Array, ...]) -> tuple[list[Array], int]:
         """The inputs as contiguous arrays, and the number of samples."""
         sizes = [x.shape[-1] for x in inputs if x.ndim in (1, 2)]

@@ -102,18 +102,22 @@ class ClosedLoop:
         """Integrate the runs that have not ended over some samples."""
         n, active = self.robot.n, np.flatnonzero(batch.counts > start).tolist()
         wanted = self._wanted([batch.tasks[k].reference for k in active], start, stop)
-        x, chi = batch.state[active], batch.chi[active]
-        for sample in range(start, stop):
-            level = batch.friction(active, sample)
-            for k in range(self.steps):
-                at = 2 * ((sample - start) * self.steps + k)
-                out = self._step(x, *wanted[at : at + 3], chi, level, self._settings)
-                if k == 0 and sample >= 0:
-                    batch.log[sample, active, : 2 * n] = x[:, : 2 * n]
-                    batch.log[sample, active, 2 * n : 4 * n] = out[3 * n :].T
-                    batch.log[sample, active, 4 * n :] = wanted[at, :, :n]
-                x = out[: 3 * n].T
-        batch.state[active] = x
+        levels = np.array([batch.friction(active, sample) for sample in range(start, stop)])
+        out = self._step(
+            batch.state[active],
+            *(wanted[k : len(wanted) - 2 + k : 2] for k in range(3)),
+            batch.chi[active],
+            np.repeat(levels, self.steps, axis=0),
+            self._settings,
+        ).swapaxes(1, 2)
+        states = np.concatenate([batch.state[active][None], out[:, :, : 3 * n]])
+        logged = slice(max(start, 0), stop)
+        if logged.start < stop:
+            at = self.steps * np.arange(logged.start - start, stop - start)
+            batch.log[logged, active] = np.concatenate(
+                [states[at, :, : 2 * n], out[at, :, 3 * n :], wanted[2 * at, :, :n]], axis=2
+            )
+        batch.state[active] = x = states[-1]
         far = np.abs(x[:, :n] - wanted[-1, :, :n])
         if not (far < _LOST).all():
             joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
