@@ -17,7 +17,8 @@ import numpy as np
 from dynident.common.arrays import Array
 from dynident.estimation import read_recording
 from dynident.estimation.equations.correlation import autocorrelation_time
-from dynident.estimation.equations.observation import Observation, Observer
+from dynident.estimation.equations.observation import Observation
+from dynident.estimation.equations.observer import Observer
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.measurements import measurement
 from dynident.model import Robot, base_parameters, load_robot

@@ -171,16 +171,15 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
         InputError: names the option that does not fit.
     """
     axes = [_axis(text) for text in sheet.joint or ()]
-    flange = _flange(sheet.flange or "")
-    n = len(axes)
-    drawn_at = _counted("--drawn-at", sheet.drawn_at, n) or (0.0,) * n
+    flange, name = _flange(sheet.flange or ""), sheet.name or ""
+    drawn_at = _counted("--drawn-at", sheet.drawn_at, len(axes)) or (0.0,) * len(axes)
     axes = _limited(axes, sheet)
     frames = model.files.modified_dh(axes, flange)
     x, y, z = (frames.base.R[:, 2] * -9.81 + 0.0).tolist()
     try:
         robot = model.Robot(
-            name=sheet.name or "",
-            joints=tuple(_shifted(joint, q) for joint, q in zip(frames.joints, drawn_at, strict=True)),
+            name=name,
+            joints=tuple(map(_shifted, frames.joints, drawn_at)),
             gravity=(x, y, z),
             drives=model.Drives.on_link_side() if sheet.side == "link" else model.Drives(),
             payload_frame="the bare flange: origin on its face, z out of it",
@@ -190,7 +189,7 @@ def new_robot(sheet: _Sheet) -> tuple[model.Robot, tuple[float, ...]]:
             mass=sheet.mass,
             joint_names=(sheet.joint_names,) if sheet.joint_names else (),
             processing=_processing(axes),
-            title=sheet.title or sheet.name or "",
+            title=sheet.title or name,
         )
     except ValueError as error:
         raise InputError(str(error)) from None

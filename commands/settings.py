@@ -103,15 +103,17 @@ def _given(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Values:
         word = rest.pop(0)
         name, equals, value = word.partition("=")
         action = _named(parser, name) if name.startswith("-") and not _number(word) else None
-        if action is None:
-            if free:
-                given.setdefault(free[0].dest, []).append(word)
-            continue
-        taken = [value] if equals else [] if action.nargs == 0 else _taken(rest, action)
-        if action.nargs == 0:
-            taken = ["false"] if name.startswith("--no-") and len(action.option_strings) > 1 else ["true"]
-        given[action.dest] = [*given.get(action.dest, []), *taken] if _repeats(action) else taken
+        if action is not None:
+            taken = _switch(action, name) if action.nargs == 0 else [value] if equals else _taken(rest, action)
+            given[action.dest] = [*given.get(action.dest, []), *taken] if _repeats(action) else taken
+        elif free:
+            given.setdefault(free[0].dest, []).append(word)
     return given
+
+
+def _switch(action: argparse.Action, name: str) -> list[str]:
+    """What an option without a value says."""
+    return ["false"] if name.startswith("--no-") and len(action.option_strings) > 1 else ["true"]
 
 
 def _named(parser: argparse.ArgumentParser, name: str) -> argparse.Action | None:
@@ -177,10 +179,7 @@ def _words(action: argparse.Action, value: Any, where: str) -> list[str]:
             raise InputError(f"{where}: give true or false")
         switched_off = [option for option in action.option_strings if option.startswith("--no-")]
         return [action.option_strings[0]] if value else switched_off[:1]
-    values = value if isinstance(value, list) else [value]
-    if not values or not all(isinstance(part, str | int | float) and not isinstance(part, bool) for part in values):
-        raise InputError(f"{where}: give a text, a number, or a list of them")
-    texts = [str(part) for part in values]
+    texts = _texts(value, where)
     if not action.option_strings:
         return texts
     option = action.option_strings[0]
@@ -189,6 +188,14 @@ def _words(action: argparse.Action, value: Any, where: str) -> list[str]:
     if isinstance(action, argparse._AppendAction):
         return [f"{option}={text}" for text in texts]
     return [f"{option}={','.join(texts)}"]
+
+
+def _texts(value: Any, where: str) -> list[str]:
+    """A value or those of a list as texts."""
+    values = value if isinstance(value, list) else [value]
+    if not values or not all(isinstance(part, str | int | float) and not isinstance(part, bool) for part in values):
+        raise InputError(f"{where}: give a text, a number, or a list of them")
+    return [str(part) for part in values]
 
 
 def _quoted(text: str) -> str:

@@ -15,16 +15,16 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar, Union, get_args, get
 
 import msgspec
 import numpy as np
-from msgspec import Meta, inspect
+from msgspec import Meta
 
 from .errors import InputError
 from .files import write_bytes
+from .type_words import LARGEST, shown, words
 
 TOML_BYTES = 1_000_000
 """A TOML file that a user writes comes nowhere near."""
 _DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
-_LARGEST = 1e9
-Real = Annotated[float, Meta(ge=-_LARGEST, le=_LARGEST)]
+Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 Triple = tuple[Real, Real, Real]
 """Three numbers along x, y and z."""
@@ -214,20 +214,12 @@ def _array(kind: Any, values: Any) -> Any:
     try:
         rows = msgspec.convert(values, _NUMBERS[kind])
     except msgspec.ValidationError:  # it would not tell where the list is
-        raise ValueError(f"must be {shape}, got {_shown(values)}") from None
+        raise ValueError(f"must be {shape}, got {shown(values)}") from None
     if kind == _Rows and len({len(row) for row in rows}) > 1:
         raise ValueError("rows must be of one length")
     array = np.array(rows, dtype=np.float64)
     array.setflags(write=False)
     return array
-
-
-def _shown(value: Any) -> str:
-    """The beginning of a value as Python writes it."""
-    try:
-        return repr(value)[:40]
-    except (ValueError, RecursionError):  # a number of thousands of digits, a list in a list and so on
-        return "more than can be shown"
 
 
 def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
@@ -250,7 +242,7 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
     if fault := _inner(text, cause, chosen(kind, data)):
         return WrongKeyError(f"{key}.{fault.key}"[1:], fault.problem)
     problem = advice or f"must be {words(kind)}"
-    problem = text if cause else f"{problem}, got {_shown(data)}"
+    problem = text if cause else f"{problem}, got {shown(data)}"
     return WrongKeyError(key[1:], problem) if key else ValueError(problem)
 
 
@@ -303,40 +295,3 @@ def chosen(kind: Any, data: Any) -> Any:
         ),
         kind,
     )
-
-
-def words(kind: Any) -> str:
-    """What may stand at a key, in words."""
-    return _words(inspect.type_info(kind))
-
-
-def _words(node: inspect.Type, many: bool = False) -> str:
-    match node:
-        case inspect.UnionType(types=types):
-            return " or ".join(_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
-        case inspect.FloatType() | inspect.IntType():
-            return _number_words(node, many)
-        case inspect.TupleType() | inspect.VarTupleType():
-            return f"{'lists' if many else 'a list'} of {_items_words(node)}"
-        case inspect.LiteralType(values=values):
-            return " or ".join(map(repr, values))
-        case inspect.Metadata(extra_json_schema=schema) if schema:
-            return str(schema["description"])
-    plain = {inspect.StrType: ("text", "texts"), inspect.BoolType: ("true or false",) * 2}
-    return plain.get(type(node), ("a table", "tables"))[many]
-
-
-def _number_words(node: inspect.FloatType | inspect.IntType, many: bool) -> str:
-    """A number with its lower bound."""
-    kind = "whole number" if isinstance(node, inspect.IntType) else "number" if many else "finite number"
-    bound = "" if node.ge in (None, -_LARGEST, -1e6) else f" of at least {node.ge:g}"
-    bound = bound if node.gt is None else f" above {node.gt:g}"
-    return (f"{kind}s" if many else f"a {kind}") + bound
-
-
-def _items_words(node: inspect.TupleType | inspect.VarTupleType) -> str:
-    """What a list holds, and how many."""
-    if isinstance(node, inspect.TupleType):
-        return f"{len(node.item_types)} {_words(node.item_types[0], True)}"
-    fewest = f", at least {node.min_length}" if node.min_length else ""
-    return _words(node.item_type, True) + fewest

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 from dynident import InertialParameters, Simulator, answer_payload, load_robot, payload_problem
 from dynident.common.files import write_text
-from dynident.estimation import PayloadAnswer
+from dynident.estimation import PayloadAnswer, identify_gains
+from dynident.estimation.answers import DriveGains
+from dynident.estimation.gains import gain_problem, known_mass
 from dynident.model import Recording
 from dynident.report import save_figure
 from dynident.trajectories import RX90_NOISE, random_via_points
@@ -18,9 +20,9 @@ from dynident.trajectories import RX90_NOISE, random_via_points
 ROBOT = load_robot("rx90")
 HEAD = """# What each verdict looks like
 
-Three answers from simulated recordings of the Stäubli RX90, each with its screen and the figure that shows why. The
-page is made by `python -m dynident.examples.verdicts --out docs`; what to do with each verdict stands in
-[its own page](how-to/verdict.md), what is checked in [the verdict](verdict.md).
+Four answers from simulated recordings of the Stäubli RX90, three of a payload and one of drive gains, each with its
+screen and the figure that shows why. The page is made by `python -m dynident.examples.verdicts --out docs`; what to
+do with each verdict stands in [its own page](how-to/verdict.md), what is checked in [the verdict](verdict.md).
 """
 
 
@@ -30,7 +32,7 @@ class Shown:
 
     name: str
     words: str
-    answer: PayloadAnswer
+    answer: PayloadAnswer | DriveGains
     figure: str
 
 
@@ -75,6 +77,23 @@ def scaled() -> Shown:
     return Shown("do_not_use", words, answer, "by_joints")
 
 
+def slow_currents() -> Shown:
+    """Currents of a slow motion: no gravity acts on joint 1, and its inertia hardly shows."""
+    load = InertialParameters.from_com(7.0, [0.08, 0.02, 0.14], [0.25, 0.3, 0.2])
+    gains = np.array([50.0, 60.0, 40.0, 20.0, 15.0, 10.0])
+    recordings = []
+    for recording in recorded(load, 0.45, 1):
+        motors = ROBOT.coupling.motor_torques(recording.torque) if ROBOT.coupling else recording.torque
+        recordings.append(replace(recording, torque=motors / gains))
+    bare, heavy = recordings
+    known = known_mass(7.0)
+    answer = identify_gains(gain_problem(ROBOT, [bare], [heavy], load=known), known)
+    words = (
+        "Drive gains from currents and a weight of 7 kg on a slow motion: gravity does not show that of motor 1."
+    )
+    return Shown("identified_only", words, answer, "")
+
+
 def main() -> None:
     """Write the page and its figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -82,7 +101,7 @@ def main() -> None:
     folder = parser.parse_args().out
     (folder / "gallery").mkdir(parents=True, exist_ok=True)
     parts = [HEAD]
-    for make in (good, slow, scaled):
+    for make in (good, slow, slow_currents, scaled):
         shown = make()
         level = shown.answer.verdict.level
         print(f"{shown.name}: {shown.answer!r}", flush=True)

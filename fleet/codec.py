@@ -19,13 +19,14 @@ from ..estimation.diagnosis.finding import Finding
 from ..estimation.diagnosis.loaded_rows import Scale
 from ..estimation.diagnosis.nuisances import Bursts, Nuisance, Tilt
 from ..estimation.diagnosis.rivals import Rival
-from ..estimation.equations.equations import Equations, WithoutEach
+from ..estimation.equations.equations import Equations
+from ..estimation.equations.leave_one_out import WithoutEach
 from ..estimation.equations.shared_torque import SharedTorque
 from ..estimation.fit.drive_gains import Gains
 from ..estimation.fit.essential import SigmaBound, SigmaRatio
 from ..estimation.fit.estimate import Estimate, Fit
-from ..estimation.fit.linear_problem import Held
 from ..estimation.fit.robust import RobustCovariance
+from ..estimation.fit.roles import Held
 from ..estimation.payload.constant_torques import HeldFriction
 from ..estimation.payload.loaded_scale import LoadedScale
 from ..estimation.payload.problem import PayloadProblem

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..common.arrays import Array
-from ..estimation.equations.equations import Equations, WithoutEach, merged
+from ..estimation.equations.equations import Equations, merged
+from ..estimation.equations.leave_one_out import WithoutEach
 from ..estimation.fit.least_squares import weighted
 from .answers import compared_sigma
 from .nights import robust_sigma

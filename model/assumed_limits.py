@@ -18,26 +18,30 @@ def with_assumed_limits(robot: Robot) -> Robot:
     Joints that turn are given half a turn to either side, joints the speed ``SPEED`` and ``ACCELERATION`` times
     their speed; sliding joints without a range stay without. What was assumed is in the robot's ``sources``.
     """
-    limits = [joint.limits for joint in robot.joints]
-    without = {
-        "position": [
-            j for j, joint in enumerate(robot.joints) if joint.revolute and np.isinf(limits[j].position).any()
-        ],
-        "speed": [j for j, limit in enumerate(limits) if np.isinf(limit.speed)],
-        "acceleration": [j for j, limit in enumerate(limits) if np.isinf(limit.acceleration)],
-    }
-    words = {
-        "position": "half a turn to either side; compare with the arm before you run a motion on it",
-        "speed": f"{np.degrees(SPEED['revolute']):.0f} deg/s or {SPEED['prismatic']:g} m/s",
-        "acceleration": f"{ACCELERATION:g} times the speed per second",
-    }
     sources = {
-        name: f"{ASSUMED}: joint {', '.join(str(j + 1) for j in joints)}: {words[name]}"
-        for name, joints in without.items()
-        if joints
+        name: f"{ASSUMED}: joint {', '.join(map(str, numbers))}: {words}"
+        for name, words in _WORDS.items()
+        if (numbers := _without(robot, name))
     }
     joints = tuple(replace(joint, limits=_filled(joint.limits, joint.kind)) for joint in robot.joints)
     return replace(robot, joints=joints, sources={**robot.sources, **sources}) if sources else robot
+
+
+_WORDS = {
+    "position": "half a turn to either side; compare with the arm before you run a motion on it",
+    "speed": f"{np.degrees(SPEED['revolute']):.0f} deg/s or {SPEED['prismatic']:g} m/s",
+    "acceleration": f"{ACCELERATION:g} times the speed per second",
+}
+"""What is assumed of each limit."""
+
+
+def _without(robot: Robot, name: str) -> list[int]:
+    """Numbers of the joints without a limit; of positions those that turn alone."""
+    return [
+        number
+        for number, joint in enumerate(robot.joints, 1)
+        if np.isinf(getattr(joint.limits, name)).any() and (joint.revolute or name != "position")
+    ]
 
 
 def _filled(limits: Limits, kind: str) -> Limits:

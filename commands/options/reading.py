@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -162,16 +163,21 @@ def check_targets(parts: Sequence[Options]) -> None:
         InputError: names the option.
     """
     taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
-    for name, kind, path in (output for part in parts for output in part.named("writes")):
+    for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":
             continue
         place = Path(path).resolve()
-        if not (_may_hold_files(path) if kind == "folder" else _may_be_file(path)):
-            raise InputError(f"{name} {path!r}: {_NEEDED[kind == 'folder']}")
+        _check_place(name, kind, path)
         if place in taken and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
         if kind != "folder":
             taken[place] = name
+
+
+def _check_place(name: str, kind: str, path: str) -> None:
+    """Refuse a path at which what an option writes cannot be."""
+    if not (_may_hold_files(path) if kind == "folder" else _may_be_file(path)):
+        raise InputError(f"{name} {path!r}: {_NEEDED[kind == 'folder']}")
 
 
 def _may_be_file(path: str) -> bool:

@@ -125,15 +125,15 @@ class DriveGains(Speaks):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques of a few recordings, current times gain, and what robot and weight predict: all were used."""
-        shown = []
+        predictions = []
         for problem, body in zip(self.posed, self.payloads[: len(self.posed)], strict=True):
             assert problem.source is not None
             settings = problem.source.processing
-            shown += [
+            predictions += [
                 payload_prediction(problem, body, recording, settings, False)
                 for recording in problem.source.loaded[:DRAWN]
             ]
-        return tuple(shown[:DRAWN])
+        return tuple(predictions[:DRAWN])
 
     @property
     def identified(self) -> tuple[bool, ...]:

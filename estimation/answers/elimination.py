@@ -97,12 +97,12 @@ def impossible_robot(
     left = tuple(name for name in elimination.essential if name in base.columns)
     if not gone or not left:
         return ()
-    held = _held_at_zero(base, error_model(estimate), error_model(elimination.estimate), left)
+    zeroed = _held_at_zero(base, error_model(estimate), error_model(elimination.estimate), left)
     try:
-        result = solve_constrained_base(robot, base, held)
+        result = solve_constrained_base(robot, base, zeroed)
     except SolverError as error:
         return (f"whether a robot with these zeros can exist is not known ({error.words})",)
-    p_value = rise_p_value(result.chi2_rise, len(left), held.degrees_of_freedom)
+    p_value = rise_p_value(result.chi2_rise, len(left), zeroed.degrees_of_freedom)
     lines = _too_far(robot.name, gone, result.chi2_rise, p_value)
     at_fault = [holding.description for holding in result.active[:3]]
     return tuple(f"{line}; in conflict: {', '.join(at_fault)}" for line in lines)

@@ -16,6 +16,7 @@ from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
 from ..fit.robust import RobustCovariance, jackknife, student95
+from ..gains.current_side import CurrentFit
 from ..gains.known_load import KnownLoad
 from ..gains.possible import possible_gains
 from ..gains.problem import GainProblem, free_gains
@@ -41,35 +42,12 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
     loads = problem.mountings.loads(load)
     with _explained(problem):
         free = free_gains(problem.equations, problem.weights, loads)
-        held = int(np.argmin(np.diag(free.covariance)))
-        best = possible_gains(problem, problem.equations, loads, free, held)
-    # An error of the mass scales all gains alike.
-    scale = max(one.mass_sigma / one.mass for one in loads) ** 2
-    robust: RobustCovariance | None = None
-    reason = problem.without_blocks
-
-    def solve(part: Equations) -> Array:
-        return -np.log(possible_gains(problem, part, loads, best, held).k)
-
-    if problem.deletions:
-        try:
-            robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
-        except InputError as error:
-            reason = str(error)
-    seen = [_Mounting.of(posed, problem.description) for posed in problem.posed_by(1.0 / best.k)]
-    reach = max((one.reach for one in seen), default=0.0)
-    factors = zip(problem.equations.factors, best.k, strict=True)
-    errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
-    logarithms = Estimate(
-        names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
-        values=-np.log(best.k),
-        covariance=free.covariance + scale + reach**2,
-        degrees_of_freedom=free.degrees_of_freedom,
-        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
-        weights=problem.weights,
-        robust=robust and replace(robust, covariance=robust.covariance + scale + reach**2),
-    )
-    tens = best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))
+        sharpest = int(np.argmin(np.diag(free.covariance)))
+        best = possible_gains(problem, problem.equations, loads, free, sharpest)
+    robust, reason = _jackknifed(problem, loads, best, sharpest)
+    mountings = [_Mounting.of(posed, problem.description) for posed in problem.posed_by(1.0 / best.k)]
+    logarithms = _logarithms(problem, loads, free, best, robust, mountings)
+    bodies = best.x[len(problem.base.columns) :].reshape(-1, len(PAYLOAD))
     gains = DriveGains(
         robot=problem.description,
         logarithms=logarithms,
@@ -77,16 +55,65 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
         gravity=gravity_acts(problem.robot),
         rests_on=rests_on(problem.robot),
         loads=loads,
-        payloads=tuple(InertialParameters(ten) for ten in tens),
+        payloads=tuple(map(InertialParameters, bodies)),
         without_robust=reason,
         recordings=problem.recordings,
         mountings=problem.mountings,
-        disagreement=max((one.beside.disagreement for one in seen), default=1.0),
-        posed=tuple(one.problem for one in seen),
-        by_joints=tuple(one.beside.by_joints for one in seen),
+        disagreement=max((mounting.beside.disagreement for mounting in mountings), default=1.0),
+        posed=tuple(mounting.problem for mounting in mountings),
+        by_joints=tuple(mounting.beside.by_joints for mounting in mountings),
         source=problem.source,
     )
-    return replace(gains, verdict=judge(*_evidence(problem.description, gains, seen))) if seen else gains
+    return replace(gains, verdict=judge(*_evidence(problem.description, gains, mountings))) if mountings else gains
+
+
+def _jackknifed(
+    problem: GainProblem, loads: Sequence[KnownLoad], best: CurrentFit, sharpest: int
+) -> tuple[RobustCovariance | None, str]:
+    """Robust covariance of ln K; None, and why, where there are too few blocks of time.
+
+    Args:
+        problem: the reduced currents.
+        loads: what is known of the payload in each mounting.
+        best: the gains by all blocks, from which each solution without one starts.
+        sharpest: the joint (from 0) whose gain the currents tell best.
+    """
+    if not problem.deletions:
+        return None, problem.without_blocks
+
+    def solve(part: Equations) -> Array:
+        return -np.log(possible_gains(problem, part, loads, best, sharpest).k)
+
+    try:
+        robust = jackknife(solve, problem.deletions, -np.log(best.k), problem.block_length)
+    except InputError as error:
+        return None, str(error)
+    return robust, problem.without_blocks
+
+
+def _logarithms(
+    problem: GainProblem,
+    loads: Sequence[KnownLoad],
+    free: CurrentFit,
+    best: CurrentFit,
+    robust: RobustCovariance | None,
+    mountings: "Sequence[_Mounting]",
+) -> Estimate:
+    """Logarithms of the gains, ln K = -ln k, with the errors that all of them share."""
+    # An error of the weighed mass scales all gains alike, and so may a burst of other torques.
+    mass_share = max(load.mass_sigma / load.mass for load in loads) ** 2
+    burst_share = max((mounting.reach for mounting in mountings), default=0.0) ** 2
+    factors = zip(problem.equations.factors, best.k, strict=True)
+    errors = np.array([np.linalg.norm(R[:, -1] - k * R[:, :-1] @ best.x) for R, k in factors])
+    return Estimate(
+        names=tuple(f"K{j}" for j in range(1, problem.robot.n + 1)),
+        values=-np.log(best.k),
+        covariance=free.covariance + mass_share + burst_share,
+        degrees_of_freedom=free.degrees_of_freedom,
+        fit=Fit(errors, problem.equations.torque_norms, problem.equations.rows),
+        weights=problem.weights,
+        robust=robust and replace(robust, covariance=robust.covariance + mass_share + burst_share),
+    )
 
 
 @contextmanager
@@ -120,23 +147,23 @@ class _Mounting(NamedTuple):
         return abs(float(bursts.change[9]) / self.free.mass) / student95(1e9) if bursts else 0.0
 
 
-def _evidence(robot: Robot, gains: DriveGains, seen: Sequence[_Mounting]) -> Iterable[Evidence]:
+def _evidence(robot: Robot, gains: DriveGains, mountings: Sequence[_Mounting]) -> Iterable[Evidence]:
     """What the verdict looks at, mounting by mounting; what they share in the first."""
     weights = tuple(
-        KnownWeight(name, load.mass, one.free.mass, float(one.free.larger_sigma[9]))
-        for name, load, one in zip(gains.mountings.names, gains.loads, seen, strict=True)
+        KnownWeight(name, load.mass, mounting.free.mass, float(mounting.free.larger_sigma[9]))
+        for name, load, mounting in zip(gains.mountings.names, gains.loads, mountings, strict=True)
     )
-    for k, one in enumerate(seen):
-        problem, source = one.problem, one.problem.source
+    for k, mounting in enumerate(mountings):
+        problem, source = mounting.problem, mounting.problem.source
         assert source is not None
         yield Evidence(
             robot=robot,
             source=source,
             condition=problem.unloaded.condition_numbers()[1] if problem.unloaded else None,
             parameters=problem.alone,
-            estimates=(one.free,),
-            stretches=payload_over_time(problem, one.free.estimate.weights),
+            estimates=(mounting.free,),
+            stretches=payload_over_time(problem, mounting.free.estimate.weights),
             gained=Gained(gains.larger_relative_sigma, weights) if k == 0 else None,
             compared=problem.compared,
-            **(one.beside._asdict() | ({} if k == 0 else {"rivals": ()})),
+            **(mounting.beside._asdict() | ({} if k == 0 else {"rivals": ()})),
         )

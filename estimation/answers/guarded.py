@@ -44,8 +44,8 @@ def guarded(
 ) -> tuple[list[PayloadEstimate], Guarded]:
     """Estimates less what a tilt does, whose intervals allow for joints that disagree and for bursts."""
     best = min(free, key=preference)
-    seen = looked_at(problem, best, gains) if known is None else _remembered(problem, best, gains, known)
-    return [_allowing(estimate, seen) for estimate in free], seen
+    guards = looked_at(problem, best, gains) if known is None else _remembered(problem, best, gains, known)
+    return [_allowing(estimate, guards) for estimate in free], guards
 
 
 def looked_at(
@@ -97,8 +97,8 @@ def _remembered(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | N
 
 def _disagreement(problem: PayloadProblem, by_joints: ByJoints, gains: Gains | None) -> float:
     n = problem.robot.n
-    told = gains.covariance(n) if gains is not None else np.zeros((n, n))
-    return disagreement(by_joints, told, few=problem.short is not None)
+    gain_covariance = gains.covariance(n) if gains is not None else np.zeros((n, n))
+    return disagreement(by_joints, gain_covariance, few=problem.short is not None)
 
 
 def _mattering(outside: Bursts | None, best: PayloadEstimate) -> Bursts | None:
@@ -109,10 +109,10 @@ def _mattering(outside: Bursts | None, best: PayloadEstimate) -> Bursts | None:
     return outside if abs(outside.change[9]) > max(MOVED * abs(best.ten[9]), chance) else None
 
 
-def _allowing(estimate: PayloadEstimate, seen: Guarded) -> PayloadEstimate:
+def _allowing(estimate: PayloadEstimate, guards: Guarded) -> PayloadEstimate:
     """One estimate for what was seen."""
-    if seen.tilt is not None and not estimate.from_scale:
-        estimate = moved(estimate, *seen.tilt.change(estimate.method))
-    if seen.bursts is not None:
-        estimate = reaching(estimate, seen.bursts.change)
-    return widened(estimate, seen.disagreement)
+    if guards.tilt is not None and not estimate.from_scale:
+        estimate = moved(estimate, *guards.tilt.change(estimate.method))
+    if guards.bursts is not None:
+        estimate = reaching(estimate, guards.bursts.change)
+    return widened(estimate, guards.disagreement)

@@ -102,11 +102,11 @@ class Identification(Speaks):
     @cached_property
     def predictions(self) -> tuple[TorquePrediction, ...]:
         """Torques as the parameters predict them: of what was held out, else of what was fitted; a few."""
-        shown = (self.held_out or self.recordings)[:DRAWN]
+        chosen = (self.held_out or self.recordings)[:DRAWN]
         settings, held_out = self.processing or self.robot.processing, bool(self.held_out)
         values = self.estimate.values
         return tuple(
-            robot_prediction(self.robot, self.base, values, recording, settings, held_out) for recording in shown
+            robot_prediction(self.robot, self.base, values, recording, settings, held_out) for recording in chosen
         )
 
 
@@ -177,7 +177,7 @@ def identified(
 
 
 def _with_gains(problem: Equations, estimate: Estimate, gains: Gains | None) -> Estimate:
-    """An estimate with what it owes to each motor's torque, and how sure that is."""
+    """An estimate with its derivatives by each motor's torque, and how sure these torques are."""
     return replace(
         estimate,
         gain_sensitivity=gain_sensitivity(problem, estimate.weights),

@@ -1,6 +1,6 @@
 """The whole answer to "what hangs on the flange": every method that can be used, and what to think of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..diagnosis.verdict import judge, sampled
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
-from ..fit.estimate import fit
+from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
 from ..fit.robust import student95
 from ..payload.by_joints import payload_over_time
@@ -24,6 +24,7 @@ from ..payload.methods import METHODS, essential_combined, identify_payload, usa
 from ..payload.problem import PayloadProblem
 from ..payload.repeats import repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
+from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.cone import SolverError
 from ..possible.constraints import Constraint, KnownMass
@@ -66,38 +67,57 @@ def answer_payload(
         InputError: if a method that was asked for cannot be used, or none can; "mass not visible" where neither
             torques nor a scale show the mass.
         SolverError: if by no method a payload was found that holds the constraints; what speaks against the
-            recordings is told with it.
+            recordings is named with it.
     """
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, free_friction, scale)
     repeats = repeats_of(problem, scale)
-    if repeats is not None:
-        free = [widened(estimate, repeats.excess) for estimate in free]
-    free, seen = guarded(problem, free, gains, known)
+    free = [widened(estimate, repeats.excess) for estimate in free] if repeats is not None else free
+    free, guards = guarded(problem, free, gains, known)
     unseen = known.held_out if known is not None else _held_out(problem, held_out, processing)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
         problem=problem,
-        estimates=tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free),
+        estimates=_without_failures(free, failures),
         constrained=tuple(constrained),
         left_out=left_out | {method: str(error) for method, error in failures.items()},
-        by_joints=seen.by_joints,
+        by_joints=guards.by_joints,
         verdict=Verdict("use"),  # until what speaks against it is known
         scale=scale,
         gains=gains,
-        validation=fit(unseen, problem.alone.values) if unseen is not None and problem.alone is not None else None,
+        validation=_validation(problem, unseen),
         held_out=tuple(held_out),
         processing=processing,
         agreement=(*_without_friction(problem), *_other_ways(others, scale)),
         repeats=repeats,
     )
-    evidence = _evidence(answer, free, seen, known)
+    evidence = _evidence(answer, free, guards, known)
     verdict = judge(evidence)
     if failures and not constrained:
-        error, against = failures[free[0].method], verdict.reasons if verdict.level == "do_not_use" else ()
-        raise error.naming(*error.demands, *against)
+        raise _first_failure(free, failures, verdict)
     answer = replace(answer, verdict=verdict, sampled=known or sampled(evidence, verdict, unseen))
     return _assumed(_essential(answer, essential), stand_in)
+
+
+def _without_failures(
+    free: Sequence[PayloadEstimate], failures: Mapping[int, SolverError]
+) -> tuple[PayloadEstimate, ...]:
+    """Estimates beside which a possible payload was found; where no method found any, all."""
+    return tuple(estimate for estimate in free if estimate.method not in failures) or tuple(free)
+
+
+def _validation(problem: PayloadProblem, unseen: Equations | None) -> Fit | None:
+    """How the robot's parameters fit recordings that were held out, where both are there."""
+    return fit(unseen, problem.alone.values) if unseen is not None and problem.alone is not None else None
+
+
+def _first_failure(
+    free: Sequence[PayloadEstimate], failures: Mapping[int, SolverError], verdict: Verdict
+) -> SolverError:
+    """Why the first method has no possible payload, with what speaks against the recordings."""
+    failure = next(failures[estimate.method] for estimate in free if estimate.method in failures)
+    against = verdict.reasons if verdict.level == "do_not_use" else ()
+    return failure.naming(*failure.demands, *against)
 
 
 def _constrained(
@@ -156,28 +176,19 @@ def _held_out(
 
 
 def _evidence(
-    answer: PayloadAnswer, free: Sequence[PayloadEstimate], seen: Guarded, known: Sampled | None
+    answer: PayloadAnswer, free: Sequence[PayloadEstimate], guards: Guarded, known: Sampled | None
 ) -> Evidence:
     """What the verdict looks at; ``free``: by all methods, those without a possible payload among them."""
     problem = answer.problem
-    beside = seen._asdict() | {"compared": problem.compared or problem.pairs, "sampled": known}
-    spread = _told(answer)
+    beside = guards._asdict() | {"compared": problem.compared or problem.pairs, "sampled": known}
+    spread = _reported_spread(answer)
     if problem.short is not None:
-        weighed = Weighed(
-            mass=answer.model["M_L"],
-            sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
-            from_scale=answer.free.from_scale,
-            unexplained=answer.free.unexplained(problem.short.torque_rms),
-            judged=answer.measured,
-            repeats=answer.repeats,
-            agreement=answer.agreement,
-        )
         return Evidence(
             problem.robot,
             source=problem.source,
             parameters=problem.known,
             constrained=answer.constrained,
-            weighed=weighed,
+            weighed=_weighed(answer, problem.short),
             spread=spread,
             **beside,
         )
@@ -198,8 +209,21 @@ def _evidence(
     )
 
 
-def _told(answer: PayloadAnswer) -> PayloadSpread:
-    """Standard deviations behind the intervals that are told; constraints may make the mass's shorter."""
+def _weighed(answer: PayloadAnswer, short: ShortMotion) -> Weighed:
+    """What a short motion near a pose gives the verdict to look at."""
+    return Weighed(
+        mass=answer.model["M_L"],
+        sigma=float(answer.model.sigma[answer.model.names.index("M_L")]),
+        from_scale=answer.free.from_scale,
+        unexplained=answer.free.unexplained(short.torque_rms),
+        judged=answer.measured,
+        repeats=answer.repeats,
+        agreement=answer.agreement,
+    )
+
+
+def _reported_spread(answer: PayloadAnswer) -> PayloadSpread:
+    """Standard deviations behind the reported intervals; constraints may make the mass's shorter."""
     spread = allowing(answer.spread, answer.model.degrees_of_freedom)
     low, high = answer.mass_interval
     half = 0.5 * (high - low) / student95(1e9)

@@ -178,7 +178,7 @@ class PayloadAnswer(Speaks):
 
     @cached_property
     def spread(self) -> PayloadSpread:
-        """Standard deviations of what is told, the scale counted."""
+        """Standard deviations of the reported payload, that of the scale counted."""
         return payload_spread(self.ten, self._with_scale[1], self.free.places)
 
     @cached_property
@@ -264,7 +264,10 @@ class PayloadAnswer(Speaks):
             robot_prediction(problem.robot, problem.base, values, recording, settings, True)
             for recording in self.held_out[:DRAWN]
         ]
-        return (*bare, *(self.prediction(one, False) for one in (source.loaded if source else ())[:DRAWN]))
+        return (
+            *bare,
+            *(self.prediction(recording, False) for recording in (source.loaded if source else ())[:DRAWN]),
+        )
 
     def prediction(self, recording: Recording, held_out: bool) -> TorquePrediction:
         """A recording with payload and what the recommended payload predicts, beside the bare robot."""

@@ -8,7 +8,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import BaseParameters, InertialParameters, Processing, Recording, Robot
 from ..equations.correlation import autocorrelation
-from ..equations.observation import Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..payload.equations import loaded_observer
 from ..payload.problem import PayloadProblem
 from ..signals.measurements import measurement
@@ -145,9 +146,9 @@ def _prediction(
     held_out: bool,
 ) -> TorquePrediction:
     """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
-    kept = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
+    columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
     t, measured, *made = (
-        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*kept, strict=True)
+        tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
     )
     predicted = tuple(Curve(label, torques) for (label, _), torques in zip(curves, made, strict=True))
     return TorquePrediction(source, loaded, held_out, t, measured, predicted)

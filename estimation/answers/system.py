@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...model import Processing, Recording
 from ..equations.equations import Equations
-from ..equations.observation import Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..payload.equations import loaded_observer
 from ..payload.methods import combined, from_robot
 from ..payload.problem import PayloadProblem
@@ -91,7 +92,10 @@ def payload_system(
     robot, base, columns = problem.robot, problem.base, problem.loaded.columns
     observer = loaded_observer(robot, base)
     observations = [
-        *(_widened(one, columns) for one in _observed(observer.only(base.columns), unloaded, processing)),
+        *(
+            _widened(observation, columns)
+            for observation in _observed(observer.only(base.columns), unloaded, processing)
+        ),
         *_observed(observer, loaded, processing),
     ]
     flags = [False] * len(unloaded) + [True] * len(loaded)

@@ -7,7 +7,8 @@ from ...model import BaseParameters, Robot, base_parameters
 from ..files.stored import StoredRobot
 from ..fit.estimate import Estimate
 from ..possible.cone import SolverError
-from ..possible.labelled import WholeRobot, whole_robot
+from ..possible.labelled import WholeRobot
+from ..possible.labelling import whole_robot
 from ..possible.mass_range import mass_ranges
 from ..possible.prior import robot_prior, solve_constrained_prior
 from .identification import Identification

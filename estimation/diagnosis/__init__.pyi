@@ -5,9 +5,9 @@ from .fits import RobotFits as RobotFits
 from .fits import robot_fits as robot_fits
 from .log_check import LogCheck as LogCheck
 from .log_check import check_log as check_log
-from .misfit import Reading as Reading
 from .poses import PoseCheck as PoseCheck
 from .poses import check_pose as check_pose
+from .reading import Reading as Reading
 from .search import KinematicsCheck as KinematicsCheck
 from .search import rank_readings as rank_readings
 from .search import rank_readings_by_pose as rank_readings_by_pose

@@ -46,7 +46,7 @@ KNOWN_WELL = 0.05
 
 
 class KnownWeight(NamedTuple):
-    """A weight whose mass was told.
+    """A weight of known mass, and the mass that the gains give it.
 
     ``mounting``: its number; ``told``: its mass [kg]; ``mass`` by the torques that the gains give, with its
     standard deviation ``sigma`` [kg].
@@ -111,7 +111,7 @@ class Evidence:
         by_joints: the payload as single joints see it.
         stretches: the payload in the order of time.
         weighed: a short weighing.
-        spread: standard deviations of what is recommended: half the intervals that are told, over 1.96.
+        spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
         disagreement: factor on every interval by which all joints' shares together disagree; 1 where they do not.
         rivals: other ways to take the recordings.
         scales: of the loaded torques, where one may differ from that of the unloaded ones.

@@ -62,19 +62,19 @@ def warning(text: str, about: str = "inertia") -> Finding:
 
 
 def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = "mass_and_com_only") -> Verdict:
-    """The level that findings leave, and those that are told: notes last.
+    """The level that findings leave, and those that are reported: notes last.
 
     The mass is what every number rests on: whatever speaks against it, or against everything, leaves nothing.
 
     Args:
-        findings: in the order in which they are told, behind what explains them.
+        findings: in the order in which they are reported, behind what explains them.
         brief: where no number may be used, leave out what speaks against single ones and is no cause; else it
             comes last.
         partly: the level where only single numbers are spoken against.
     """
-    told = dict.fromkeys(findings)
-    notes = list(filter(_is_note, told))
-    distinct = list(filterfalse(_is_note, told))
+    distinct_findings = dict.fromkeys(findings)
+    notes = list(filter(_is_note, distinct_findings))
+    distinct = list(filterfalse(_is_note, distinct_findings))
     if not any(map(_against_all, distinct)):
         return Verdict(partly if distinct else "use", (*distinct, *notes))
     weighty = [finding for finding in distinct if _against_all(finding) or finding.cause]

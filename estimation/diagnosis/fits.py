@@ -74,10 +74,10 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
             faults.append(str(refusal))
             continue
         # The size of a current says nothing.
-        shown = (
+        scaled = (
             replace(taken.recording, torque=_SCALE * taken.recording.torque) if taken.currents else taken.recording
         )
-        mistake = next(implausible(robot, shown), "")
+        mistake = next(implausible(robot, scaled), "")
         if mistake:
             others.append((name, mistake))
         else:

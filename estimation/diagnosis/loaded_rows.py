@@ -12,7 +12,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model.names import parameter_kind
-from ..equations.equations import PAYLOAD, Equations, WithoutEach
+from ..equations.equations import PAYLOAD, Equations
+from ..equations.leave_one_out import WithoutEach
 from ..fit.robust import jackknifed
 from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem
@@ -63,17 +64,17 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     spare = sum(problem.unloaded.effective_rows) + sum(problem.loaded.effective_rows) - question.unknown - 1
     values, formula = question.answers(gram, max(spare, 1.0))
     limits = [(SCALE, SCALE_Z), *[(JOINT_SCALE, JOINT_SCALE_Z)] * problem.robot.n]
-    told = [
+    outstanding = [
         k
         for k, (value, sigma, (least, z)) in enumerate(zip(values[0], formula, limits, strict=True))
         if abs(value) > least and abs(value) > z * sigma
     ]
-    robust = _robust(problem, question, gram, values[0]) if told else formula
+    robust = _robust(problem, question, gram, values[0]) if outstanding else formula
     if robust is None:
         return ()
     return tuple(
         Scale(k, 1.0 + float(values[0, k]), max(float(robust[k]), float(formula[k])), *map(float, values[1:, k]))
-        for k in sorted({0, *told})
+        for k in sorted({0, *outstanding})
     )
 
 
@@ -85,13 +86,13 @@ def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
     pulls, free = np.array(system.pulls), range(system.payload.stop, len(system.pulls))
     pulls[free, free] = 0.0
     asked = replace(system, pulls=pulls).with_columns(np.concatenate([along[:, None], alone], axis=1))
-    told = []
+    scales = []
     for joint in range(len(along) + 1):
         answer = asked.of(joint)
         value, sigma = float(answer.values[0]), float(np.sqrt(answer.covariance[0, 0]))
         plain, effect = float(asked.shares[9, -1]), float(answer.effect[9, 0])
-        told.append(Scale(joint, 1.0 + value, sigma, (plain + effect * value) / (1.0 + value), plain - effect))
-    return tuple(told)
+        scales.append(Scale(joint, 1.0 + value, sigma, (plain + effect * value) / (1.0 + value), plain - effect))
+    return tuple(scales)
 
 
 def _robust(problem: PayloadProblem, question: "_Question", gram: Array, values: Array) -> Array | None:

@@ -6,135 +6,24 @@ from itertools import islice
 
 import numpy as np
 
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.speech import Speaks
-from ...model import Motion, Processing, Recording, Robot, base_parameters
+from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..fit.estimate import Estimate
 from ..fit.least_squares import weighted
 from ..payload.problem import Source
-from ..recordings.plausibility import implausible, still_joints
+from ..recordings.plausibility import implausible
 from ..signals.measurements import measurement
-from ..signals.rows import moving_parts
 from .checks.robot import OF_ROBOT
 from .evidence import Evidence
 from .finding import Finding, error, warning
-from .misfit import Sample
+from .log_facts import JointFacts, TimeFacts, joint_facts, time_facts
 from .rivals import rivals
+from .sample import Sample
 from .search import likely_cause
 from .states import states_of
 from .torque import gravity_findings, position_findings, reduced, scale_findings, to_scale
-
-_UNEVEN = 0.05  # of the mean step: larger deviations are jitter
-_WHOLE = 0.05  # of a step: closer differences are whole multiples of it
-_MOST_LEVELS = 200_000  # distinct values that are sorted to find a step
-
-
-@dataclass(frozen=True)
-class TimeFacts:
-    """Time of a recording.
-
-    Attributes:
-        samples: how many.
-        duration: from the first to the last [s].
-        rate: mean [Hz].
-        steps: shortest and longest [s].
-        jitter: standard deviation of the steps over their mean.
-        moving: first and last moment of the motion that is used [s]; None where nothing moves.
-    """
-
-    samples: int
-    duration: float
-    rate: float
-    steps: tuple[float, float]
-    jitter: float
-    moving: tuple[float, float] | None
-
-    @property
-    def even(self) -> bool:
-        """Whether the time steps are all alike."""
-        mean = 1.0 / self.rate
-        return max(self.steps[1] - mean, mean - self.steps[0]) < _UNEVEN * mean
-
-
-@dataclass(frozen=True)
-class JointFacts:
-    """One joint's signals.
-
-    Attributes:
-        moves: whether it moves.
-        position: smallest and largest [rad or m].
-        speed: largest [.../s], from filtered positions or speeds.
-        torque: smallest and largest [N·m, N, or A].
-        position_step, torque_step: smallest difference of two values; 0 where none shows.
-        saturated: share of the samples at the torque's own extreme.
-    """
-
-    moves: bool
-    position: tuple[float, float]
-    speed: float
-    torque: tuple[float, float]
-    position_step: float
-    torque_step: float
-    saturated: float
-
-
-def time_facts(recording: Recording, motion: Motion, processing: Processing) -> TimeFacts:
-    """Facts about time; ``motion`` is the recording's, filtered."""
-    steps = np.diff(recording.t)
-    moving = motion.t[moving_parts(motion, processing.still_speed)]
-    return TimeFacts(
-        samples=len(recording.t),
-        duration=float(recording.t[-1] - recording.t[0]),
-        rate=float(1.0 / steps.mean()),
-        steps=(float(steps.min()), float(steps.max())),
-        jitter=float(steps.std() / steps.mean()),
-        moving=(float(moving[0]), float(moving[-1])) if moving.size else None,
-    )
-
-
-def joint_facts(recording: Recording, motion: Motion) -> tuple[JointFacts, ...]:
-    """Facts about each joint's signals; ``motion`` is the recording's, filtered."""
-    still = still_joints([recording])
-    speeds = np.abs(motion.qd).max(axis=0)
-    return tuple(
-        JointFacts(
-            moves=j not in still,
-            position=_range(q),
-            speed=float(speed),
-            torque=_range(torque),
-            position_step=smallest_step(q),
-            torque_step=smallest_step(torque),
-            saturated=share_at_extreme(torque),
-        )
-        for j, (q, torque, speed) in enumerate(zip(recording.q.T, recording.torque.T, speeds, strict=True), 1)
-    )
-
-
-def smallest_step(values: Array) -> float:
-    """Smallest difference of two different values: the quantum of coarse numbers; 0 for numbers without one.
-
-    Numbers count as quantised if all their differences are whole multiples of the smallest one.
-    """
-    levels = np.unique(values[:_MOST_LEVELS])
-    gaps = np.diff(levels)
-    gaps = gaps[gaps > 1e-9 * max(float(np.abs(levels).max()), 1e-300)]
-    if gaps.size < 2:
-        return 0.0
-    step = float(gaps.min())
-    multiples = (levels - levels[0]) / step
-    return step if np.abs(multiples - np.rint(multiples)).max() < _WHOLE else 0.0
-
-
-def share_at_extreme(values: Array) -> float:
-    """Share of the samples that stand at the largest or at the smallest value, whichever are more."""
-    return float(max((values == values.max()).mean(), (values == values.min()).mean()))
-
-
-def _range(values: Array) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
-
 
 _JITTER = 0.02  # of the mean step
 _COARSE = 0.02  # torque step over the torque's range
@@ -180,8 +69,8 @@ class LogCheck(Speaks):
     def headline(self) -> str:
         """The robot, the log, and what was found in a line."""
         counts = [sum(finding.severity == kind for finding in self.findings) for kind in ("error", "warning")]
-        found = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
-        return f"{self.robot.name}, {self.recording.source}, {found}"
+        summary = f"{counts[0]} errors, {counts[1]} warnings" if any(counts) else "nothing to mend"
+        return f"{self.robot.name}, {self.recording.source}, {summary}"
 
     @property
     def usable(self) -> bool:
@@ -260,8 +149,8 @@ def _of_robot(robot: Robot, recording: Recording, processing: Processing, estima
 def _plausibility(robot: Robot, recording: Recording, currents: bool) -> list[Finding]:
     """What would refuse the recording in any command."""
     # The size of a current says nothing; a usual gain makes it a torque of about the right size.
-    shown = replace(recording, torque=10.0 * recording.torque) if currents else recording
-    return [error(text, "recording") for text in islice(implausible(robot, shown), 1)]
+    scaled = replace(recording, torque=10.0 * recording.torque) if currents else recording
+    return [error(text, "recording") for text in islice(implausible(robot, scaled), 1)]
 
 
 def _time_findings(time: TimeFacts) -> list[Finding]:

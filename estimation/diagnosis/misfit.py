@@ -1,191 +1,16 @@
-"""Thin samples of recordings, ways to read their joints, and how badly a robot's model fits them."""
+"""How badly a robot's model fits thin samples of recordings."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from math import pi
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.linear import least_squares
-from ...model import Processing, Recording, Robot, regressor, standard_columns
+from ...model import Robot, regressor, standard_columns
 from ...model.kernel import Kernel
 from ...model.many_states import own_columns, regressor_at
-from ...model.motion import Measurement
-from ..signals.filtering import lowpass
-from ..signals.measurements import measurement
-from ..signals.rows import Mask, kept_rows
-
-_SAMPLES = 200
-_STUCK = 0.5  # s
-_CUTOFF = 0.4  # of the sample's own rate
-
-
-@dataclass(frozen=True)
-class Sample:
-    """Some hundred instants of a recording.
-
-    Attributes:
-        source: name of the recording.
-        t: time [s], shape (N,).
-        q, qd, qdd: filtered motion [rad or m], shapes (N, n).
-        torque: low-passed torque [N·m or N], shape (N, n).
-        keep: which rows are used, N x n.
-        stuck: where a joint's position is the very same number for over half a second, N x n.
-        all_t: time of every sample of the recording [s].
-        all_torque: low-passed torque at those, to read it at another time.
-    """
-
-    source: str
-    t: Array
-    q: Array
-    qd: Array
-    qdd: Array
-    torque: Array
-    keep: Mask
-    stuck: Mask
-    all_t: Array
-    all_torque: Array
-
-    @staticmethod
-    def of(
-        recording: Recording, processing: Processing, filtered: Measurement | None = None, count: int = _SAMPLES
-    ) -> "Sample":
-        """Take some 200 instants, evenly over the moving part; ``filtered`` is their measurement if it is there."""
-        data = filtered or measurement(recording, processing)
-        motion, step = data.motion, 1.0 / data.motion.rate
-        keep = kept_rows(motion, processing)
-        moving = np.flatnonzero(keep.any(axis=1))
-        thin = max(1, len(moving) // count)
-        cutoff = _CUTOFF / (thin * step) if thin > 1 else None
-        torque = lowpass(data.torque, step, cutoff, recording.source)
-        at = moving[thin // 2 :: thin]
-        return Sample(
-            recording.source, motion.t[at], motion.q[at], motion.qd[at], motion.qdd[at], torque[at], keep[at],
-            _stuck(recording, motion.t[at]), motion.t, torque,
-        )  # fmt: skip
-
-    @staticmethod
-    def joined(samples: Sequence["Sample"]) -> "Sample":
-        """Samples of several recordings as one."""
-        arrays = {
-            field.name: np.concatenate([getattr(sample, field.name) for sample in samples])
-            for field in fields(Sample)
-            if field.name != "source"
-        }
-        return Sample(", ".join(sample.source for sample in samples), **arrays)
-
-    def later(self, delay: "float | Array") -> "Sample":
-        """This motion with the torque that was written ``delay`` [s] later."""
-        times = self.t + delay
-        torque = np.column_stack([np.interp(times, self.all_t, channel) for channel in self.all_torque.T])
-        return replace(self, torque=torque)
-
-    def part(self, start: int, stop: int, step: int = 1) -> "Sample":
-        """Only some of the instants."""
-        own = slice(start, stop, step)
-        return replace(
-            self, t=self.t[own], q=self.q[own], qd=self.qd[own], qdd=self.qdd[own], torque=self.torque[own],
-            keep=self.keep[own], stuck=self.stuck[own],
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How joint j of the robot is read: q_j = sign_j q_log[order_j] + quarters_j 90 degrees.
-
-    Attributes:
-        order: for each joint the column of the log, counted from 0.
-        sign: +1 or -1: the log's sense of rotation, torque included.
-        quarters: quarter turns to add, 0 to 3.
-        torque: +1 or -1: sign of the torque alone.
-    """
-
-    order: tuple[int, ...]
-    sign: tuple[int, ...]
-    quarters: tuple[int, ...]
-    torque: tuple[int, ...]
-
-    @staticmethod
-    def as_recorded(n: int) -> "Reading":
-        """Every column as it stands."""
-        return Reading(tuple(range(n)), (1,) * n, (0,) * n, (1,) * n)
-
-    def swapped(self, i: int, j: int) -> "Reading":
-        """The columns of two joints exchanged."""
-        order = list(self.order)
-        order[i], order[j] = order[j], order[i]
-        return replace(self, order=tuple(order))
-
-    def turned(self, *joints: int) -> "Reading":
-        """Some joints counted the other way."""
-        return replace(self, sign=_flipped(self.sign, joints))
-
-    def pushed(self, j: int) -> "Reading":
-        """The torque of one joint alone with the other sign."""
-        return replace(self, torque=_flipped(self.torque, (j,)))
-
-    def moved(self, j: int, quarters: int) -> "Reading":
-        """The zero of one joint moved."""
-        there = (self.quarters[j] + quarters) % 4
-        return replace(self, quarters=(*self.quarters[:j], there, *self.quarters[j + 1 :]))
-
-    def positions(self, q: Array) -> Array:
-        """Joint positions [rad or m] from a log's, N x n."""
-        return np.asarray(q[:, list(self.order)] * np.array(self.sign) + np.array(self.quarters) * (pi / 2))
-
-    def of(self, sample: Sample) -> Sample:
-        """A log's sample as it is read."""
-        order, sign = list(self.order), np.array(self.sign)
-        return replace(
-            sample,
-            q=self.positions(sample.q),
-            qd=sample.qd[:, order] * sign,
-            qdd=sample.qdd[:, order] * sign,
-            torque=sample.torque[:, order] * (sign * np.array(self.torque)),
-            keep=sample.keep[:, order],
-        )
-
-    @property
-    def changes(self) -> int:
-        """Number of joints and columns that are not taken as they stand."""
-        moved = sum(column != j for j, column in enumerate(self.order))
-        signs = sum(sign < 0 for sign in (*self.sign, *self.torque))
-        return moved + signs + sum(quarter != 0 for quarter in self.quarters)
-
-    def told(self) -> str:
-        """In words, joints counted from 1; "as recorded" if nothing is changed."""
-        parts = []
-        for j in range(len(self.order)):
-            words = []
-            if self.order[j] != j:
-                words.append(f"from column {self.order[j] + 1}")
-            if self.sign[j] < 0:
-                words.append("turned round (position and torque)")
-            if self.quarters[j]:
-                words.append(f"zero moved by {(90, 180, -90)[self.quarters[j] - 1]} degrees")
-            if self.torque[j] < 0:
-                words.append("torque turned round")
-            if words:
-                parts.append(f"joint {j + 1} {', '.join(words)}")
-        return "; ".join(parts) or "as recorded"
-
-
-def _flipped(signs: tuple[int, ...], joints: Sequence[int]) -> tuple[int, ...]:
-    return tuple(-sign if j in joints else sign for j, sign in enumerate(signs))
-
-
-def _stuck(recording: Recording, t: Array) -> Mask:
-    """Instants of ``t`` within long stretches of one position, N x n."""
-    result = np.zeros((len(t), recording.q.shape[1]), dtype=bool)
-    for j, q in enumerate(recording.q.T):
-        edges = np.flatnonzero(np.diff(q) != 0.0) + 1
-        starts, stops = np.append(0, edges), np.append(edges - 1, len(q) - 1)
-        long = recording.t[stops] - recording.t[starts] > _STUCK
-        for start, stop in zip(recording.t[starts[long]], recording.t[stops[long]], strict=True):
-            result[:, j] |= (t >= start) & (t <= stop)
-    return result
-
+from .sample import Sample
 
 Regressor = Callable[[Sample], Array]
 """Phi_s at every instant of a sample, N x n x columns."""
@@ -233,8 +58,8 @@ class Model:
         rows = rows[:, there] / norms[there]
         # A Gram matrix is accurate enough to compare misfits, and fast.
         squares, V = np.linalg.eigh(rows.T @ rows)
-        kept = squares > _RANK**2 * squares.max(initial=0.0)
-        return Model(robot, sample, known, scale, rows @ (V[:, kept] / np.sqrt(squares[kept])), apart)
+        significant = squares > _RANK**2 * squares.max(initial=0.0)
+        return Model(robot, sample, known, scale, rows @ (V[:, significant] / np.sqrt(squares[significant])), apart)
 
     def beside(self, robot: Robot, sample: Sample) -> "Model":
         """Another robot or reading of the recording, seen as this one is."""

@@ -37,8 +37,8 @@ class Nuisance(NamedTuple):
     """Something else in the torques.
 
     ``kind``: "late" or "slip"; ``where``: one of ``WHERE``; ``size`` [s or m] with its
-    standard deviation ``sigma``; ``z``: standard deviations from zero; ``change``: of the payload's ten with it
-    undone, (10,).
+    standard deviation ``sigma``; ``z``: standard deviations from zero; ``change``: of the payload's ten once it
+    is corrected, (10,).
     """
 
     kind: str
@@ -94,7 +94,7 @@ class Tilt(NamedTuple):
         return self.angle > TILT and self.z > TILT_Z
 
     def change(self, method: int) -> tuple[Array, Array]:
-        """Change of the ten with a tilt that stands out undone as far as it is believed, and its covariance.
+        """Change of the ten by correcting a tilt that stands out, as far as it is believed, and its covariance.
 
         A tilt that does not stand out is left in the ten: the covariance then holds its mean square.
         """

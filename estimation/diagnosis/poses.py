@@ -18,7 +18,7 @@ _LEVER = 0.2
 _MOST = 1000
 """Poses that are fitted, evenly taken; all of them are compared."""
 _DETERMINED = 0.01
-"""Least movement of the tool, in m for each m or rad of base and tool, at which these are told."""
+"""Least movement of the tool, in m for each m or rad of base and tool, at which these are determined."""
 _FAITHFUL = (5e-3, math.radians(1.0))
 """m and rad, rms: calibrated arms differ from their data sheets by less."""
 

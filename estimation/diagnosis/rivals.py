@@ -15,7 +15,7 @@ from ...common.errors import InputError
 from ...model import INERTIAL, Robot, load_robot, robot_names
 from ...model.many_states import own_columns, regressor_at
 from ..signals.rows import Mask
-from .misfit import Reading
+from .reading import Reading
 from .states import BLOCKS, Places, States
 
 _FAR = -0.5  # fall of chi2 by those: such a robot is not looked at closer
@@ -212,11 +212,11 @@ def _equations(robot: Robot, states: States) -> _Equations:
     W = regressor_at(robot, names, sample.q, sample.qd, sample.qdd)
     places = np.array([*range(len(own)), *(names.index(name) for name in payload)])
     parts = []
-    for rows, y, kept in zip(W, torque, keep, strict=True):
+    for rows, y, used_samples in zip(W, torque, keep, strict=True):
         used = np.flatnonzero(rows.any(axis=1)[places])
-        columns = rows[places[used]] * kept
+        columns = rows[places[used]] * used_samples
         columns[used >= len(own)] *= states.loaded
-        parts.append((used, columns, y * kept))
+        parts.append((used, columns, y * used_samples))
     return _Equations(tuple(parts), len(places))
 
 
@@ -264,5 +264,5 @@ def _solved(equations: _Equations, weights: Array) -> Array:
         right[used] += weight**2 * (columns @ y)
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     squares, V = np.linalg.eigh(gram / np.outer(size, size))
-    kept = squares > _RANK * squares[-1]
-    return np.asarray(V[:, kept] @ ((V[:, kept].T @ (right / size)) / squares[kept]) / size)
+    significant = squares > _RANK * squares[-1]
+    return np.asarray(V[:, significant] @ ((V[:, significant].T @ (right / size)) / squares[significant]) / size)

@@ -18,8 +18,10 @@ from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot
 from ..payload.problem import Source
 from .finding import Finding
-from .misfit import Model, Reading, Sample, compiled
+from .misfit import Model, compiled
 from .poses import quick_residual
+from .reading import Reading
+from .sample import Sample
 from .suspects import FAMILIES, Suspect
 
 CONVINCING = 0.8
@@ -29,7 +31,7 @@ HELPFUL = 0.93
 NOTABLE = 0.005
 """The misfit must fall by this as well."""
 AS_GOOD = 1.05
-"""Assumptions whose misfit is within this factor of the best cannot be told apart."""
+"""Assumptions whose misfit is within this factor of the best count as equal."""
 SETTLED = 0.3
 """Misfit left over misfit before below which no further family of assumptions is tried."""
 SERIOUS = 0.5
@@ -59,7 +61,7 @@ class Cause(NamedTuple):
     def finding(self, subject: str) -> Finding:
         """What it says of a recording that is called ``subject``."""
         text = (
-            f"{subject} looks as if {self.words}: with that undone the joints' mean residual falls from "
+            f"{subject} looks as if {self.words}: corrected for it, the joints' mean residual falls from "
             f"{100 * self.before:.1f} to {100 * self.after:.1f} %"
         )
         return Finding("error" if self.after < SERIOUS * self.before else "warning", self.source, text, cause=True)
@@ -107,7 +109,9 @@ def _suspects(model: Model, before: float, enough: float) -> list[Suspect]:
     """Assumptions without which the misfit falls to less than ``enough`` of what it was before."""
     suspects: list[Suspect] = []
     for family in FAMILIES:
-        suspects += [one for one in family(model) if one.misfit < min(enough * before, before - NOTABLE)]
+        suspects += [
+            suspect for suspect in family(model) if suspect.misfit < min(enough * before, before - NOTABLE)
+        ]
         if any(suspect.misfit < SETTLED * before for suspect in suspects):
             break
     return suspects
@@ -175,7 +179,7 @@ class KinematicsCheck:
     def alike(self) -> tuple[Ranked, ...]:
         """Other readings that do as well as the best."""
         limit = _alike(self.ranked)
-        return tuple(one for one in self.ranked[1:] if one.residual <= limit)
+        return tuple(reading for reading in self.ranked[1:] if reading.residual <= limit)
 
 
 def rank_readings(
@@ -255,7 +259,7 @@ def _ranked(
 
 def _alike(candidates: Iterable[Ranked]) -> float:
     """Residual up to which readings do as well as the best."""
-    return min(one.residual for one in candidates) * (1.0 + _ALIKE) + _ROUNDING
+    return min(reading.residual for reading in candidates) * (1.0 + _ALIKE) + _ROUNDING
 
 
 def _best_first(candidates: Iterable[Ranked]) -> list[Ranked]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...common.arrays import Array
 from ...model import Recording
 from ..payload.problem import Source
-from .misfit import Sample
+from .sample import Sample
 
 BLOCKS = 20
 """Blocks of time, that are left out in turn."""

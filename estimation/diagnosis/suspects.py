@@ -12,7 +12,8 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...model import Coupling, Robot, load_robot, robot_names
-from .misfit import Model, Reading
+from .misfit import Model
+from .reading import Reading
 
 _LONGEST = 0.5  # s
 _STEP = 0.01  # s
@@ -23,7 +24,7 @@ _GAIN = 0.15  # logarithm: a gain that is wrong by less is not worth a word
 
 
 class Suspect(NamedTuple):
-    """What may be wrong, in words, and the misfit that is left when it is undone."""
+    """What may be wrong, in words, and the misfit that remains once it is corrected."""
 
     words: str
     misfit: float
@@ -232,4 +233,4 @@ FAMILIES: tuple[Callable[[Model], Iterator[Suspect]], ...] = (
     frozen,
     lengths,
 )
-"""The likelier ones first: where two explain the same, the first is told."""
+"""The likelier ones first: where two explain the same, the first is reported."""

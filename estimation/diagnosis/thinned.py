@@ -19,7 +19,7 @@ from ...model.many_states import own_columns, regressor_at
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns
 from ..equations.equations import PAYLOAD
-from ..fit.linear_problem import Prior
+from ..fit.roles import Prior
 from ..payload.problem import PayloadProblem
 from ..payload.result import frame_change
 from ..signals.rows import Mask
@@ -199,10 +199,10 @@ def thinned_problem(problem: PayloadProblem, states: States | None) -> Thinned |
     if states is None or (problem.known is not None and not problem.inflation):
         return None
     bare = problem.source is not None and bool(problem.source.unloaded)
-    changes = {name: held.weight for name, held in problem.friction.items()}
+    changes = {name: role.weight for name, role in problem.friction.items()}
     if problem.short is not None:
         names = friction_columns(problem.robot.with_offsets(True))
-        changes = dict.fromkeys(names, 0.0) | {name: held.weight for name, held in problem.short.held.held.items()}
+        changes = dict.fromkeys(names, 0.0) | {name: role.weight for name, role in problem.short.held.held.items()}
     try:
         return thinned(problem.robot, states, changes, None if bare else problem.robot_prior)
     except InputError:  # a joint leaves the table of its spring
@@ -259,8 +259,8 @@ def _whitening(gram: Array) -> Array:
     squares = np.diag(gram)
     size = np.sqrt(np.where(squares > _NOTHING * squares.max(initial=0.0), squares, np.inf))
     eigenvalues, V = np.linalg.eigh(gram / np.outer(size, size))
-    kept = eigenvalues > _RANK * eigenvalues[-1]
-    return np.asarray(V[:, kept] / np.sqrt(eigenvalues[kept]) / size[:, None])
+    significant = eigenvalues > _RANK * eigenvalues[-1]
+    return np.asarray(V[:, significant] / np.sqrt(eigenvalues[significant]) / size[:, None])
 
 
 def _solution(gram: Array) -> Array:
@@ -281,8 +281,8 @@ def _rest(gram: Array, root: Array) -> Array:
         explained = solve_triangular(L, right, lower=True)
     else:
         eigenvalues, V = np.linalg.eigh(white)
-        kept = eigenvalues > _HELD
-        explained = (V[:, kept] / np.sqrt(eigenvalues[kept])).T @ right
+        significant = eigenvalues > _HELD
+        explained = (V[:, significant] / np.sqrt(eigenvalues[significant])).T @ right
     return np.asarray(gram[c:, c:] - explained.T @ explained)
 
 

@@ -8,7 +8,7 @@ from ...common.errors import InputError
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.equations import Equations
-from ..equations.observation import Observer
+from ..equations.observer import Observer
 from ..equations.reduction import reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted

@@ -75,22 +75,22 @@ CHECKS: tuple[Check, ...] = (
     known_gains,
     motors_apart,
 )
-"""Checks of the recordings, in the order in which their findings are told."""
+"""Checks of the recordings, in the order in which their findings are reported."""
 BEFOREHAND: tuple[Check, ...] = (rating, conflicts)
 """Checks of what was known beforehand: told after the causes, and no reason to look for any."""
 
 
 def judge(evidence: Evidence, *more: Evidence) -> Verdict:
     """The verdict on numbers made from one set of recordings, or from several together."""
-    findings = [finding for one in (evidence, *more) for finding in _findings(one)]
+    findings = [finding for part in (evidence, *more) for finding in _findings(part)]
     partly: Level = "mass_and_com_only" if evidence.gained is None else "identified_only"
     return verdict_of(findings, evidence.weighed is None, partly)
 
 
 def _findings(evidence: Evidence) -> list[Finding]:
-    found = {check.__name__: check(evidence) for check in CHECKS}
-    findings = [finding for own in found.values() for finding in own]
-    raised = [name for name, own in found.items() if any(finding.severity != "note" for finding in own)]
+    by_check = {check.__name__: check(evidence) for check in CHECKS}
+    findings = [finding for own in by_check.values() for finding in own]
+    raised = [name for name, own in by_check.items() if any(finding.severity != "note" for finding in own)]
     findings += [*mixtures(evidence, raised), *causes(evidence, findings)]
     return findings + [finding for check in BEFOREHAND for finding in check(evidence)]
 
@@ -100,7 +100,7 @@ def sampled(evidence: Evidence, verdict: Verdict, held_out: Equations | None) ->
 
     Args:
         evidence: what the verdict looked at.
-        verdict: causes are told in it whatever its level is.
+        verdict: causes are named in it whatever its level is.
         held_out: equations of recordings that were not fitted.
     """
     by_rivals = [finding for check in OF_ROBOT for finding in check(evidence)]

@@ -1,12 +1,11 @@
 """The equations Y = W chi + rho compressed by QR, joint by joint and cut in time: what every estimator takes."""
 
 import io
-import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, overload
+from typing import Any
 
 import numpy as np
 from scipy.linalg import lapack
@@ -14,26 +13,16 @@ from scipy.linalg import lapack
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import RANK_TOLERANCE, decomposed, independent, rank, upper, without
+from ...common.linear import independent, rank, upper, without
 from ...model import INERTIAL
+from .anchors import Anchor, anchored
+from .conditioning import condition, scaled
+from .leave_one_out import WithoutEach, each
+from .npz import SHARED, fields_of
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 PAYLOAD = tuple(f"{kind}_L" for kind in INERTIAL)
 """Names of the payload's ten parameters chi_L, in the order of (6)."""
-_SHARED = "shared"
-
-
-class Anchor(NamedTuple):
-    """One more equation for a column that is eliminated: its parameter is ``level``, with ``stiffness``.
-
-    ``column``: which; ``joint``: among whose rows (from 0) the equation stands; ``stiffness``: its weight in units
-    of those rows; ``level``: the new column's name.
-    """
-
-    column: str
-    joint: int
-    stiffness: float
-    level: str
 
 
 @dataclass(frozen=True)
@@ -148,15 +137,9 @@ class Equations:
         factors, taken, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
             others = beside(self.shared, j, len(factor))
-            kept, off = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
-            kept = np.insert(kept, [len(rest)] * len(anchors), 0.0, axis=1)
-            for place, anchor in enumerate(anchors):
-                if anchor.joint == j:
-                    level, parameter = np.zeros((1, kept.shape[1])), np.zeros((1, len(gone)))
-                    level[0, len(rest) + place] = -anchor.stiffness
-                    parameter[0, list(columns).index(anchor.column)] = anchor.stiffness
-                    kept, off = np.vstack([kept, level]), np.vstack([off, parameter])
-            left, others, count = _eliminated(kept, off, others.shape[1])
+            remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
+            remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
+            left, others, count = _eliminated(remaining, eliminated, others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
             taken.append(rank(factor[:, gone]) if anchors else count)
@@ -208,7 +191,7 @@ class Equations:
             "rows": self.rows,
             "effective_rows": self.effective_rows,
             **{f"factor{j}": factor for j, factor in enumerate(self.factors)},
-            **{f"{_SHARED}{joint}_{motor}": torque for joint, motor, torque in self.shared},
+            **{f"{SHARED}{joint}_{motor}": torque for joint, motor, torque in self.shared},
         }
 
     @staticmethod
@@ -218,21 +201,22 @@ class Equations:
         Raises:
             InputError: if the file holds something else.
         """
-        try:
-            with np.load(path, allow_pickle=False) as data:
-                return Equations(
-                    tuple(str(name) for name in data["columns"]),
-                    tuple(data[f"factor{j}"] for j in range(len(data["rows"]))),
-                    tuple(int(count) for count in data["rows"]),
-                    tuple(float(count) for count in data["effective_rows"]),
-                    tuple(
-                        SharedTorque(*_joint_and_motor(name), data[name])
-                        for name in sorted(data.files)
-                        if name.startswith(_SHARED)
-                    ),
-                )
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: not a saved reduced problem ({error})") from None
+        return Equations(*fields_of(path))
+
+    def merged_with(self, others: Sequence["Equations"]) -> "Equations":
+        """Join the equations of others in the same parameters."""
+        return merged([self, *others])
+
+    def emptied(self) -> "Equations":
+        """No equation at all in the same parameters."""
+        none = [0] * len(self.factors)
+        return replace(
+            self,
+            factors=tuple(factor[:0] for factor in self.factors),
+            rows=tuple(none),
+            effective_rows=tuple(map(float, none)),
+            shared=tuple(torque._replace(torque=torque.torque[:0]) for torque in self.shared),
+        )
 
     @property
     def equations(self) -> int:
@@ -245,7 +229,7 @@ class Equations:
         Infinite where W is rank-deficient.
         """
         W = self.stacked()[:, :-1]
-        return _condition(W), _condition(_scaled(W))
+        return condition(W), condition(scaled(W))
 
 
 def _eliminated(kept: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
@@ -271,62 +255,9 @@ def _eliminated(kept: Array, off: Array, beside: int) -> tuple[Array, Array, int
     return factor[:, :width], factor[:, width:], k
 
 
-def _joint_and_motor(name: str) -> tuple[int, int]:
-    joint, motor = name.removeprefix(_SHARED).split("_")
-    return int(joint), int(motor)
-
-
 def triangular(rows: Array) -> Array:
     """R of the QR decomposition; fewer rows than columns are kept as they are."""
     return compressed(rows)[0]
-
-
-class WithoutEach(Sequence[Equations]):
-    """Equations without each of the blocks of time that make them up, merged when first asked for."""
-
-    def __init__(self, blocks: Sequence[Equations], change: Callable[[Equations], Equations] | None = None) -> None:
-        """Equations without each block, made when first asked for; a single block leaves none."""
-        self._given, self._change = blocks, change
-
-    def __len__(self) -> int:
-        """Number of blocks."""
-        return len(self._given)
-
-    @cached_property
-    def blocks(self) -> tuple[Equations, ...]:
-        """The equations of each block."""
-        given = self._given.blocks if isinstance(self._given, WithoutEach) else self._given
-        return tuple(given) if self._change is None else tuple(map(self._change, given))
-
-    @overload
-    def __getitem__(self, place: int) -> Equations: ...
-
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Equations, ...]: ...
-
-    def __getitem__(self, place: int | slice) -> Equations | tuple[Equations, ...]:
-        """All blocks but one."""
-        return self._merged[place]
-
-    @cached_property
-    def _merged(self) -> tuple[Equations, ...]:
-        """Merge what lies before and after each block once for all: 3 B merges instead of B^2."""
-        after: list[list[Equations]] = [[]]
-        for block in reversed(self.blocks[1:]):
-            after.append([merged([block, *after[-1]])])
-        before: list[Equations] = []
-        less = []
-        for block in self.blocks:
-            less.append(merged([*before, *after.pop()] or [_nothing(block)]))
-            before = [merged([*before, block])]
-        return tuple(less)
-
-
-def each(leave_one_out: Sequence[Equations], change: Callable[[Equations], Equations]) -> Sequence[Equations]:
-    """What an operation that works row by row makes of equations without each block."""
-    if isinstance(leave_one_out, WithoutEach):
-        return WithoutEach(leave_one_out, change)
-    return tuple(map(change, leave_one_out))
 
 
 def merged(parts: Iterable[Equations]) -> Equations:
@@ -373,18 +304,6 @@ def stacked(parts: Sequence[Equations], compress: bool = True) -> Equations:
     )
 
 
-def _nothing(equations: Equations) -> Equations:
-    """No equation at all in the same parameters."""
-    empty = [0] * len(equations.factors)
-    return replace(
-        equations,
-        factors=tuple(factor[:0] for factor in equations.factors),
-        rows=tuple(empty),
-        effective_rows=tuple(map(float, empty)),
-        shared=tuple(torque._replace(torque=torque.torque[:0]) for torque in equations.shared),
-    )
-
-
 def _check_alike(parts: Sequence[Equations]) -> None:
     """Refuse parts that are not of the same parameters of the same drives."""
     first, *others = parts
@@ -393,55 +312,3 @@ def _check_alike(parts: Sequence[Equations]) -> None:
     joints = [torque[:2] for torque in first.shared]
     if any([torque[:2] for torque in other.shared] != joints for other in others):
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")
-
-
-def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:
-    """Refuse data that leave a direction of the parameters undetermined.
-
-    Args:
-        W: observation matrix or its triangular factor, k x c.
-        columns: names of the parameters.
-        rows: number of equations behind it.
-
-    Raises:
-        InputError: names the parameters in the undetermined directions.
-    """
-    if rows < len(columns):
-        raise InputError(
-            f"{rows} equations for {len(columns)} parameters: fewer samples than parameters; record longer "
-            "or decimate less"
-        )
-    if _clearly_determined(_scaled(W)):
-        return
-    undetermined = decomposed(W).null
-    if undetermined.size:
-        weight = np.abs(undetermined).max(axis=1)
-        named = [name for name, w in zip(columns, weight, strict=True) if w > 0.05]
-        raise InputError(
-            f"the recorded motion leaves {undetermined.shape[1]} of {len(columns)} directions undetermined, in "
-            f"{', '.join(named)}: move more joints, faster and over a wider range"
-        )
-
-
-def _clearly_determined(W: Array) -> bool:
-    """By LAPACK's condition estimate of a triangle, which costs nothing beside singular values; False if in doubt.
-
-    The estimate is rarely off by more than 3, and the 1-norm's condition within c of the 2-norm's.
-    """
-    c = W.shape[1]
-    if len(W) < c or np.any(np.tril(W, -1)):
-        return False
-    reciprocal, failed = lapack.dtrcon(W[:c])
-    return not failed and bool(reciprocal > 10.0 * c * RANK_TOLERANCE)
-
-
-def _scaled(W: Array) -> Array:
-    norms = np.linalg.norm(W, axis=0)
-    return np.asarray(W / np.where(norms > 0.0, norms, 1.0))
-
-
-def _condition(W: Array) -> float:
-    singular = np.linalg.svd(W, compute_uv=False)
-    if len(singular) < W.shape[1] or singular[-1] <= 1e-14 * singular[0]:
-        return float("inf")
-    return float(singular[0] / singular[-1])

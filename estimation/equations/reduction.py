@@ -14,7 +14,8 @@ from ...model.motion import Measurement
 from ..signals.decimation import noise_bandwidth
 from ..signals.rows import Mask
 from .equations import Equations, merged
-from .observation import Block, Observation, Observer, Pieces
+from .observation import Observation
+from .observer import Block, Observer, Pieces
 from .shared_torque import SharedTorque, beside, compressed, refilled
 
 _ROWS = 1024  # per QR: the rows and the factor stay in the processor's cache
@@ -57,14 +58,14 @@ class Recorded:
         """What the first columns' values leave."""
         chi = np.zeros(self._observer.distinct)
         np.add.at(chi, self._observer.place[: len(values)], values)
-        found: list[list[tuple[Array, Array]]] = []
+        residuals: list[list[tuple[Array, Array]]] = []
         for block in self._blocks(0, len(self._t)):
-            found.append([])
+            residuals.append([])
             for own, touched, keep in zip(self._observer.rows, self._observer.touched, block.keep, strict=True):
                 entries = block.equations[own]
                 error = entries[len(touched)] - chi[touched] @ entries[: len(touched)]
-                found[-1].append((block.t[keep], error[keep]))
-        joints = [tuple(map(np.concatenate, zip(*joint, strict=True))) for joint in zip(*found, strict=True)]
+                residuals[-1].append((block.t[keep], error[keep]))
+        joints = [tuple(map(np.concatenate, zip(*joint, strict=True))) for joint in zip(*residuals, strict=True)]
         return Residuals(tuple(t for t, _ in joints), tuple(errors for _, errors in joints))
 
     def _blocks(self, first: int, last: int) -> Iterator[Block]:
@@ -76,7 +77,7 @@ class Recorded:
 def recorded(observer: Observer, recordings: Iterable[Pieces]) -> tuple[Equations, list[Recorded]]:
     """All recordings of one load reduced, and the equations of each."""
     made = [Recorded(observer, pieces) for pieces in recordings]
-    return merged(one.cut(np.array([-np.inf, np.inf]))[0] for one in made), made
+    return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in made), made
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:

@@ -65,11 +65,11 @@ def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
 
 def beside(shared: Sequence[SharedTorque], joint: int, rows: int) -> Array:
     """What is not of a joint's own motor in its equations, side by side, rows x number of torques."""
-    own = [one.torque for one in shared if one.joint == joint]
+    own = [torque.torque for torque in shared if torque.joint == joint]
     return np.column_stack(own) if own else np.zeros((rows, 0))
 
 
 def refilled(shared: Sequence[SharedTorque], joint: int, columns: Array) -> list[SharedTorque]:
     """Replace the rows of a joint's torques by others, ordered as by ``beside``."""
-    own = [one for one in shared if one.joint == joint]
-    return [one._replace(torque=columns[:, k]) for k, one in enumerate(own)]
+    own = [torque for torque in shared if torque.joint == joint]
+    return [torque._replace(torque=columns[:, k]) for k, torque in enumerate(own)]

@@ -150,11 +150,11 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
     @cached_property
     def gains(self) -> Gains | None:
         """Uncertainty of the drive gains that was given then; None where they were taken as exact."""
-        told = self.gain_sigma
-        if told is None:
+        stored = self.gain_sigma
+        if stored is None:
             return None
-        recordings, identified = present(told.recordings) or {}, present(told.identified) or ()
-        return Gains(told.per_joint, told.common, identified, recordings, present(told.mass))
+        recordings, identified = present(stored.recordings) or {}, present(stored.identified) or ()
+        return Gains(stored.per_joint, stored.common, identified, recordings, present(stored.mass))
 
     @cached_property
     def estimate(self) -> Estimate:
@@ -188,11 +188,11 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
 
     def _robust(self) -> RobustCovariance | None:
         """Robust covariance, absent from files of version 0.1.0 and where the recordings did not allow one."""
-        C, told = self.covariance_robust, self.robust
+        C, stored = self.covariance_robust, self.robust
         if C is None:
             return None
-        blocks, length = (told.blocks, present(told.block_length)) if told else (None, None)
-        degrees = present(told.degrees_of_freedom) if told else None
+        blocks, length = (stored.blocks, present(stored.block_length)) if stored else (None, None)
+        degrees = present(stored.degrees_of_freedom) if stored else None
         if blocks is None or length is None or degrees is None:
             raise WrongKeyError("robust", "must hold blocks, degrees_of_freedom and block_length_s")
         if not (np.diag(C) >= 0.0).all():

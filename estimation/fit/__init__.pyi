@@ -10,11 +10,11 @@ from .least_squares import Excitation as Excitation
 from .least_squares import excitation as excitation
 from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
-from .linear_problem import Held as Held
-from .linear_problem import Known as Known
 from .linear_problem import LinearProblem as LinearProblem
-from .linear_problem import Prior as Prior
 from .linear_problem import gain_sensitivity as gain_sensitivity
 from .robust import RobustCovariance as RobustCovariance
 from .robust import jackknife as jackknife
 from .robust import student95 as student95
+from .roles import Held as Held
+from .roles import Known as Known
+from .roles import Prior as Prior

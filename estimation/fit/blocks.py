@@ -10,7 +10,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.linear import least_squares
 from ..equations.correlation import autocorrelation_time, inflation
-from ..equations.equations import Equations, WithoutEach, merged
+from ..equations.equations import Equations, merged
+from ..equations.leave_one_out import WithoutEach
 from ..equations.observation import Observation
 from ..equations.reduction import Recorded, Residuals, reduced
 from .least_squares import joint_weights
@@ -138,7 +139,9 @@ def _memory(group: Sequence[Residuals]) -> float:
     times = [t for recording in group for t in recording.t if len(t) > 1]
     step = min((float(np.diff(t).min()) for t in times), default=SHORTEST)
     joints = range(len(group[0].t))
-    return max(autocorrelation_time([(one.t[j], one.errors[j]) for one in group], step) for j in joints)
+    return max(
+        autocorrelation_time([(recording.t[j], recording.errors[j]) for recording in group], step) for j in joints
+    )
 
 
 def _shortest(factor: Array) -> Array:

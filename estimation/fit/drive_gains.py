@@ -56,8 +56,8 @@ class Gains:
         object.__setattr__(self, "per_joint", tuple(float(sigma) for sigma in self.per_joint))
         sigmas = (*self.per_joint, self.common)
         if not self.per_joint or not all(0.0 <= sigma < 1.0 for sigma in sigmas):
-            told = ", ".join(f"{sigma:g}" for sigma in sigmas)
-            raise InputError(f"relative errors of drive gains {told}: give standard deviations from 0 to below 1")
+            values = ", ".join(f"{sigma:g}" for sigma in sigmas)
+            raise InputError(f"relative errors of drive gains {values}: give standard deviations from 0 to below 1")
         square = all(len(row) == len(self.identified) for row in self.identified)
         if self.identified and not (square and is_covariance(np.array(self.identified))):
             raise InputError("the identified gains' matrix is no covariance: identify them again")
@@ -133,11 +133,11 @@ def motor_torques(problem: Equations, motor: int) -> tuple[Array, ...]:
 
     All motors' add up to the right-hand side, but for the torque of a known spring, which no gain scales.
     """
-    found = [np.zeros(len(factor)) for factor in problem.factors]
-    found[motor] += problem.factors[motor][:, -1]
-    for one in problem.shared:
-        if one.joint == motor:
-            found[motor] -= one.torque
-        elif one.motor == motor:
-            found[one.joint] += one.torque
-    return tuple(found)
+    torques = [np.zeros(len(factor)) for factor in problem.factors]
+    torques[motor] += problem.factors[motor][:, -1]
+    for shared in problem.shared:
+        if shared.joint == motor:
+            torques[motor] -= shared.torque
+        elif shared.motor == motor:
+            torques[shared.joint] += shared.torque
+    return tuple(torques)

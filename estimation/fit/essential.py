@@ -235,6 +235,6 @@ class _Factor:
         length = float(np.linalg.norm(self.T[k]))
         u, pull = self.T[k] / length, float(self.x[k]) / length
         along = self.T @ u
-        T, x, kept = self.T - np.outer(along, u), self.x - along * pull, self.kept.copy()
-        T[k], x[k], kept[k] = 0.0, 0.0, False
-        return _Factor(T, x, self.squares + pull * pull, self.rows, kept)
+        T, x, remaining = self.T - np.outer(along, u), self.x - along * pull, self.kept.copy()
+        T[k], x[k], remaining[k] = 0.0, 0.0, False
+        return _Factor(T, x, self.squares + pull * pull, self.rows, remaining)

@@ -8,7 +8,8 @@ from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
-from ..equations.equations import Equations, check_rank, triangular
+from ..equations.conditioning import check_rank
+from ..equations.equations import Equations, triangular
 from .estimate import Estimate, fit
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ..equations.equations import Equations, WithoutEach
+from ..equations.equations import Equations
+from ..equations.leave_one_out import WithoutEach
 from .least_squares import checked
 
 _HELD = 1e-6
@@ -93,10 +94,10 @@ def _counts(parts: Sequence[Equations]) -> Array:
     return np.array([(part.equations, sum(part.effective_rows)) for part in parts])
 
 
-def _solved(rows: Array, names: tuple[str, ...], held: Array) -> tuple[Array, _Solution]:
+def _solved(rows: Array, names: tuple[str, ...], counts: Array) -> tuple[Array, _Solution]:
     """R^-1 and the solution of equations, N x (c + m), by their numbers of rows and of independent ones."""
     c = len(names)
-    R = checked(rows, names, int(held[0]), float(held[1]))
+    R = checked(rows, names, int(counts[0]), float(counts[1]))
     root = solve_triangular(R[:c, :c], np.eye(c))
     return root, _Solution(root @ R[:c, c:], root @ root.T, np.sum(R[c:, c:] ** 2, axis=0))
 

@@ -4,7 +4,7 @@ One solution for all: values, covariance (17)-(19) with the share of what is kno
 and the part of the covariance that no block of time shows.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -20,67 +20,7 @@ from .drive_gains import motor_torques
 from .estimate import Estimate, Fit, fit
 from .least_squares import Solution, checked, joint_weights, solve, solve_triangle
 from .left_out import left_out
-
-
-class Known(NamedTuple):
-    """Parameters whose torque is taken off, and how sure they are.
-
-    ``covariance``: part of the formula's, c x c; ``lasting``: what no block of time shows of it, zero where the
-    blocks hold the recordings that the parameters come from; ``degrees_of_freedom``; ``gain_sensitivity``:
-    gives derivatives by the relative error of each motor's torque, c x n, None where they are not known;
-    ``left_out``: gives the values without each of the blocks that they come from, B x c, none by default.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    lasting: Array
-    degrees_of_freedom: float = float("inf")
-    gain_sensitivity: Callable[[], Array | None] = lambda: None
-    left_out: Callable[[], Array | None] = lambda: None
-
-
-class Held(NamedTuple):
-    """How a parameter is held near zero.
-
-    ``sigma``: its standard deviation; ``inflation``: by how much the memory of the errors raises the variance that
-    white noise would give what the recordings say of it. One more equation counts for as much as that allows.
-    """
-
-    sigma: float
-    inflation: float = 1.0
-
-    @property
-    def weight(self) -> float:
-        """Weight of the equation, in units of weighted rows."""
-        return float(np.sqrt(self.inflation)) / self.sigma
-
-
-class Prior(NamedTuple):
-    """Parameters known from elsewhere that the recordings correct, as far as their covariance leaves it to them.
-
-    ``covariance``: c x c, of full rank; ``inflation`` as of ``Held``; the rest as of ``Known``.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    inflation: float = 1.0
-    degrees_of_freedom: float = float("inf")
-    gain_sensitivity: Callable[[], Array | None] = lambda: None
-
-    @property
-    def known(self) -> Known:
-        """The parameters as they stand."""
-        return Known(*self[:3], self.covariance, self.degrees_of_freedom, self.gain_sensitivity)
-
-    @property
-    def root(self) -> Array:
-        """Rows of the equations, in units of weighted rows: root' root: the covariance's inverse, inflated."""
-        scale = np.sqrt(np.diag(self.covariance))
-        L = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
-        inverse = solve_triangular(L, np.eye(len(L)), lower=True)
-        return np.asarray(np.sqrt(self.inflation) * inverse / scale)
+from .roles import Held, Known, Prior
 
 
 class _Pulls(NamedTuple):
@@ -118,8 +58,8 @@ class LinearProblem:
         known: parameters known from elsewhere, group by group.
         held: parameters that are near zero: one more equation for each.
         prior: parameters near values that are known: as many equations more.
-        shown: equations in the same columns whose torques the fit is told of; all by default.
-        alone: tell the fit of the wanted parameters' own torque, all others' taken off.
+        shown: equations in the same columns on whose torques the fit is judged; all by default.
+        alone: judge the fit on the wanted parameters' own torque, that of all others taken off.
     """
 
     equations: Equations
@@ -249,8 +189,8 @@ class LinearProblem:
     @cached_property
     def _pulls(self) -> _Pulls:
         columns, c = self.unknown.columns, len(self.unknown.columns)
-        rows = [held.weight * np.eye(1, c, columns.index(name)) for name, held in self.held.items()]
-        levels, inflation = np.zeros(len(rows)), [held.inflation for held in self.held.values()]
+        rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.held.items()]
+        levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.held.values()]
         by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
         if self.prior is not None:
             root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
@@ -307,11 +247,11 @@ class LinearProblem:
         value = dict(zip(self.unknown.columns, values.tolist(), strict=True))
         for group in self.known:
             value |= zip(group.names, group.values.tolist(), strict=True)
-        shown = self.shown or self.equations
+        equations = self.shown or self.equations
         if self.alone:
-            others = [name for name in shown.columns if name not in self.wanted]
-            shown = shown.minus(others, np.array([value[name] for name in others]))
-        return fit(shown, np.array([value[name] for name in shown.columns]))
+            others = [name for name in equations.columns if name not in self.wanted]
+            equations = equations.minus(others, np.array([value[name] for name in others]))
+        return fit(equations, np.array([value[name] for name in equations.columns]))
 
     def gain_sensitivity(self, weights: Array) -> Array | None:
         """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.

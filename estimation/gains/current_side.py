@@ -68,7 +68,7 @@ def current_weights(equations: Equations) -> Array:
 
 
 def gauss_newton(
-    equations: Equations, weights: Array, free: Sequence[int], known: Array, held: int | None = None
+    equations: Equations, weights: Array, free: Sequence[int], known: Array, anchor: int | None = None
 ) -> CurrentFit:
     """Minimise sum_j w_j^2 ||i_j - k_j W_j x||^2.
 
@@ -77,7 +77,7 @@ def gauss_newton(
         weights: per joint [1/A].
         free: places of the unknown parameters among the columns.
         known: the others' values, zero at the free ones, shape (c,).
-        held: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
+        anchor: a joint (from 0) whose gain is 1; the logarithms of the others are then thought to be 0 with a
             standard deviation of 1, so that what a recording does not tell stays there. None where known
             parameters set the scale.
 
@@ -85,13 +85,13 @@ def gauss_newton(
         InputError: if the recordings leave a gain undetermined.
     """
     n = len(weights)
-    moving = [j for j in range(n) if j != held]
-    if held is None:
+    moving = [j for j in range(n) if j != anchor]
+    if anchor is None:
         k, x = _started(equations.factors, weights, free, known)
     else:
-        k, x = torque_side(equations.factors, free, known, held)
+        k, x = torque_side(equations.factors, free, known, anchor)
     for _ in range(_MOST):
-        J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
+        J, error = _linearised(equations.factors, weights, k, x, free, moving, anchor is not None)
         parts = decomposed(J)
         _check_determined(parts.null, moving)
         step = parts.solution(error)
@@ -105,7 +105,7 @@ def gauss_newton(
             "the drive gains do not settle: check units, signs and order of the currents, and that the arm touched "
             "nothing"
         )
-    J, error = _linearised(equations.factors, weights, k, x, free, moving, held is not None)
+    J, error = _linearised(equations.factors, weights, k, x, free, moving, anchor is not None)
     dof = sum(equations.effective_rows) - J.shape[1]
     if dof <= 0.0:
         raise InputError(f"too few samples for {J.shape[1]} unknowns: record longer")
@@ -127,16 +127,16 @@ def relative_scales(problem: Equations) -> RelativeScales:
         InputError: if the recording does not determine them.
     """
     weights = current_weights(problem)
-    held = int(np.argmax(problem.torque_norms * weights))
+    anchor = int(np.argmax(problem.torque_norms * weights))
     c = len(problem.columns)
-    found = gauss_newton(problem, weights, range(c), np.zeros(c), held)
-    sigma = np.sqrt(np.diag(found.covariance))
-    told = (found.k > 0.0) & (sigma < _TOLD)
-    return RelativeScales(1.0 / np.where(told, found.k, 1.0), np.where(told, sigma, np.inf), held)
+    fitted = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
+    sigma = np.sqrt(np.diag(fitted.covariance))
+    determined = (fitted.k > 0.0) & (sigma < _TOLD)
+    return RelativeScales(1.0 / np.where(determined, fitted.k, 1.0), np.where(determined, sigma, np.inf), anchor)
 
 
 def torque_side(
-    factors: Sequence[Array], free: Sequence[int], known: Array, held: int | None
+    factors: Sequence[Array], free: Sequence[int], known: Array, anchor: int | None
 ) -> tuple[Array, Array]:
     """The torque-side solution of K_j i_j = W_j x, linear in K and x."""
     n = len(factors)
@@ -147,13 +147,13 @@ def torque_side(
         rows.append(np.column_stack([factor[:, free], gains]))
         right.append(-factor[:, :-1] @ known)
     A, b = np.vstack(rows), np.concatenate(right)
-    if held is not None:
-        b = b - A[:, len(free) + held]
-        A[:, len(free) + held] = 0.0
+    if anchor is not None:
+        b = b - A[:, len(free) + anchor]
+        A[:, len(free) + anchor] = 0.0
     solution = least_squares(A, b)
     K = solution[len(free) :]
-    if held is not None:
-        K[K <= 0.0], K[held] = 1.0, 1.0
+    if anchor is not None:
+        K[K <= 0.0], K[anchor] = 1.0, 1.0
     if not (np.abs(K) > 1e-12 * np.abs(K).max()).all():
         raise InputError("the payload does not show in the currents: is it in the loaded recording?")
     x = known.copy()
@@ -171,7 +171,7 @@ def _started(factors: Sequence[Array], weights: Array, free: Sequence[int], know
         size = np.abs(k)
         middle = float(np.median(size))
         size = np.clip(size, middle / _SPREAD, middle * _SPREAD)
-        weighted = [w * one * factor for w, one, factor in zip(weights, size, factors, strict=True)]
+        weighted = [w * gain * factor for w, gain, factor in zip(weights, size, factors, strict=True)]
         k, x = torque_side(weighted, free, known, None)
     return k, x
 

@@ -38,7 +38,7 @@ class Mountings(NamedTuple):
     @property
     def places(self) -> tuple[tuple[int, ...], ...]:
         """The loaded recordings of each mounting, counted from 0."""
-        return tuple(tuple(k for k, one in enumerate(self.numbers) if one == name) for name in self.names)
+        return tuple(tuple(k for k, number in enumerate(self.numbers) if number == name) for name in self.names)
 
     def loads(self, load: KnownLoad | Sequence[KnownLoad]) -> tuple[KnownLoad, ...]:
         """What is known of the payload in each mounting.

@@ -43,7 +43,7 @@ class _Variables(NamedTuple):
 
 
 def possible_gains(
-    problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, held: int
+    problem: GainProblem, equations: Equations, loads: Sequence[KnownLoad], start: CurrentFit, anchor: int
 ) -> CurrentFit:
     """Gains, base parameters and payload of bodies that can exist, drives that do not push.
 
@@ -52,7 +52,7 @@ def possible_gains(
         equations: all of the problem's or those without a block.
         loads: what is known of the payload in each mounting.
         start: gains to begin with, whose covariance is kept.
-        held: place of the gain that is held while solving.
+        anchor: place of the gain that stays while solving.
 
     Raises:
         InputError: if the gains do not settle or no bodies explain the currents.
@@ -61,8 +61,8 @@ def possible_gains(
     k, x = start.k.copy(), start.x.copy()
     m = variables.x.shape[1]
     for _ in range(_MOST):
-        factor = triangular(_rows(equations, problem.weights, k, x, variables, held))
-        keep = [*range(m), *(m + j for j in range(len(k)) if j != held)]
+        factor = triangular(_rows(equations, problem.weights, k, x, variables, anchor))
+        keep = [*range(m), *(m + j for j in range(len(k)) if j != anchor)]
         A = np.zeros((len(variables.A) + len(k) - 1, len(keep)))
         A[: len(variables.A), :m] = variables.A
         A[len(variables.A) :, m:] = np.eye(len(k) - 1)
@@ -73,7 +73,7 @@ def possible_gains(
             solution = _solved(ConeProgram(top[:, keep], top[:, -1], A, np.zeros(len(A)), bodies))
         except SolverError as error:
             raise InputError(f"gains of bodies that can exist were not found ({error.words})") from None
-        ratio = np.insert(solution.z[m:], held, 1.0)
+        ratio = np.insert(solution.z[m:], anchor, 1.0)
         share = float(solution.z[variables.load])
         if share <= 0.0 or (ratio <= 0.0).any():
             raise InputError("no gain explains the currents: check units, signs, order of joints and the payload")
@@ -140,13 +140,13 @@ def _robot_scale(problem: GainProblem, names: Sequence[str], x: Array) -> Array:
     return np.array([mass * length ** POWERS[kind] if kind in POWERS else friction for kind in kinds])
 
 
-def _rows(equations: Equations, weights: Array, k: Array, x: Array, variables: _Variables, held: int) -> Array:
+def _rows(equations: Equations, weights: Array, k: Array, x: Array, variables: _Variables, anchor: int) -> Array:
     """The linearised currents: columns z, then k over its present value for each joint, then the right side."""
     rows = []
     for j, (factor, w) in enumerate(zip(equations.factors, weights, strict=True)):
         current = k[j] * factor[:, :-1] @ x
         own = np.zeros((len(factor), len(k)))
-        own[:, j] = current if j != held else 0.0
-        right = factor[:, -1] + (current if j != held else 0.0)
+        own[:, j] = current if j != anchor else 0.0
+        right = factor[:, -1] + (current if j != anchor else 0.0)
         rows.append(w * np.column_stack([k[j] * factor[:, :-1] @ variables.x, own, right]))
     return np.vstack(rows)

@@ -13,7 +13,8 @@ from ...common.progress import Progress, silent
 from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.drives import SPRING
 from ...model.names import parameter_kind
-from ..equations.equations import Equations, each, merged
+from ..equations.equations import Equations, merged
+from ..equations.leave_one_out import each
 from ..fit.drive_gains import Fingerprints, fingerprints
 from ..payload.long_motion import payload_problem, with_friction
 from ..payload.problem import PayloadProblem, Source
@@ -142,19 +143,29 @@ def free_gains(equations: Equations, weights: Array, loads: Sequence[KnownLoad])
     if _hidden(equations):
         raise NoGainsError("the payload does not show in the currents: is it in the loaded recording?")
     try:
-        found = gauss_newton(equations, weights, free, known)
+        fitted = gauss_newton(equations, weights, free, known)
     except InputError as error:
         raise NoGainsError(str(error)) from None
-    wrong = [str(j) for j, value in enumerate(found.k, 1) if value <= 0.0]
-    if not wrong:
-        return found
-    if len(wrong) == len(found.k) and _brakes(equations.columns, found.x) < 0:
+    _check_signs(fitted, equations.columns)
+    return fitted
+
+
+def _check_signs(fitted: CurrentFit, columns: Sequence[str]) -> None:
+    """Refuse gains that no drive has.
+
+    Raises:
+        NoGainsError: if one is negative.
+    """
+    negative = [str(j) for j, k in enumerate(fitted.k, 1) if k <= 0.0]
+    if not negative:
+        return
+    if len(negative) == len(fitted.k) and _brakes(columns, fitted.x) < 0:
         raise NoGainsError(
             "the recordings with and without the payload look exchanged: the known weight comes out negative; "
             "exchange --loaded and --unloaded"
         )
     raise NoGainsError(
-        f"the current of motor {', '.join(wrong)} pushes against its motion: turn its sign (--signs, or sign "
+        f"the current of motor {', '.join(negative)} pushes against its motion: turn its sign (--signs, or sign "
         "in a log map), or check the order of joints"
     )
 
@@ -236,8 +247,8 @@ def _in_currents(problem: Equations, K: Array) -> Equations:
 def _times(equations: Equations, ratio: Array) -> Equations:
     """Right-hand sides of joint j times ``ratio[j]``."""
     factors = [
-        factor * np.append(np.ones(factor.shape[1] - 1), one)
-        for factor, one in zip(equations.factors, ratio, strict=True)
+        factor * np.append(np.ones(factor.shape[1] - 1), joint_ratio)
+        for factor, joint_ratio in zip(equations.factors, ratio, strict=True)
     ]
     cut = each(equations.leave_one_out, lambda part: _times(part, ratio))
     return replace(equations, factors=tuple(factors), leave_one_out=cut)

@@ -33,8 +33,8 @@ from .result import PayloadEstimate as PayloadEstimate
 from .result import frame_change as frame_change
 from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE
 from .short_motion import ShortMotion as ShortMotion
-from .weighing import difference_weighing as difference_weighing
 from .weighing import known_robot_weighing as known_robot_weighing
+from .weighing_pairs import difference_weighing as difference_weighing
 from .window import Block as Block
 from .window import MovingWindow as MovingWindow
 from .window import Weighed as Weighed

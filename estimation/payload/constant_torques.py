@@ -17,12 +17,14 @@ from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
+from ..equations.anchors import Anchor
 from ..equations.correlation import inflation
-from ..equations.equations import PAYLOAD, Anchor, Equations, merged
-from ..equations.observation import Observation, Observer
+from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..equations.reduction import reduced
 from ..fit.least_squares import joint_weights
-from ..fit.linear_problem import Held, Known
+from ..fit.roles import Held, Known
 from ..signals.rows import Mask
 
 FREE = "free "
@@ -76,16 +78,16 @@ class HeldFriction:
     def anchors(self) -> tuple[Anchor, ...]:
         """The equations: each is what it is held at."""
         anchors = []
-        for name, held in self.held.items():
+        for name, role in self.held.items():
             joint = _joint(name)
-            anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * held.weight), f"{_HELD}{name}"))
+            anchors.append(Anchor(f"{FREE}{name}", joint, float(self.noise[joint] * role.weight), f"{_HELD}{name}"))
         return tuple(anchors)
 
     @property
     def known(self) -> Known:
         """What they are held at: zero, as far as sigma says; alike in all recordings, to be safe."""
         k, n = len(self.held), len(self.noise)
-        lasting = np.diag([held.sigma**2 for held in self.held.values()]) if k else np.zeros((0, 0))
+        lasting = np.diag([role.sigma**2 for role in self.held.values()]) if k else np.zeros((0, 0))
         names = tuple(anchor.level for anchor in self.anchors)
         return Known(names, np.zeros(k), np.zeros((k, k)), lasting, gain_sensitivity=lambda: np.zeros((k, n)))
 
@@ -124,13 +126,13 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
     plain = [_plain(part) for part in factors]
     noise, memory = _errors(observations, plain)
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
-    held = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
+    friction = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
     weighty = noise * np.sqrt(memory)
     weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
     free = merged(plain).select(PAYLOAD)
-    bound = merged(held.friction_free(part) for part in factors).select(PAYLOAD)
+    bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
-    return free_friction(len(noise)) if _unlikely(rise, len(held.joints)) else held
+    return free_friction(len(noise)) if _unlikely(rise, len(friction.joints)) else friction
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
@@ -168,8 +170,8 @@ def _free(columns: Sequence[str]) -> list[int]:
 
 def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:
     joints = {name: _joint(name) for name, sigma in sigmas.items() if sigma > 0.0}
-    held = {name: Held(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
-    return HeldFriction(held, noise, memory)
+    roles = {name: Held(sigmas[name], float(memory[j])) for name, j in joints.items() if noise[j] > 0.0}
+    return HeldFriction(roles, noise, memory)
 
 
 def less_robot(recording: Observation, robot: Array) -> Observation:

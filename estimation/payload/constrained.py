@@ -84,7 +84,7 @@ class ConstrainedPayload:
     @property
     def conflicts(self) -> tuple[Tested, ...]:
         """Active constraints that contradict the data."""
-        return tuple(one for one in self.tested if one.conflict)
+        return tuple(constraint for constraint in self.tested if constraint.conflict)
 
     @property
     def conflict(self) -> bool:

@@ -13,8 +13,9 @@ from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
+from ..equations.equation_code import PATH
 from ..equations.equations import PAYLOAD, Equations, merged
-from ..equations.observation import PATH, Observer, Pieces, used_pieces
+from ..equations.observer import Observer, Pieces, used_pieces
 from ..equations.reduction import Recorded, Residuals, recorded, reduced_measurement
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
@@ -45,6 +46,18 @@ class PairedMeasurement(NamedTuple):
     unloaded: Measurement
     loaded: Measurement
     lag: float = 0.0
+
+
+class _Reduced(NamedTuple):
+    """The equations of one load, the recordings that they come from, and how long their errors remember."""
+
+    equations: Equations
+    recordings: list[Recorded]
+    memory: Remembered
+
+    def in_blocks(self, edges: Sequence[Array], length: float) -> Equations:
+        """The equations cut between the edges of each recording, blocks of ``length`` [s]."""
+        return in_blocks(self.equations, self.recordings, edges, length)
 
 
 class PayloadEquations(NamedTuple):
@@ -146,35 +159,50 @@ def payload_equations(
     if not blocks:
         return _whole(robot, base, loaded, unloaded, pairs, processing)
     observer = _observer(robot, base)
-    with_payload, with_pieces = recorded(
-        observer.only((*base.columns, *payload_columns(robot)), (*base.columns, *PAYLOAD)),
-        (used_pieces(data, processing) for data in loaded),
-    )
-    loads = [remembered(with_pieces, with_payload.select(base.columns))]
-    inflation = loads[0].inflation
-    if known is not None and not unloaded:
-        own = memory_factors(_left_by(known, with_pieces, with_payload))
-        inflation = tuple(max(factor, _memory_of(known)) for factor in own)
-    without: Equations | None = None
-    difference: Equations | None = None
-    if unloaded:
-        bare = (used_pieces(data, processing) for data in unloaded)
-        without, bare_pieces = recorded(observer.only(base.columns), bare)
-        loads.append(remembered(bare_pieces, without))
-    if pairs and without is not None:
-        difference, change_pieces = _changes(observer, base, pairs, without, processing)
-        loads.append(remembered(change_pieces, difference))
-    length, few = _block_length(loads)
-    spans = loads[0].spans
-    edges = [block_edges(ends, length) for ends in spans]
-    if without is not None:
-        ends = _partners_edges(edges, pairs) or [block_edges(recording, length) for recording in loads[1].spans]
-        without = in_blocks(without, bare_pieces, ends, length)
-    if difference is not None:
-        difference = in_blocks(difference, change_pieces, edges, length)
-    stretches = _cut(with_pieces, _long_edges(loads[0].spans))
-    loaded_blocks = in_blocks(with_payload, with_pieces, edges, length)
-    return PayloadEquations(loaded_blocks, without, difference, stretches, inflation, few)
+    heavy = _with_payload(observer, base, loaded, processing)
+    bare = _without_payload(observer, base, unloaded, processing) if unloaded else None
+    change = _reduced(*_changes(observer, base, pairs, bare.equations, processing)) if pairs and bare else None
+    length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
+    edges = [block_edges(ends, length) for ends in heavy.memory.spans]
+    without = _in_partners_blocks(bare, _partners_edges(edges, pairs), length) if bare is not None else None
+    difference = change.in_blocks(edges, length) if change is not None else None
+    stretches = _cut(heavy.recordings, _long_edges(heavy.memory.spans))
+    inflation = heavy.memory.inflation if known is None or unloaded else _inflation_beside(known, heavy)
+    return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, inflation, few)
+
+
+def _with_payload(
+    observer: Observer, base: BaseParameters, loaded: Sequence[Measurement], processing: Processing
+) -> _Reduced:
+    """Equations [W W_L] of (22); their memory is judged by what W alone leaves."""
+    columns = (*base.columns, *payload_columns(observer.robot))
+    pieces = (used_pieces(data, processing) for data in loaded)
+    equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), pieces)
+    return _Reduced(equations, recordings, remembered(recordings, equations.select(base.columns)))
+
+
+def _without_payload(
+    observer: Observer, base: BaseParameters, unloaded: Sequence[Measurement], processing: Processing
+) -> _Reduced:
+    """Equations W of (14)."""
+    pieces = (used_pieces(data, processing) for data in unloaded)
+    return _reduced(*recorded(observer.only(base.columns), pieces))
+
+
+def _reduced(equations: Equations, recordings: list[Recorded]) -> _Reduced:
+    """Equations with the memory of what they leave themselves."""
+    return _Reduced(equations, recordings, remembered(recordings, equations))
+
+
+def _in_partners_blocks(bare: _Reduced, edges: Sequence[Array], length: float) -> Equations:
+    """Equations without payload, cut where their partners are; without partners by their own times."""
+    return bare.in_blocks(edges or [block_edges(ends, length) for ends in bare.memory.spans], length)
+
+
+def _inflation_beside(known: Estimate, heavy: _Reduced) -> tuple[float, ...]:
+    """By how much memory raises the variance of each joint's errors beside a robot that is known."""
+    own = memory_factors(_left_by(known, heavy.recordings, heavy.equations))
+    return tuple(max(factor, _memory_of(known)) for factor in own)
 
 
 def _memory_of(known: Estimate) -> float:

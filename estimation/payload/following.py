@@ -101,19 +101,19 @@ def read_following(
     """
     log_map = log_map or LogMap()
     raw = opened(path, robot, log_map)
-    for wanted, kind in _REFERENCES:
-        names = Naming(raw, log_map, robot).columns(wanted)
+    for quantity, kind in _REFERENCES:
+        names = Naming(raw, log_map, robot).columns(quantity)
         there = [name for name in names if name in raw.names]
-        if not there and not getattr(log_map, wanted):
+        if not there and not getattr(log_map, quantity):
             continue
         _check_all_there(path, names, there)
-        recording, values = read_beside(path, robot, drive_gains, log_map, wanted)
-        missed = values - recording.q if kind == "following error" else recording.torque - values
-        recording = replace(recording, torque=missed, qd=None, fingerprint="")
-        found = pieces(recording.t, robot.processing.cutoff, recording.source)
-        if len(found.rows) > 1:
-            raise InputError(f"{path}: {found.notes[-1]}: give a log without gaps")
-        return Following(kind, next(cut(recording, found)))
+        recording, values = read_beside(path, robot, drive_gains, log_map, quantity)
+        error = values - recording.q if kind == "following error" else recording.torque - values
+        recording = replace(recording, torque=error, qd=None, fingerprint="")
+        stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
+        if len(stretches.rows) > 1:
+            raise InputError(f"{path}: {stretches.notes[-1]}: give a log without gaps")
+        return Following(kind, next(cut(recording, stretches)))
     return Following("torque", read_recording(path, robot, drive_gains, log_map))
 
 
@@ -157,7 +157,7 @@ def following_change(
         raise InputError(
             f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
         )
-    squares = [np.square(one.torque[moving]) for one in (pair.unloaded, pair.loaded)]
+    squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
     each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
     total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)
     return FollowingChange(after.kind, tuple(each), total, pair.lag)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from ...model.names import parameter_kind
 from ..equations.equations import Equations
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held
+from ..fit.roles import Held
 
 FRICTION_CHANGE = 0.10
 """Standard deviation of Coulomb and viscous friction from one recording to another, as a share of it.
@@ -53,8 +53,8 @@ def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) 
     return {name: Held(sigma, inflation[joints[name]]) for name, sigma in sigmas.items()}
 
 
-def with_changes(equations: Equations, held: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
+def with_changes(equations: Equations, roles: Mapping[str, Held]) -> tuple[Equations, dict[str, Held]]:
     """Equations under load with one more column for each friction that may change, and how these are held."""
-    names = [f"{name}{_CHANGE}" for name in held]
-    wide = equations.select((*equations.columns, *held)).called((*equations.columns, *names))
-    return wide, dict(zip(names, held.values(), strict=True))
+    names = [f"{name}{_CHANGE}" for name in roles]
+    wide = equations.select((*equations.columns, *roles)).called((*equations.columns, *names))
+    return wide, dict(zip(names, roles.values(), strict=True))

@@ -28,7 +28,7 @@ class LiveWeighing:
 
     Attributes:
         window: the blocks.
-        changes: that were found so far, and when each was told [s].
+        changes: that were found so far, and when each was reported [s].
         latest: what the last block said; None before the first.
     """
 

@@ -12,7 +12,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
-from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.linear_problem import LinearProblem
+from ..fit.roles import Held, Known
 
 FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 _SCALE = "scale under load"
@@ -26,26 +27,26 @@ class LoadedScale(NamedTuple):
     values: Array
 
 
-def loaded_scale(loaded: Equations, robot: Known, held: Held) -> LoadedScale:
+def loaded_scale(loaded: Equations, robot: Known, role: Held) -> LoadedScale:
     """The scale of the loaded torques; the payload's own torque is scaled as well, so it is found first.
 
     Args:
         loaded: equations with payload, in frame n.
         robot: its parameters.
-        held: how the scale's difference from 1 is held near zero.
+        role: how the scale's difference from 1 is held near zero.
     """
     places = [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION]
-    rigid = LoadedScale(held, tuple(robot.names[k] for k in places), robot.values[places])
+    rigid = LoadedScale(role, tuple(robot.names[k] for k in places), robot.values[places])
     wide, near = with_scale(loaded, {}, rigid)
-    found = LinearProblem(wide, (*PAYLOAD, _SCALE), (robot,), near).solved().values
-    payload = found[: len(PAYLOAD)] / (1.0 + found[-1])
-    return LoadedScale(held, (*rigid.names, *PAYLOAD), np.concatenate([rigid.values, payload]))
+    values = LinearProblem(wide, (*PAYLOAD, _SCALE), (robot,), near).solved().values
+    payload = values[: len(PAYLOAD)] / (1.0 + values[-1])
+    return LoadedScale(role, (*rigid.names, *PAYLOAD), np.concatenate([rigid.values, payload]))
 
 
 def with_scale(
-    loaded: Equations, held: Mapping[str, Held], scale: LoadedScale | None
+    loaded: Equations, roles: Mapping[str, Held], scale: LoadedScale | None
 ) -> tuple[Equations, dict[str, Held]]:
     """Equations with payload with one more column for the scale, and how their columns are held."""
     if scale is None:
-        return loaded, dict(held)
-    return loaded.with_column(_SCALE, scale.names, scale.values), {**held, _SCALE: scale.held}
+        return loaded, dict(roles)
+    return loaded.with_column(_SCALE, scale.names, scale.values), {**roles, _SCALE: scale.held}

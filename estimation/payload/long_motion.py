@@ -12,7 +12,7 @@ from ...model import INERTIAL, BaseParameters, Processing, Recording, Robot, bas
 from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held
+from ..fit.roles import Held
 from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
@@ -58,40 +58,50 @@ def payload_problem(
     processing = processing or robot.processing
     progress("base parameters")
     base = base_parameters(robot)
+    _check(robot, base, loaded, unloaded, processing)
+    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
+    alone = filtered(unloaded, processing, progress)
+    measured = filtered(loaded, processing, progress)
+    compared, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
+    formula_only = FORMULA_ONLY if robust and known and known.robust is None else ""
+    progress("cutting into blocks" if robust else "reducing")
+    blocks = robust and not formula_only
+    equations = payload_equations(robot, base, measured, alone, together, processing, blocks, known)
+    if equations.unloaded and equations.unloaded.equations == 0:
+        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
+    problem = PayloadProblem(
+        robot=robot,
+        base=base,
+        known=known,
+        pairs=compared if together else (),
+        without_difference=reason,
+        rate=measured[0].motion.rate,
+        no_blocks=formula_only,
+        source=Source(tuple(loaded), tuple(unloaded), processing),
+        compared=compared,
+        **equations._asdict(),
+    )
+    return _with_scale(with_friction(problem, friction_change), scale_sigma)
+
+
+def _check(
+    robot: Robot,
+    base: BaseParameters,
+    loaded: Sequence[Recording],
+    unloaded: Sequence[Recording],
+    processing: Processing,
+) -> None:
+    """Refuse recordings from which no payload can be identified.
+
+    Raises:
+        InputError: says of which recording what is wrong.
+    """
     check_visible(robot, base)
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
         check_lengths(recordings, processing)
         check_moving(robot, base, recordings)
     check_apart(loaded, unloaded)
-    loaded, unloaded, lags = cut_alike(loaded, unloaded, processing)
-    alone = filtered(unloaded, processing, progress)
-    measured = filtered(loaded, processing, progress)
-    compared, together, reason = _together(loaded, unloaded, lags, measured, processing, progress)
-    no_blocks = FORMULA_ONLY if robust and known and known.robust is None else ""
-    progress("cutting into blocks" if robust else "reducing")
-    blocks = robust and not no_blocks
-    equations = payload_equations(robot, base, measured, alone, together, processing, blocks, known)
-    if equations.unloaded and equations.unloaded.equations == 0:
-        raise InputError(f"{unloaded[0].source}: no joint moves: nothing can be compared")
-    problem = PayloadProblem(
-        robot,
-        base,
-        equations.loaded,
-        equations.unloaded,
-        known,
-        equations.difference,
-        compared if together else (),
-        reason,
-        measured[0].motion.rate,
-        equations.stretches,
-        no_blocks,
-        Source(tuple(loaded), tuple(unloaded), processing),
-        inflation=equations.inflation,
-        few=equations.few,
-        compared=compared,
-    )
-    return _with_scale(with_friction(problem, friction_change), scale_sigma)
 
 
 def with_friction(problem: PayloadProblem, share: float = FRICTION_CHANGE) -> PayloadProblem:
@@ -109,11 +119,11 @@ def _with_scale(problem: PayloadProblem, sigma: float) -> PayloadProblem:
     """With a scale of the loaded torques that is sure to ``sigma``; none for 0."""
     if not sigma > 0.0:
         return problem
-    held = Held(sigma, max(problem.inflation, default=1.0))
+    role = Held(sigma, max(problem.inflation, default=1.0))
     reason = (
         "the scale of the loaded torques is free (--scale-sigma), of which a difference of torques knows nothing"
     )
-    scale = loaded_scale(problem.loaded, problem.robot_known, held)
+    scale = loaded_scale(problem.loaded, problem.robot_known, role)
     return replace(problem, scale=scale, without_difference=reason)
 
 

@@ -14,8 +14,9 @@ from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
-from ..fit.linear_problem import Held, Known, LinearProblem
+from ..fit.linear_problem import LinearProblem
 from ..fit.robust import FEW, RobustCovariance, jackknifed, naming_blocks
+from ..fit.roles import Held, Known
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
@@ -68,9 +69,9 @@ def from_robot(
         return _posed(problem, scaled, (robot,), names, near)
     if free_friction or not problem.corrected:
         return _posed(problem, scaled, (robot, *_levels(problem)), names, near)
-    loaded, held = with_changes(scaled, problem.friction)
+    loaded, roles = with_changes(scaled, problem.friction)
     posed = _posed(problem, loaded, _levels(problem), names)
-    return replace(posed, held={**near, **held}, prior=problem.robot_prior)
+    return replace(posed, held={**near, **roles}, prior=problem.robot_prior)
 
 
 def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None) -> LinearProblem:
@@ -94,22 +95,22 @@ def _posed(
     equations: Equations,
     known: tuple[Known, ...],
     names: Sequence[str] | None,
-    held: Mapping[str, Held] | None = None,
+    roles: Mapping[str, Held] | None = None,
 ) -> LinearProblem:
     """Equations in the payload's frame, of its parameters ``names`` alone."""
-    wanted = problem.chosen if names is None else tuple(names)
-    columns = [name for name in equations.columns if name in wanted or name not in PAYLOAD]
+    asked = problem.chosen if names is None else tuple(names)
+    columns = [name for name in equations.columns if name in asked or name not in PAYLOAD]
     # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
     alone = problem.short is not None
     posed = in_payload_frame(problem.robot, equations).select(columns)
-    return LinearProblem(posed, wanted, known, held or {}, alone=alone)
+    return LinearProblem(posed, asked, known, roles or {}, alone=alone)
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:
     """Method 4, (30): all recordings at once; the robot's parameters are common to both, friction within limits."""
     scaled, near = with_scale(problem.loaded, {}, problem.scale)
-    loaded, held = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
-    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **held}, shown=loaded)
+    loaded, roles = with_changes(in_payload_frame(problem.robot, scaled), problem.friction)
+    return LinearProblem(problem.beside(loaded), tuple(names), held={**near, **roles}, shown=loaded)
 
 
 def selected(problem: PayloadProblem, names: Sequence[str]) -> LinearProblem:

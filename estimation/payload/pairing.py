@@ -42,7 +42,7 @@ def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], proces
         return whole
     try:
         pairs = [pair for a, b in zip(bare, heavy, strict=True) for pair in _pairs(a, b, processing)]
-    except InputError:  # no pair of one trajectory: that is told where method 3 is asked for
+    except InputError:  # no pair of one trajectory: method 3 refuses it where it is asked for
         return whole
     bare_pieces, heavy_pieces, lags = zip(*pairs, strict=True) if pairs else ((), (), ())
     return Alike(heavy_pieces, bare_pieces, lags) if pairs else whole

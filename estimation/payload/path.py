@@ -15,10 +15,12 @@ from ...common.arrays import Array
 from ...model import BaseParameters, Motion, Robot
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
+from ..equations.equation_code import PATH
 from ..equations.equations import Equations
-from ..equations.observation import PATH, Observation, Observer
+from ..equations.observation import Observation
+from ..equations.observer import Observer
 from ..equations.shared_torque import known_spring
-from ..fit.linear_problem import Known
+from ..fit.roles import Known
 
 _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""
@@ -39,8 +41,8 @@ def robot_of(unloaded: Equations) -> Array:
     scale = np.linalg.norm(W, axis=0)
     scale[scale == 0.0] = 1.0
     U, singular, V = np.linalg.svd(W / scale, full_matrices=False)
-    seen = singular > _SMALL * singular.max(initial=0.0)
-    values = (V[seen].T @ ((U[:, seen].T @ Y) / singular[seen])) / scale
+    significant = singular > _SMALL * singular.max(initial=0.0)
+    values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
     return np.array(
         [
             0.0 if parameter_kind(name) in _FRICTION else value

@@ -9,11 +9,13 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import BaseParameters, Processing, Recording, Robot
-from ..equations.equations import PAYLOAD, Equations, WithoutEach, merged, stacked
+from ..equations.equations import PAYLOAD, Equations, merged, stacked
+from ..equations.leave_one_out import WithoutEach
 from ..fit.estimate import Estimate, error_model
 from ..fit.least_squares import weighted
 from ..fit.left_out import left_out
-from ..fit.linear_problem import Held, Known, Prior, gain_sensitivity
+from ..fit.linear_problem import gain_sensitivity
+from ..fit.roles import Held, Known, Prior
 from ..signals.alignment import AlignedPair
 from .loaded_scale import LoadedScale
 from .short_motion import ShortMotion
@@ -167,13 +169,13 @@ class PayloadProblem:
         The jackknife's has no more rank than blocks, and no inverse; its standard deviations scale the formula's.
         """
         assert self.known is not None
-        there = [one for one, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
+        factors = [factor for factor, rows in zip(self.inflation, self.loaded.rows, strict=True) if rows]
         model, known = error_model(replace(self.known, gain_covariance=None)), self.known
         return Prior(
             known.names,
             known.values,
             model.covariance,
-            float(np.median(there)),
+            float(np.median(factors)),
             model.degrees_of_freedom,
             lambda: known.gain_sensitivity,
         )

@@ -17,7 +17,7 @@ from .result import PayloadEstimate
 from .weighing import each_alone
 
 _DRIFTS = 0.05
-"""Probability below which a trend is told as a drift."""
+"""Probability below which a trend is called a drift."""
 
 
 @dataclass(frozen=True)
@@ -95,45 +95,45 @@ def repeats_of(problem: PayloadProblem, scale: KnownMass | None) -> Repeats | No
     for alone in each_alone(problem):
         mass, sigma = float("nan"), float("nan")
         try:
-            found = identify_payload(alone, method, scale=scale)
+            estimate = identify_payload(alone, method, scale=scale)
         except InputError:
             pass  # one recording alone may not do
         else:
-            if not found.from_scale and 9 in found.places:
-                model = error_model(found.estimate)
+            if not estimate.from_scale and 9 in estimate.places:
+                model = error_model(estimate.estimate)
                 mass, sigma = model["M_L"], float(model.sigma[model.names.index("M_L")])
         masses.append(mass)
         sigmas.append(sigma)
     return Repeats(tuple(run.source for run in short.runs), tuple(masses), tuple(sigmas))
 
 
-def widened(found: PayloadEstimate, factor: float) -> PayloadEstimate:
+def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
     """With standard deviations ``factor`` times as large."""
     if factor == 1.0:
-        return found
-    robust = found.estimate.robust
+        return estimate
+    robust = estimate.estimate.robust
     if robust is not None:
         robust = replace(robust, covariance=robust.covariance * factor**2)
-    covariance = found.estimate.covariance * factor**2
-    return replace(found, estimate=replace(found.estimate, covariance=covariance, robust=robust))
+    covariance = estimate.estimate.covariance * factor**2
+    return replace(estimate, estimate=replace(estimate.estimate, covariance=covariance, robust=robust))
 
 
-def reaching(found: PayloadEstimate, change: Array) -> PayloadEstimate:
+def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
     """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
     step = change / student95(1e9)
-    return moved(found, 0.0 * change, np.outer(step, step))
+    return moved(estimate, 0.0 * change, np.outer(step, step))
 
 
-def moved(found: PayloadEstimate, change: Array, more: Array) -> PayloadEstimate:
+def moved(estimate: PayloadEstimate, change: Array, more: Array) -> PayloadEstimate:
     """With other values of the ten and a larger covariance: the changes, shapes (10,) and 10 x 10."""
-    places, robust = list(found.places), found.estimate.robust
+    places, robust = list(estimate.places), estimate.estimate.robust
     more = more[np.ix_(places, places)]
     if robust is not None:
         robust = replace(robust, covariance=robust.covariance + more)
-    estimate = replace(
-        found.estimate,
-        values=found.estimate.values + change[places],
-        covariance=found.estimate.covariance + more,
+    widened_values = replace(
+        estimate.estimate,
+        values=estimate.estimate.values + change[places],
+        covariance=estimate.estimate.covariance + more,
         robust=robust,
     )
-    return replace(found, estimate=estimate)
+    return replace(estimate, estimate=widened_values)

@@ -8,7 +8,8 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import INERTIAL, InertialParameters, Pose, Robot
 from ...model.inertia import PayloadSpread, payload_spread
-from ..equations.equations import PAYLOAD, Equations, each
+from ..equations.equations import PAYLOAD, Equations
+from ..equations.leave_one_out import each
 from ..fit.estimate import Estimate
 
 METHOD_NAMES = {1: "known-robot", 2: "change", 3: "difference", 4: "global"}

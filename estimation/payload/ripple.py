@@ -3,7 +3,7 @@
 What both recordings have alike goes with their difference. What changes with the load repeats with the motion: no
 block of time shows it, and it moves the mass. Waves that a joint's equations clearly hold are therefore estimated
 beside the payload, one after the other, each with all that a slightly wrong wavelength would leave. A ripple of
-less than one wave over the joint's range cannot be told from weight and is not looked for.
+less than one wave over the joint's range is no different from weight and is not looked for.
 """
 
 from typing import NamedTuple
@@ -26,7 +26,7 @@ _MOST = 4  # per joint
 _ROWS_EACH = 20  # rows for each wave: of fewer nothing is looked for
 _PASSED = 0.1  # of a wave's amplitude: what decimation leaves less of is not looked for
 _AT_ONCE = 2**19  # waves times samples that are held at once, or one wave
-_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this, it cannot be told from it
+_DEPENDENT = 0.05  # of a wave's power: explained by the payload but for this share, it cannot be separated from it
 
 
 class Wave(NamedTuple):
@@ -67,15 +67,15 @@ def ripple_of(
         per_joint.append(_search(W, Y, recording.t[j], rows))
     most = max(map(len, per_joint))
     waves = tuple(
-        Wave(j, one.waves, float(np.sqrt(2.0 * one.gain / len(recording.Y[j - 1]))))
+        Wave(j, component.waves, float(np.sqrt(2.0 * component.gain / len(recording.Y[j - 1]))))
         for j, own in enumerate(per_joint, 1)
-        for one in own
+        for component in own
     )
     columns = []
     for own, Y in zip(per_joint, recording.Y, strict=True):
         wide = np.zeros((len(Y), 4 * most))
-        for k, one in enumerate(own):
-            wide[:, 4 * k : 4 * (k + 1)] = one.columns
+        for k, component in enumerate(own):
+            wide[:, 4 * k : 4 * (k + 1)] = component.columns
         columns.append(wide)
     return waves, tuple(columns)
 
@@ -108,25 +108,27 @@ class _Rows(NamedTuple):
 
 
 def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
-    """The clearest wave, then the clearest beside it, ..; those that the memory of the rest could not feign."""
+    """The clearest wave, then the clearest beside it, ..; those too large to be the autocorrelated rest."""
     waves = rows.candidates()
     most = min(_MOST, len(torque) // _ROWS_EACH)
     if not len(waves) or not most:
         return []
-    Q, found = decomposed(W).range, list[_Found]()
+    Q, components = decomposed(W).range, list[_Found]()
     left = _less(torque, Q)
-    while len(found) < most:
+    while len(components) < most:
         gains = np.concatenate([_gains_of(part, rows, Q, left) for part in rows.parts(waves)])
         best = int(np.argmax(gains))
         rest = float(left @ left - gains[best])
         if _chance(float(gains[best]), rest, len(torque) - Q.shape[1] - 2) * len(waves) > RIPPLE_CHANCE:
             break
-        found.append(_found(float(waves[best]), float(gains[best]), rows))
-        Q = decomposed(np.column_stack([Q, found[-1].columns])).range
+        components.append(_found(float(waves[best]), float(gains[best]), rows))
+        Q = decomposed(np.column_stack([Q, components[-1].columns])).range
         left = _less(torque, Q)
     memory = max(1.0, 2.0 * autocorrelation_time([(t, left)], step) / step) if (step := _step(t)) else 1.0
     rest, spare = memory * float(left @ left), len(torque) - Q.shape[1]
-    return [one for one in found if _chance(one.gain, rest, spare) * len(waves) <= RIPPLE_CHANCE]
+    return [
+        component for component in components if _chance(component.gain, rest, spare) * len(waves) <= RIPPLE_CHANCE
+    ]
 
 
 def _gains_of(waves: Array, rows: _Rows, Q: Array, left: Array) -> Array:

@@ -44,7 +44,7 @@ class Run:
 
     @cached_property
     def frictional(self) -> Equations:
-        """The equations with friction as it was: only the robot and the payload are told apart."""
+        """The equations with friction as it was: only robot and payload are separated."""
         return self.equations.select([name for name in self.equations.columns if not name.startswith(FREE)])
 
 
@@ -97,17 +97,17 @@ class ShortMotion:
         used = self.needed(scale)
         places, A, by_mass = self.visibility.resolved(used is not None)
         mass, variance = (used.mass, used.sigma**2) if used is not None else (0.0, 0.0)
-        found = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
+        payload = estimate.mapped(A, [PAYLOAD[k] for k in places], by_mass * mass)
         shared = variance * np.outer(by_mass, by_mass)
-        robust = found.robust
+        robust = payload.robust
         if robust is not None:
             robust = replace(robust, covariance=robust.covariance + shared)
-        return replace(found, covariance=found.covariance + shared, robust=robust)
+        return replace(payload, covariance=payload.covariance + shared, robust=robust)
 
 
-def friction_free(runs: Sequence[Run], held: HeldFriction) -> Equations:
+def friction_free(runs: Sequence[Run], friction: HeldFriction) -> Equations:
     """All recordings' equations together, friction of each taken out."""
-    return merged(held.friction_free(run.equations) for run in runs)
+    return merged(friction.friction_free(run.equations) for run in runs)
 
 
 def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:

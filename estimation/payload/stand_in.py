@@ -26,8 +26,8 @@ class StandIn:
 
     def __post_init__(self) -> None:
         """Refuse sizes that no body has."""
-        wanted = {"box": 3, "cylinder": 2}.get(self.kind, 0)
-        if len(self.sizes) != wanted or not all(0.0 < size < np.inf for size in self.sizes):
+        count = {"box": 3, "cylinder": 2}.get(self.kind, 0)
+        if len(self.sizes) != count or not all(0.0 < size < np.inf for size in self.sizes):
             raise InputError(
                 f"an assumed inertia of {self.kind} {self.sizes}: give box:AxBxC (along x, y, z) or cylinder:DxL "
                 "(diameter, and length along z), in mm"

@@ -5,7 +5,7 @@ from .intervals import profile_intervals as profile_intervals
 from .labelled import Labelled as Labelled
 from .labelled import LinkNumbers as LinkNumbers
 from .labelled import WholeRobot as WholeRobot
-from .labelled import whole_robot as whole_robot
+from .labelling import whole_robot as whole_robot
 from .mass_range import MassRanges as MassRanges
 from .mass_range import mass_ranges as mass_ranges
 from .origin import Origin as Origin

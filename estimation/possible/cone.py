@@ -74,9 +74,9 @@ class SolverError(RuntimeError):
         infeasible = "Infeasible" in status
         text = f"the constrained estimate was not found: {self.words}"
         text = "no body holds all constraints" if infeasible else text
-        told = f": {'; '.join(demands)}" if demands else ""
+        listed = f": {'; '.join(demands)}" if demands else ""
         advice = "correct them" if infeasible else "check that the constraints allow some body near the data"
-        super().__init__(f"{text}{told}: {advice}")
+        super().__init__(f"{text}{listed}: {advice}")
 
     @property
     def words(self) -> str:

@@ -41,8 +41,8 @@ class Origin(NamedTuple):
 
 def origins(robot: Robot, base: BaseParameters) -> dict[str, Origin]:
     """The origin of every standard parameter, by name."""
-    found = origins_of(robot, base, np.eye(len(base.standard)))
-    return dict(zip(base.standard, found, strict=True))
+    by_parameter = origins_of(robot, base, np.eye(len(base.standard)))
+    return dict(zip(base.standard, by_parameter, strict=True))
 
 
 def origins_of(robot: Robot, base: BaseParameters, gradients: Array) -> list[Origin]:

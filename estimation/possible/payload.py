@@ -102,7 +102,7 @@ class ScaledProblem(NamedTuple):
 
     def active(self, constraints: Sequence[Constraint], z: Array, solution: ConeSolution) -> tuple[Active, ...]:
         """Constraints whose multiplier exceeds their slack, largest first."""
-        found: list[Active] = []
+        active: list[Active] = []
         for constraint in constraints:
             rows = [k for k, owner in enumerate(self.owners) if owner is constraint]
             slack, multipliers = (self.A @ z + self.b)[rows], solution.row_multipliers[rows]
@@ -110,8 +110,8 @@ class ScaledProblem(NamedTuple):
                 slack, multipliers = np.array([self.lowest(z)]), solution.body_multipliers
             holding = float(multipliers[multipliers > np.maximum(slack, _NO_MULTIPLIER)].sum())
             if holding > 0.0:  # d chi2 = 2 norm d norm
-                found.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
-        return tuple(sorted(found, key=lambda active: -active.multiplier))
+                active.append(Active(constraint.description, 2.0 * solution.norm * holding, constraint))
+        return tuple(sorted(active, key=lambda active: -active.multiplier))
 
     def lowest(self, z: Array) -> float:
         """Smallest eigenvalue of the scaled pseudo-inertia."""
@@ -225,7 +225,7 @@ def tested(result: Possible) -> tuple[Tested, ...]:
 
     That a body must exist is not left out; its rise is that which it causes alone.
     """
-    found = []
+    tested = []
     for constraint in [active.constraint for active in result.active if active.constraint is not None]:
         others = [c for c in result.constraints if c is not constraint]
         if isinstance(constraint, PossibleBody):
@@ -234,8 +234,8 @@ def tested(result: Possible) -> tuple[Tested, ...]:
             rise = result.chi2_rise - solve_constrained(result.free, others).chi2_rise
             k = rank(constraint.rows.A)
         p = rise_p_value(max(rise, 0.0), k, result.free.degrees_of_freedom)
-        found.append(Tested(constraint, rise, p))
-    return tuple(found)
+        tested.append(Tested(constraint, rise, p))
+    return tuple(tested)
 
 
 class CvxpyProblem(NamedTuple):

@@ -171,13 +171,13 @@ def solve_constrained_prior(
     nearest = solve_robot_program(problem, base, estimate)
     z0 = _prior_point(problem, prior)
     program = EntropicProgram(problem.program, pseudo_inertias(problem.program, z0))
-    found, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
+    solution, weight, status = _prior_itself(problem, z0, nearest.chi2_rise + budget), np.inf, "prior"
     active: tuple[Active, ...] = ()
-    if found is None:
+    if solution is None:
         start = program.start(_inside(problem, z0))
         weight, point = _within_budget(program, start, nearest.chi2_rise, budget)
-        found, status, active = point.z, "Solved", _active(problem, point)
-    z = problem.repaired(found)
+        solution, status, active = point.z, "Solved", _active(problem, point)
+    z = problem.repaired(solution)
     return PriorRobot(
         **vars(problem.answer(base, estimate, z, active, status)),
         nearest=nearest,
@@ -251,26 +251,26 @@ def _within_budget(
         if abs(rise - budget) <= _MET * budget:
             return weight, point
         low, high = (weight, high) if rise < budget else (low, weight)
-        found = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
-        point = point if abs(np.log(found / weight)) < _NEAR else start
-        weight = found
+        next_weight = _next(weight, low, high, rise / budget, program.slope(weight, point) / budget)
+        point = point if abs(np.log(next_weight / weight)) < _NEAR else start
+        weight = next_weight
     raise SolverError("no weight of the prior meets the budget", program.program)
 
 
 def _next(weight: float, low: float, high: float, rise: float, slope: float) -> float:
     """The next weight to try; rise and its slope by the weight's logarithm in budgets."""
     step = -np.log(rise) * rise / slope if rise > 0.0 and slope > 0.0 else -_FAR
-    found = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
-    if low < found < high:
-        return found
+    tried = weight * float(np.exp(np.clip(step, -_FAR, _FAR)))
+    if low < tried < high:
+        return tried
     return float(np.sqrt(low * high)) if low > 0.0 else high * float(np.exp(-_FAR))
 
 
 def _active(problem: RobotProgram, point: EntropicPoint) -> tuple[Active, ...]:
     slack = problem.rules.A @ point.z + problem.rules.b
-    found = [
+    active = [
         Active(text, float(price))
         for text, price, room in zip(problem.rules.texts, point.multipliers, slack, strict=True)
         if price > max(room, TOLERANCE)
     ]
-    return tuple(sorted(found, key=lambda active: -active.multiplier))
+    return tuple(sorted(active, key=lambda active: -active.multiplier))

@@ -160,9 +160,9 @@ def _active(solution: ConeSolution, program: ConeProgram, z: Array, texts: Seque
     links = [f"link {j} can exist" for j in range(1, len(program.bodies) + 1)]
     prices = [*solution.row_multipliers, *solution.body_multipliers]
     floor = max(_NEXT_TO_NOTHING * max(prices), TOLERANCE)
-    found = [
+    active = [
         Active(text, 2.0 * solution.norm * float(price))
         for text, price, slack in zip([*texts, *links], prices, slacks, strict=True)
         if price > max(slack, floor)
     ]
-    return tuple(sorted(found, key=lambda active: -active.multiplier))
+    return tuple(sorted(active, key=lambda active: -active.multiplier))

@@ -41,8 +41,8 @@ def _reading(path: Path, kind: str) -> Iterator[None]:
     except InputError:
         raise
     except _UNREADABLE as error:
-        told = " ".join(str(error).split())[:200] or type(error).__name__
-        raise InputError(f"{path}: not {kind}, or a damaged one ({told}): save or copy it again") from None
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not {kind}, or a damaged one ({reason}): save or copy it again") from None
 
 
 def npz_log(path: Path, layout: Layout) -> RawLog:
@@ -187,21 +187,7 @@ def _arrays_log(
         InputError: if there is no array of samples.
     """
     rows = max((max(shape, default=0) for shape in shapes.values()), default=0)
-    places: dict[str, tuple[str, int, int]] = {}
-    for name, shape in shapes.items():
-        lengths = [size for size in shape if size != 1]
-        if len(shape) > 2 or rows not in lengths:
-            continue
-        if len(lengths) == 1:
-            places[name] = (name, 0, -1)
-        elif lengths[0] == lengths[1]:
-            raise InputError(
-                f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time cannot be told"
-            )
-        else:
-            axis = shape.index(rows)
-            for k in range(shape[1 - axis]):
-                places[f"{name}{k + 1}"] = (name, axis, k)
+    places = _places(path, shapes, rows)
     if rows < 2 and objects:
         raise refusal(path, objects)
     if rows < 2:
@@ -221,6 +207,28 @@ def _arrays_log(
             yield np.column_stack([own[start : start + BLOCK] for own in values])
 
     return RawLog(path, tuple(places), blocks)
+
+
+def _places(path: Path, shapes: Mapping[str, Shape], rows: int) -> dict[str, tuple[str, int, int]]:
+    """Where columns of so many rows stand: their array, its axis of time, and the place along the other one or -1.
+
+    Raises:
+        InputError: if an array could be read either way.
+    """
+    places: dict[str, tuple[str, int, int]] = {}
+    for name, shape in shapes.items():
+        lengths = [size for size in shape if size != 1]
+        if len(shape) > 2 or rows not in lengths:
+            continue
+        if len(lengths) == 1:
+            places[name] = (name, 0, -1)
+        elif lengths[0] == lengths[1]:
+            raise InputError(f"{path}: array {name!r} is square ({rows} x {rows}): which axis is time is not known")
+        else:
+            axis = shape.index(rows)
+            for k in range(shape[1 - axis]):
+                places[f"{name}{k + 1}"] = (name, axis, k)
+    return places
 
 
 def parquet_log(path: Path, layout: Layout) -> RawLog:

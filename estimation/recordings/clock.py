@@ -123,5 +123,5 @@ def check_rate(raw: RawLog, column: str, t: Array) -> None:
 
 def listed_seconds(values: Sequence[float]) -> str:
     """Some of many times, for a message."""
-    shown = ", ".join(f"{value:.4g}" for value in values[:3])
-    return f"{shown} s" if len(values) <= 3 else f"{shown} s and {len(values) - 3} more"
+    first = ", ".join(f"{value:.4g}" for value in values[:3])
+    return f"{first} s" if len(values) <= 3 else f"{first} s and {len(values) - 3} more"

@@ -85,7 +85,7 @@ class Naming:
 
     @property
     def time_unit(self) -> str:
-        """The unit of time as it is told; empty where it is to be found out."""
+        """The unit of time by the log map or the column's name; empty where the times themselves must show it."""
         return self.log_map.time.unit or self.raw.units.get(self.time, "") or time_unit(self.time, self.known)
 
     def holds(self, kind: str) -> bool:
@@ -97,7 +97,7 @@ class Naming:
         """Joint names in the robot's order; a log's own order (often alphabetical) proves nothing.
 
         Raises:
-            InputError: if the log names joints whose order cannot be told.
+            InputError: if the log names joints whose order is not known.
         """
         names = self.raw.joints or (self.layout.joints if self.layout else ())
         if self.log_map.joints or not names:
@@ -160,15 +160,18 @@ def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | 
     )
     if not any(log_map.quantity(kind).columns for kind in QUANTITIES):
         notes = [*_check_layout(naming), *notes]
-    twice = repeated([name for name in raw.names if name in chosen.all])
-    if twice:
+    if twice := repeated([name for name in raw.names if name in chosen.all]):
         raise InputError(f"{raw.path}: column {twice!r} stands in the header twice: rename one")
     check_missing(raw, chosen.all)
+    return chosen._replace(notes=(*notes, *_ignored(raw, log_map, chosen)))
+
+
+def _ignored(raw: RawLog, log_map: LogMap, chosen: Columns) -> Iterator[str]:
+    """What to tell of columns that are neither chosen nor a pose's."""
     pose = log_map.pose or standard_pose(raw.names)
-    ignored = [name for name in raw.names if name not in (*chosen.all, *(pose.all if pose else ()))]
-    if ignored:
-        notes.append(f"columns not used: {_listed(ignored)}")
-    return chosen._replace(notes=tuple(notes))
+    used = (*chosen.all, *(pose.all if pose else ()))
+    if ignored := [name for name in raw.names if name not in used]:
+        yield f"columns not used: {_listed(ignored)}"
 
 
 def _check_layout(naming: Naming) -> list[str]:
@@ -255,16 +258,16 @@ def _meant(name: str) -> str:
     return _ALIASES.get(match[1], match[1]) + match[2]
 
 
-def check_missing(raw: RawLog, wanted: Sequence[str]) -> None:
+def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
     """Refuse a log without some columns.
 
     Raises:
         InputError: names them.
     """
-    missing = [name for name in wanted if name not in raw.names]
+    missing = [name for name in columns if name not in raw.names]
     if not missing:
         return
-    free = [name for name in raw.names if name not in wanted]
+    free = [name for name in raw.names if name not in columns]
     close = difflib.get_close_matches(missing[0], free, 1, 0.75)
     hint = f" (is it {close[0]!r}?)" if close else ""
     raise InputError(

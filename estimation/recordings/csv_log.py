@@ -62,8 +62,8 @@ class _Text:
         return f"line {self._dialect.before + 1 + row * max(self._per_row, 1) + passed}"
 
     def notes(self) -> tuple[str, ...]:
-        told = self._dialect.told
-        read = [f"text read with {', '.join(told)}"] if told else []
+        peculiarities = self._dialect.told
+        read = [f"text read with {', '.join(peculiarities)}"] if peculiarities else []
         return (*read, *([self._cut] if self._cut else []))
 
     def blocks(self, columns: Sequence[str]) -> Iterator[Array]:
@@ -129,10 +129,10 @@ class _Text:
         Raises:
             InputError: names the first line that has more or fewer cells.
         """
-        kept: list[str] = []
+        rows: list[str] = []
         for number, (line, original) in enumerate(zip(cells, lines, strict=True)):
             if not line.strip() or line.startswith(_REMARKS):
-                self._passed.append(row + len(kept))
+                self._passed.append(row + len(rows))
                 continue
             line = line.rstrip("\r\n")
             count = line.count(",") + 1
@@ -140,12 +140,12 @@ class _Text:
                 line, count = line[:-1], count - 1
             last = number + 1 == len(lines) and not original.endswith(("\n", "\r"))
             if last and self._is_cut(line, places):
-                self._cut = f"the last row ({self.place(row + len(kept))}) is cut off: left out"
+                self._cut = f"the last row ({self.place(row + len(rows))}) is cut off: left out"
             elif count != len(self._names):
                 raise self._bad_width(at + number + 1, count)
             else:
-                kept.append(line)
-        return kept
+                rows.append(line)
+        return rows
 
     def _is_cut(self, line: str, places: list[int]) -> bool:
         """Whether a last line ends before its last cell, or within a number."""

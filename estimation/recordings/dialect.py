@@ -88,16 +88,16 @@ def dialect_of(path: Path, layout: Layout) -> Dialect:
         lines = text.read(_SAMPLE).splitlines()
     if len(lines) > 1 and len("\n".join(lines)) >= _SAMPLE - 1:
         lines.pop()  # perhaps the beginning of one
-    start, remarks, said = (layout.skip, [], "") if layout.skip else _preamble(lines)
+    start, remarks, stated = (layout.skip, [], "") if layout.skip else _preamble(lines)
     header_line = lines[start] if start < len(lines) else ""
     below = lines[start + (not layout.names) :]
-    delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else said or _delimiter(path, header_line, below)
+    delimiter = DELIMITERS[layout.delimiter] if layout.delimiter else stated or _delimiter(path, header_line, below)
     dialect = Dialect(encoding, delimiter, layout.decimal or ".", start)
     if not layout.decimal and delimiter != ",":
         dialect = replace(dialect, decimal=_decimal(dialect, below))
     if not layout.names:
         dialect = _with_header(dialect, header_line, remarks, below)
-    return replace(dialect, told=tuple(_told(path, layout, dialect, bool(remarks), bool(said))))
+    return replace(dialect, told=tuple(_told(path, layout, dialect, bool(remarks), bool(stated))))
 
 
 def _encoding(path: Path) -> str:
@@ -131,29 +131,44 @@ def _encoding(path: Path) -> str:
 
 def _preamble(lines: Sequence[str]) -> tuple[int, list[str], str]:
     """Lines before the header, the remarks among them, and the delimiter that a line "sep=;" tells."""
-    remarks, said = [], ""
+    remarks, delimiter = [], ""
     for number, line in enumerate(lines):
         separator = _SEPARATOR.fullmatch(line.strip(" \r"))
         if separator or line.strip() == "sep=\t":
-            said = separator[1] if separator else "\t"
+            delimiter = separator[1] if separator else "\t"
         elif line.startswith(_MARK):
             remarks.append(line)
         elif line.strip():
-            return number, remarks, said
-    return len(lines), remarks, said
+            return number, remarks, delimiter
+    return len(lines), remarks, delimiter
 
 
 def _delimiter(path: Path, header: str, below: Sequence[str]) -> str | None:
     """What cuts header and rows into equally many cells, the most of them; where none does, the header alone."""
-    usual = "\t" if ".tsv" in path.suffixes else ","
-    counts: dict[str | None, list[int]] = {}
-    rows = [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
-    for delimiter in (usual, *(other for other in _NAMES if other != usual)):
-        dialect = Dialect(delimiter=delimiter)
-        counts[delimiter] = [len(dialect.cells(line.strip().rstrip(delimiter))) for line in (header, *rows)]
-    alike = [delimiter for delimiter, found in counts.items() if found[0] > 1 and len(set(found)) == 1]
-    named = [delimiter for delimiter, found in counts.items() if found[0] > 1 and delimiter is not None]
+    usual = _usual_delimiter(path)
+    lines = (header, *_first_rows(below))
+    # Of delimiters that do as well as each other the first counts: the usual one.
+    counts = {delimiter: _cell_counts(delimiter, lines) for delimiter in dict.fromkeys((usual, *_NAMES))}
+    several = {delimiter: cells for delimiter, cells in counts.items() if cells[0] > 1}
+    alike = [delimiter for delimiter, cells in several.items() if len(set(cells)) == 1]
+    named = [delimiter for delimiter in several if delimiter is not None]
     return max(alike or named or [usual], key=lambda delimiter: counts[delimiter][0])
+
+
+def _usual_delimiter(path: Path) -> str:
+    """What separates cells in files of this ending."""
+    return "\t" if ".tsv" in path.suffixes else ","
+
+
+def _first_rows(below: Sequence[str]) -> list[str]:
+    """The first three rows of cells."""
+    return [line for line in islice(below, 50) if line.strip() and not line.startswith(_MARK)][:3]
+
+
+def _cell_counts(delimiter: str | None, lines: Sequence[str]) -> list[int]:
+    """Into how many cells a delimiter cuts each line."""
+    dialect = Dialect(delimiter=delimiter)
+    return [len(dialect.cells(line.strip().rstrip(delimiter))) for line in lines]
 
 
 def _decimal(dialect: Dialect, below: Sequence[str]) -> str:
@@ -185,10 +200,9 @@ def _is_units(dialect: Dialect, line: str) -> bool:
     return not numbers and any(known_unit(cell.strip("[]()")) for cell in cells)
 
 
-def _told(path: Path, layout: Layout, dialect: Dialect, remarks: bool, said: bool) -> Iterator[str]:
+def _told(path: Path, layout: Layout, dialect: Dialect, remarks: bool, stated: bool) -> Iterator[str]:
     """What was found out and is not what a file of this ending usually is."""
-    usual = "\t" if ".tsv" in path.suffixes else ","
-    if not layout.delimiter and (dialect.delimiter != usual or said):
+    if not layout.delimiter and (dialect.delimiter != _usual_delimiter(path) or stated):
         yield f"cells separated by {_NAMES.get(dialect.delimiter, repr(dialect.delimiter))}"
     if not layout.decimal and dialect.decimal == ",":
         yield "decimal commas"

@@ -30,7 +30,7 @@ class Known:
 
     @property
     def by_name(self) -> bool:
-        """Whether columns are told apart by the joints' names."""
+        """Whether the joints' names distinguish the columns."""
         return "{joint}" in self.columns["position"][0]
 
 
@@ -153,25 +153,24 @@ def recognised(names: Sequence[str]) -> Recognised | None:
     """The recorder most of whose quantities a log has; None for a log without positions that are known."""
     best, most, there = None, 0, set(names)
     for known in KNOWN:
-        found = next(
+        layout = next(
             filter(None, (_positions(known, pattern, names) for pattern in known.columns["position"])), None
         )
-        if found is None:
+        if layout is None:
             continue
         kinds = sum(
-            any(there >= set(found.expanded(pattern, found.joints, found.size)) for pattern in patterns)
+            any(there >= set(layout.expanded(pattern, layout.joints, layout.size)) for pattern in patterns)
             for patterns in known.columns.values()
         )
         if kinds > most:
-            best, most = found, kinds
+            best, most = layout, kinds
     return best
 
 
 def _positions(known: Known, pattern: str, names: Sequence[str]) -> Recognised | None:
     """The joints whose positions follow a pattern; None without a first one, or for a single name."""
-    matches = [match for match in map(_compiled(pattern).fullmatch, names) if match]
     arms: dict[str, list[str]] = {}
-    for match in matches:
+    for match in filter(None, map(_compiled(pattern).fullmatch, names)):
         arms.setdefault(match.groupdict().get("prefix") or "", []).append(match["joint"])
     if not arms:
         return None
@@ -180,11 +179,15 @@ def _positions(known: Known, pattern: str, names: Sequence[str]) -> Recognised |
     joints = tuple(arms[prefixes[0]])
     if "{joint}" in pattern:
         return Recognised(known, prefixes, joints, most) if most > 1 else None
-    first = 0 if "{0}" in pattern else 1
-    if str(first - 1) in joints:  # these count from 0
-        return None
-    count = next(k for k in range(most + 1) if str(first + k) not in joints)
+    count = _counted(joints, 0 if "{0}" in pattern else 1)
     return Recognised(known, prefixes, (), count) if count else None
+
+
+def _counted(numbers: Sequence[str], first: int) -> int:
+    """How many joints are numbered without a gap from ``first`` on; none where the numbers begin before it."""
+    if str(first - 1) in numbers:
+        return 0
+    return next(k for k in range(len(numbers) + 1) if str(first + k) not in numbers)
 
 
 def _compiled(pattern: str) -> re.Pattern[str]:

@@ -187,15 +187,15 @@ def with_units(log_map: LogMap, kind: str, names: Sequence[str], units: Mapping[
     Raises:
         InputError: if a unit is not known.
     """
-    told = tuple(units.get(name, "") for name in names)
+    stated = tuple(units.get(name, "") for name in names)
     quantity = log_map.quantity(kind)
-    if quantity.unit or not any(told):
+    if quantity.unit or not any(stated):
         return log_map
     short = next(name for name, of in _SHORT.items() if of == kind)
     try:
-        for unit in told:
+        for unit in stated:
             factor(kind, unit or SI[kind])
-        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in told))
+        changed = replace(quantity, unit=tuple(unit or SI[kind] for unit in stated))
     except ValueError as error:
         raise InputError(
             f"{source}: column {names[0]!r}: {error} (--units {short}={SI[kind]} takes another one)"
@@ -224,13 +224,7 @@ def with_flags(
     """
     try:
         for entry in units:
-            name, _, unit = entry.partition("=")
-            if name not in _SHORT or not unit:
-                raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
-            rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
-            before = getattr(log_map, _SHORT[name])
-            changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
-            log_map = replace(log_map, **{_SHORT[name]: changed})
+            log_map = _with_unit(log_map, entry)
         for kind in QUANTITIES if signs else ():
             log_map = replace(log_map, **{kind: _turned(log_map.quantity(kind), signs)})
         if joints:
@@ -244,6 +238,17 @@ def with_flags(
     except ValueError as error:
         raise InputError(f"command line: {error}") from None
     return log_map
+
+
+def _with_unit(log_map: LogMap, entry: str) -> LogMap:
+    """A log map with one unit of the command line, "q=deg"."""
+    name, _, unit = entry.partition("=")
+    if name not in _SHORT or not unit:
+        raise InputError(f"--units {entry!r}: give q=, qd=, tau=, i= or t= with a unit, as q=deg")
+    rate = re.fullmatch(r"([\d.]+) ?Hz", unit) if name == "t" else None
+    before = getattr(log_map, _SHORT[name])
+    changed = Time(rate=float(rate[1])) if rate else replace(before, unit=unit)
+    return replace(log_map, **{_SHORT[name]: changed})
 
 
 def _turned(quantity: Quantity, signs: Sequence[float]) -> Quantity:

@@ -72,29 +72,28 @@ def pieces(t: Array, cutoff: float | None, source: str) -> Pieces:
     least = shortest_piece(cutoff)
     edges = [0, *(end + 1 for end in ends), len(t)]
     every = [slice(start, stop) for start, stop in pairwise(edges)]
-    kept = tuple(piece for piece in every if t[piece.stop - 1] - t[piece.start] >= least)
+    long_enough = tuple(piece for piece in every if t[piece.stop - 1] - t[piece.start] >= least)
     begins = [float(t[end]) for end in ends]
-    if not kept:
+    if not long_enough:
         raise InputError(
             f"{source}: gaps after {listed_seconds(begins)} ({max(missing):.3g} s at most) leave no {least:.2g} s "
             "without one: record without losing rows"
         )
-    told = f"split at {len(ends)} gap{'s' * (len(ends) > 1)} (after {listed_seconds(begins)}; "
-    told += f"{max(missing):.3g} s at most)"
-    told += f" into {len(kept)} piece{'s' * (len(kept) > 1)}"
-    short = len(every) - len(kept)
+    note = f"split at {len(ends)} gap{'s' * (len(ends) > 1)} (after {listed_seconds(begins)}; "
+    note += f"{max(missing):.3g} s at most)"
+    note += f" into {len(long_enough)} piece{'s' * (len(long_enough) > 1)}"
+    short = len(every) - len(long_enough)
     if short:
-        told += (
-            f"; {short} shorter than {least:.2g} s left out ({sum(_lasts(t, every)) - sum(_lasts(t, kept)):.3g} s)"
-        )
-    return Pieces(kept, (*notes, told))
+        lost = sum(_lasts(t, every)) - sum(_lasts(t, long_enough))
+        note += f"; {short} shorter than {least:.2g} s left out ({lost:.3g} s)"
+    return Pieces(long_enough, (*notes, note))
 
 
-def cut(recording: Recording, found: Pieces) -> Iterator[Recording]:
+def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
     """The pieces of a recording; a whole one as it is."""
-    told = (f"{Path(recording.source).name}: {note}" for note in found.notes)
-    recording = replace(recording, notes=(*recording.notes, *told))
-    for piece in found.rows:
+    notes = (f"{Path(recording.source).name}: {note}" for note in stretches.notes)
+    recording = replace(recording, notes=(*recording.notes, *notes))
+    for piece in stretches.rows:
         if piece == slice(0, len(recording.t)):
             yield recording
             continue

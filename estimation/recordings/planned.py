@@ -36,12 +36,12 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
         InputError: names the file, line and column of whatever cannot be used.
     """
     n, raw = robot.n, open_log(path, LogMap())
-    wanted = ["t", *_numbered("q", n)]
+    columns = ["t", *_numbered("q", n)]
     for kind in ("qd", "qdd"):
         if not set(_numbered(kind, n)) & set(raw.names):
             break
-        wanted += _numbered(kind, n)
-    missing = [name for name in wanted if name not in raw.names]
+        columns += _numbered(kind, n)
+    missing = [name for name in columns if name not in raw.names]
     if missing:
         raise InputError(
             f"{path}: column {', '.join(missing)} missing for a trajectory of {n} joints; found "
@@ -51,7 +51,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
         raise InputError(
             f"{path}: column 'q{n + 1}', but robot {robot.name!r} has {n} joints: is it the right robot?"
         )
-    values = raw.whole(wanted)
+    values = raw.whole(columns)
     if len(values) < 2:
         raise InputError(f"{path}: {len(values)} rows of numbers: a trajectory needs more")
     _check_planned(raw, values[:, 0])

@@ -108,7 +108,7 @@ def _steps(robot: Robot, recording: Recording) -> Iterator[str]:
     for part, dt, dq in _differences(recording, window):
         share = np.abs(dq) / dt[:, None] / most
         for j, k in enumerate(np.argmax(share, axis=0)):
-            worst[j] = max(worst[j], (float(share[k, j]), part.start + int(k)), key=lambda found: found[0])
+            worst[j] = max(worst[j], (float(share[k, j]), part.start + int(k)), key=lambda entry: entry[0])
     for j, (share_of_limit, k) in enumerate(worst):
         if share_of_limit > 1.0:
             step, elapsed = (array[k + window] - array[k] for array in (recording.q[:, j], recording.t))
@@ -186,12 +186,12 @@ def _longest_run(mask: NDArray[np.bool_], longest: float, before: float) -> tupl
 
 def _levels(torque: Array, enough: int) -> int:
     """How many values a channel takes; counts until it is ``enough``."""
-    seen = np.empty(0)
+    levels = np.empty(0)
     for part in parts(len(torque)):
-        seen = np.union1d(seen, torque[part])
-        if len(seen) >= enough:
+        levels = np.union1d(levels, torque[part])
+        if len(levels) >= enough:
             break
-    return len(seen)
+    return len(levels)
 
 
 def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
@@ -242,5 +242,5 @@ def _same(a: Recording, b: Recording) -> bool:
 
 def still_joints(recordings: Sequence[Recording]) -> tuple[int, ...]:
     """Numbers of the joints that move in none of the recordings."""
-    spans = np.max([high - low for low, high in (_extremes(one.q) for one in recordings)], axis=0)
+    spans = np.max([high - low for low, high in (_extremes(recording.q) for recording in recordings)], axis=0)
     return tuple(int(j) + 1 for j in np.flatnonzero(spans < _MOVES))

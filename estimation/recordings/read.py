@@ -47,8 +47,8 @@ def read_recordings(
         InputError: names the file, line and column of whatever cannot be used.
     """
     recording, _ = read_beside(path, robot, drive_gains, log_map)
-    found = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
-    return tuple(cut(recording, found))
+    stretches = pieces(recording.t, (processing or robot.processing).cutoff, recording.source)
+    return tuple(cut(recording, stretches))
 
 
 def read_recording(
@@ -105,24 +105,33 @@ def read_beside(
     times, q, torque, *rest = collected(rows(), [1, robot.n, robot.n, *speeds, *([len(beside)] if beside else [])])
     t, qd = times.reshape(-1), rest[0] if columns.velocity else None
     notes = [*raw.notes(), *units, *(clock.notes() if clock else []), *columns.notes]
+    _check_rows(raw, columns, t)
+    if dead := _without_speed(q, qd):
+        qd = None
+        notes.append(f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions")
+    noted = tuple(f"{raw.path.name}: {note}" for note in notes)
+    commanded = log_map.si(reference, rest[-1]) if reference else q[:, :0]
+    gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
+    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains), commanded
+
+
+def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:
+    """Refuse a log of too few rows, or whose times cannot be.
+
+    Raises:
+        InputError: says which.
+    """
     if len(t) < 2:
         raise InputError(
             f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record "
             "again, or give the file that holds them"
         )
     check_rate(raw, columns.time, t)
-    if qd is not None and (dead := _without_speed(q, qd)):
-        qd, told = None, f"speeds of joint {', '.join(map(str, dead))} are zero throughout: taken from positions"
-        notes.append(told)
-    noted = tuple(f"{raw.path.name}: {note}" for note in notes)
-    wanted = log_map.si(reference, rest[-1]) if reference else q[:, :0]
-    gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
-    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains), wanted
 
 
 def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, list[str]]:
     """A log map with the units that the file itself tells, and what to say of these."""
-    told = []
+    units = []
     for kind, names in (
         ("position", columns.position),
         ("velocity", columns.velocity),
@@ -130,13 +139,15 @@ def _stated(raw: RawLog, columns: Columns, log_map: LogMap) -> tuple[LogMap, lis
     ):
         changed = with_units(log_map, kind, names, raw.units, str(raw.path))
         if changed is not log_map:
-            told.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
+            units.append(f"{kind} {', '.join(dict.fromkeys(changed.quantity(kind).unit))}")
         log_map = changed
-    return log_map, [f"units as the file tells them: {'; '.join(told)}"] if told else []
+    return log_map, [f"units as the file tells them: {'; '.join(units)}"] if units else []
 
 
-def _without_speed(q: Array, qd: Array) -> list[int]:
-    """Numbers of the joints that move although their speeds are all zero."""
+def _without_speed(q: Array, qd: Array | None) -> list[int]:
+    """Numbers of the joints that move although their recorded speeds are all zero."""
+    if qd is None:
+        return []
     some, low, high = np.zeros(q.shape[1], dtype=bool), q[0].copy(), q[0].copy()
     for part in parts(len(q)):
         for j in range(q.shape[1]):
@@ -188,6 +199,6 @@ def _rows(
             t = (row + np.arange(len(values))) / (log_map.time.rate or 1.0)
         _, position, velocity, load, others = np.split(values, ends, axis=1)
         speeds = [log_map.si("velocity", velocity)] if columns.velocity else []
-        wanted = [others] if beside else []
-        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *wanted
+        reference = [others] if beside else []
+        yield t, log_map.si("position", position), log_map.si(columns.kind, load), *speeds, *reference
         row += len(values)

@@ -87,15 +87,15 @@ def _reader(path: Path) -> Iterator[tuple[Any, Any]]:
 
 
 def _topic(path: Path, reader: Any, topic: str) -> str:
-    found = sorted({connection.topic for connection in reader.connections if connection.msgtype == _TYPE})
-    if topic and topic not in found:
-        raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(found) or 'none'}")
-    if not topic and len(found) != 1:
+    topics = sorted({connection.topic for connection in reader.connections if connection.msgtype == _TYPE})
+    if topic and topic not in topics:
+        raise InputError(f"{path}: no topic {topic!r} with {_TYPE}; found {', '.join(topics) or 'none'}")
+    if not topic and len(topics) != 1:
         raise InputError(
-            f"{path}: {len(found)} topics with {_TYPE}"
-            + (f" ({', '.join(found)}): choose one by --topic" if found else ": record /joint_states")
+            f"{path}: {len(topics)} topics with {_TYPE}"
+            + (f" ({', '.join(topics)}): choose one by --topic" if topics else ": record /joint_states")
         )
-    return topic or found[0]
+    return topic or topics[0]
 
 
 def _messages(reader: Any, store: Any, topic: str) -> Iterator[tuple[int, Any]]:

@@ -37,7 +37,7 @@ class RawLog:
         blocks: gives the columns that are asked for, in that order, at most ``BLOCK`` rows at a time.
         place: tells where a row stands, "line 7"; rows count from 0.
         joints: names of joints, where the format has them.
-        units: of columns, where the file tells them.
+        units: of columns, where the file names them.
         notes: what a user should know about how it was read; after its rows were read, about these too.
     """
 
@@ -74,7 +74,7 @@ class RawLog:
 
 
 class Layout(Table, frozen=True):
-    """The layout of a text file, and what else a reader must be told.
+    """The layout of a text file, and what else a reader must know.
 
     Attributes:
         delimiter: of ``DELIMITERS``; empty: it is found out.

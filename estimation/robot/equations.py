@@ -11,7 +11,7 @@ from ...model import BaseParameters, Processing, Recording, Robot
 from ...model.base import leftmost_independent, random_states, stacked_regressor
 from ...model.motion import Measurement
 from ..equations.equations import Equations, merged
-from ..equations.observation import Observer, used_pieces
+from ..equations.observer import Observer, used_pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
 from ..recordings.plausibility import check_recordings, still_joints
@@ -100,7 +100,7 @@ def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Record
 
 
 def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple[str, ...]:
-    """Base parameters that cannot be told apart or seen at all while some joints stand still."""
+    """Base parameters that the motion leaves undetermined, alone or in sums, while some joints stand still."""
     q, qd, qdd = random_states(robot, 12 * robot.n, seed=0)
     for joint in still:
         q[:, joint - 1], qd[:, joint - 1], qdd[:, joint - 1] = 0.3, 0.0, 0.0
@@ -108,8 +108,8 @@ def hidden_by(robot: Robot, base: BaseParameters, still: Sequence[int]) -> tuple
     # A joint that stands still holds any torque within its friction: its rows say nothing.
     moving = np.concatenate([np.full(len(q), j + 1 not in still) for j in range(robot.n)])
     W = W[moving]
-    seen = leftmost_independent(W)
-    unseen = [k for k in range(W.shape[1]) if k not in seen]
-    solution = least_squares(W[:, seen], W[:, unseen])
-    mixed = {seen[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
+    independent = leftmost_independent(W)
+    unseen = [k for k in range(W.shape[1]) if k not in independent]
+    solution = least_squares(W[:, independent], W[:, unseen])
+    mixed = {independent[k] for k in np.flatnonzero((np.abs(solution) > 1e-6).any(axis=1))}
     return tuple(base.names[k] for k in sorted(mixed | set(unseen)))

@@ -241,8 +241,8 @@ def _replay(arm: IdentifiedArm, measured: Measurement, processing: Processing, s
         np.where(fast, lowpass(torques, step, processing.cutoff, source), 0.0)
         for torques in (measured.torque[joined], predicted)
     )
-    missed, norms = np.linalg.norm(followed - given, axis=0), np.linalg.norm(given, axis=0)
+    errors, norms = np.linalg.norm(followed - given, axis=0), np.linalg.norm(given, axis=0)
     with np.errstate(all="ignore"):
-        joints = np.where(norms > 0.0, missed / norms, np.nan)
-        relative = float(np.linalg.norm(missed) / np.linalg.norm(norms))
+        joints = np.where(norms > 0.0, errors / norms, np.nan)
+        relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))
     return Replay(relative, joints, float(np.sqrt(np.mean(np.square(strayed)))))

@@ -61,14 +61,14 @@ class Decimator:
         """Take the next samples, rows x N; give the decimated samples that are complete, rows x M."""
         if self._factor == 1:
             return signals
-        held = np.concatenate([self._held, signals], axis=1)
+        waiting = np.concatenate([self._held, signals], axis=1)
         width = 2 * self._reach + 1
-        count = max(0, (held.shape[1] - width) // self._factor + 1)
-        self._held = held[:, count * self._factor :]
-        result = np.empty((len(held), count))
+        count = max(0, (waiting.shape[1] - width) // self._factor + 1)
+        self._held = waiting[:, count * self._factor :]
+        result = np.empty((len(waiting), count))
         for start in range(0, count, _GROUP):
             outputs = min(_GROUP, count - start)
-            used = held[:, start * self._factor : (start + outputs - 1) * self._factor + width]
+            used = waiting[:, start * self._factor : (start + outputs - 1) * self._factor + width]
             result[:, start : start + outputs] = used @ _band(self._factor)[: used.shape[1], :outputs]
         return result
 

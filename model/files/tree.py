@@ -178,12 +178,15 @@ class _Reader:
         torque = torque if torque < _UNKNOWN_EFFORT else math.inf
         if speed < 0.0 or torque < 0.0:
             raise self._error(where, "velocity and effort limits must not be negative")
-        low, high = given["low"] or 0.0, given["high"] or 0.0
-        if kind == "continuous" or low >= high:
-            if kind in ("revolute", "prismatic"):
-                self._notes.append(f"{where}: position limits {low:g} to {high:g} leave no range: not used")
-            return Limits(speed=speed, torque=torque)
-        return Limits((low, high), speed, torque=torque)
+        return Limits(self._range(given["low"] or 0.0, given["high"] or 0.0, kind, where), speed, torque=torque)
+
+    def _range(self, low: float, high: float, kind: str, where: str) -> tuple[float, float]:
+        """Position limits, infinite where the file gives no range."""
+        if kind != "continuous" and low < high:
+            return low, high
+        if kind in ("revolute", "prismatic"):
+            self._notes.append(f"{where}: position limits {low:g} to {high:g} leave no range: not used")
+        return Limits().position
 
     def _pose(self, element: ElementTree.Element | None, where: str) -> Pose:
         xyz = self._numbers(element, "xyz", (0.0, 0.0, 0.0), where)

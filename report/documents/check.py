@@ -7,7 +7,8 @@ from msgspec import UNSET, UnsetType, field, structs
 
 from ...common.schema import Document
 from ...estimation.diagnosis import KinematicsCheck, LogCheck, PoseCheck, RobotFits
-from ...estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
+from ...estimation.diagnosis.log_check import Excited
+from ...estimation.diagnosis.log_facts import JointFacts, TimeFacts
 from ...estimation.files.parts import Number
 from ...estimation.payload import FollowingChange
 from ...model import Pose, Robot

@@ -63,7 +63,18 @@ class SimulatorFormat:
         return [*_masses(whole), *_bounds(whole), *_rotors(whole), *self._lost(whole), *self.remarks]
 
     def _lost(self, whole: WholeRobot) -> Iterator[str]:
+        """What of the robot has no place in the format, a line each."""
         robot = whole.robot
+        yield from self._lost_drives(whole)
+        yield from self._lost_coupling(whole)
+        if robot.spring is not None and ("spring" not in self.holds or robot.spring.table):
+            law = "a table" if robot.spring.table else "the law of a spring between two pivots"
+            yield f"No place for the spring on {whole.joint_names[robot.spring.joint - 1]} ({law}): add its torque."
+        if "gravity" not in self.holds and gravity(robot) != _STANDARD_GRAVITY:
+            yield f"No place for gravity: set it to {exact(gravity(robot))} m/s^2 in the base's frame."
+        yield from self._lost_limits(whole)
+
+    def _lost_drives(self, whole: WholeRobot) -> Iterator[str]:
         drives = whole.drives if "coupled" in self.holds else whole.apart
         for what, unit in _UNITS.items():
             values = [
@@ -73,13 +84,9 @@ class SimulatorFormat:
             ]
             if what not in self.holds and values:
                 yield f"No place for {what} [{unit}]: {', '.join(values)}."
-        if robot.coupling is not None:
-            yield from self._lost_coupling(whole)
-        if robot.spring is not None and ("spring" not in self.holds or robot.spring.table):
-            law = "a table" if robot.spring.table else "the law of a spring between two pivots"
-            yield f"No place for the spring on {whole.joint_names[robot.spring.joint - 1]} ({law}): add its torque."
-        if "gravity" not in self.holds and gravity(robot) != _STANDARD_GRAVITY:
-            yield f"No place for gravity: set it to {exact(gravity(robot))} m/s^2 in the base's frame."
+
+    def _lost_limits(self, whole: WholeRobot) -> Iterator[str]:
+        robot = whole.robot
         limited = {
             "speed": [joint.limits.speed for joint in robot.joints],
             "acceleration": [joint.limits.acceleration for joint in robot.joints],

@@ -82,13 +82,8 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
         lines = list(urdf.link_comment(link_marks(whole.links[j], drives[j]), ""))
         _WRITERS[kind](text, Part(name, placed[name].body, moved[j], drives[j], lines), path)
     if kind == "mjcf":
-        joints = tuple(names.get(j, "") for j in range(whole.robot.n))
-        tendon = ["<tendon>", *mjcf.coupled_tendon(whole, joints), "</tendon>"] if both else []
-        text.insert(text.root, ["<custom>", *mjcf.custom_texts(whole), "</custom>", *tendon], last=True)
-    missing = [joint for j, joint in enumerate(whole.joint_names) if j not in names]
-    notes = [f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}."] if missing else []
-    others = [name for name in placed if name not in names.values()]
-    notes += [f"Joints of {path} that are left alone: {', '.join(others)}."] if others else []
+        text.insert(text.root, _mjcf_beside(whole, names, both), last=True)
+    notes = [*_unmatched(whole, names, placed, path)]
     for body, mass in _carried(extra, {placed[name].body for name in names.values()}):
         _take_out(kind, text, body, path)
         notes.append(
@@ -98,6 +93,23 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
     if coupled is not None and not both:
         notes.append("The drive that turns with two joints is not put in: each joint has its own share.")
     return Changed(text.text(), (*notes, *_left_out(whole, names)))
+
+
+def _mjcf_beside(whole: WholeRobot, names: Mapping[int, str], coupled: bool) -> list[str]:
+    """What an MJCF file gets beside its bodies: texts, and the tendon of coupled drives."""
+    joints = tuple(names.get(j, "") for j in range(whole.robot.n))
+    tendon = ["<tendon>", *mjcf.coupled_tendon(whole, joints), "</tendon>"] if coupled else []
+    return ["<custom>", *mjcf.custom_texts(whole), "</custom>", *tendon]
+
+
+def _unmatched(
+    whole: WholeRobot, names: Mapping[int, str], placed: Mapping[str, Placed], path: str
+) -> Iterator[str]:
+    """What to tell of joints that only the robot or only the model has."""
+    if missing := [joint for j, joint in enumerate(whole.joint_names) if j not in names]:
+        yield f"Joints of {whole.robot.name} that are not in {path}: {', '.join(missing)}."
+    if others := [name for name in placed if name not in names.values()]:
+        yield f"Joints of {path} that are left alone: {', '.join(others)}."
 
 
 def _carried(extra: "Extra", links: set[str]) -> Iterator[tuple[str, float]]:

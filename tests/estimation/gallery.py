@@ -220,7 +220,7 @@ def _of_knowledge() -> Iterator[Wrong]:
         return both("rx90", label, words, same, options={"constraints": (constraint,)})
 
     yield known("mass bound excludes the truth", "contradict the constraint: mass", MassBounds(0.0, 0.6 * mass))
-    yield known("weighed mass is another's", "weighed were", KnownMass(1.5 * mass, 0.01))
+    yield known("weighed mass is another's", "the scale shows", KnownMass(1.5 * mass, 0.01))
     ellipsoid = InEllipsoid((0.0, 0.0, -0.3), (0.1, 0.1, 0.1))
     yield known("ellipsoid in the wrong place", "contradict the constraint: .*ellipsoid", ellipsoid)
     box = CentreOfMassInBox((-0.02, -0.02, -0.3), (0.02, 0.02, -0.1))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
-from dynident.estimation.diagnosis.misfit import Model, Sample
+from dynident.estimation.diagnosis.misfit import Model
+from dynident.estimation.diagnosis.sample import Sample
 from dynident.estimation.diagnosis.search import likely_causes
 from dynident.estimation.payload import Source
 from dynident.model import Spring

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dynident.estimation import read_recording
 from dynident.estimation.diagnosis import LogCheck, check_log
-from dynident.estimation.diagnosis.log_check import share_at_extreme, smallest_step
+from dynident.estimation.diagnosis.log_facts import share_at_extreme, smallest_step
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 

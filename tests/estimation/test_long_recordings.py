@@ -27,7 +27,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dynident.common.paged.LARGE", 1000)
     monkeypatch.setattr("dynident.common.paged.ROWS", 501)
     monkeypatch.setattr("dynident.estimation.signals.filtering.ROWS", 501)
-    monkeypatch.setattr("dynident.estimation.equations.observation._PIECE", 64)
+    monkeypatch.setattr("dynident.estimation.equations.observer._PIECE", 64)
     monkeypatch.setattr("dynident.estimation.equations.reduction._ROWS", 64)
 
 

@@ -8,7 +8,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.common.linear import RANK_TOLERANCE
 from dynident.estimation.equations import Equations, Observation, merged, reduced
-from dynident.estimation.equations.equations import check_rank
+from dynident.estimation.equations.conditioning import check_rank
 from dynident.estimation.fit import fit, ordinary, weighted
 from dynident.estimation.fit.essential import eliminate
 from dynident.estimation.fit.least_squares import joint_weights

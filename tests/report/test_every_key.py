@@ -16,7 +16,8 @@ from dynident.estimation.diagnosis import Finding, robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
 from dynident.estimation.diagnosis.fits import RobotFit, RobotFits
-from dynident.estimation.diagnosis.log_check import Excited, JointFacts, TimeFacts
+from dynident.estimation.diagnosis.log_check import Excited
+from dynident.estimation.diagnosis.log_facts import JointFacts, TimeFacts
 from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
 from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE

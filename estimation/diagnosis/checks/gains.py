@@ -35,13 +35,13 @@ def motors_apart(evidence: Evidence) -> list[Finding]:
     if evidence.gained is None:
         return []
     off = [
-        one
-        for one in evidence.scales
-        if one.joint and abs(one.ratio - 1.0) > JOINT_SCALE and OWN_SCALE_Z < abs(one.z) <= JOINT_SCALE_Z
+        scale
+        for scale in evidence.scales
+        if scale.joint and abs(scale.ratio - 1.0) > JOINT_SCALE and OWN_SCALE_Z < abs(scale.z) <= JOINT_SCALE_Z
     ]
     if not off:
         return []
-    worst = max(off, key=lambda one: abs(one.z))
+    worst = max(off, key=lambda scale: abs(scale.z))
     text = (
         f"motor {worst.joint}: its currents with payload are {worst.ratio:.2f} ± {worst.sigma:.2g} times those "
         "without: keep the maker's gain there"
@@ -54,16 +54,16 @@ def weights_apart(evidence: Evidence) -> list[Finding]:
     if evidence.gained is None:
         return []
     apart = []
-    for one, other in combinations(evidence.gained.weights, 2):
-        ratio = (one.mass / one.told) / (other.mass / other.told)
-        sigma = float(np.hypot(one.sigma / one.mass, other.sigma / other.mass))
+    for weight, other in combinations(evidence.gained.weights, 2):
+        ratio = (weight.mass / weight.told) / (other.mass / other.told)
+        sigma = float(np.hypot(weight.sigma / weight.mass, other.sigma / other.mass))
         if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(ratio - 1.0) / sigma, one, other))
+            apart.append((abs(ratio - 1.0) / sigma, weight, other))
     if not apart:
         return []
-    _, one, other = max(apart, key=lambda entry: entry[0])
+    _, weight, other = max(apart, key=lambda entry: entry[0])
     text = (
-        f"the weights do not go together: with these gains {_told(one)} and {_told(other)}: is one mass told "
+        f"the weights do not go together: with these gains {_told(weight)} and {_told(other)}: is one mass given "
         "wrongly, or are recordings of two mountings taken for one?"
     )
     return [error(text, "mass")]
@@ -71,5 +71,5 @@ def weights_apart(evidence: Evidence) -> list[Finding]:
 
 def _told(weight: KnownWeight) -> str:
     return (
-        f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, told were {weight.told:g} kg"
+        f"mounting {weight.mounting} weighs {weight.mass:.4g} ± {weight.sigma:.2g} kg, given as {weight.told:g} kg"
     )

@@ -13,7 +13,7 @@ from ..evidence import Evidence
 from ..finding import Finding, error, note, warning
 
 NOTABLE = 0.03
-"""Relative difference of the mass between two joints that is told."""
+"""Relative difference of the mass between two joints that is reported."""
 NOTABLE_SIGMAS = 3.3
 """Standard deviations it must exceed as well."""
 WRONG = 0.10
@@ -24,7 +24,7 @@ CHANCE = (0.1, 0.01)
 """Probabilities that joints which agree disagree as much by chance: below the first intervals widen, below the
 second by all of the disagreement."""
 TOGETHER = 2.5
-"""Factor by which all shares together widen the intervals, above which it is told."""
+"""Factor by which all shares together widen the intervals, above which it is reported."""
 TOO_FAR = 2.83
 """Factor above which nothing should be used, if a joint that carries the mass is off as well."""
 CARRIERS, CARRIED = (2, 3), 0.05
@@ -35,8 +35,8 @@ SIGMAS = 4.5
 
 def joints(evidence: Evidence) -> list[Finding]:
     """Against a mass that single joints contradict."""
-    seen = evidence.by_joints if evidence.weighed is None else _allowing(evidence.by_joints)
-    return [*_shares(seen.shares), *_masses(_alone(seen), evidence)]
+    view = evidence.by_joints if evidence.weighed is None else _allowing(evidence.by_joints)
+    return [*_shares(view.shares), *_masses(_alone(view), evidence)]
 
 
 def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
@@ -47,20 +47,26 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
     Args:
         by_joints: the payload as single joints see it.
-        gains: covariance of the gains' relative errors that were told, n x n; only what joints do not share counts.
+        gains: covariance of the gains' stated relative errors, n x n; only what joints do not share counts.
         few: whether the standard deviations come from few blocks of time.
     """
     shares = (_allowing(by_joints) if few else by_joints).shares
-    seen = [(one.joint - 1, one.share, one.sigma) for one in shares if one.share is not None]
-    if len(seen) < 2:
+    readings = [
+        (reading.joint - 1, reading.share, reading.sigma) for reading in shares if reading.share is not None
+    ]
+    if len(readings) < 2:
         return 1.0
-    joints = [joint for joint, *_ in seen]
-    apart = np.eye(len(seen)) * len(seen) / (len(seen) - 1) - 1.0 / (len(seen) - 1)  # each less the others' mean
+    joints = [joint for joint, *_ in readings]
+    apart = np.eye(len(readings)) * len(readings) / (len(readings) - 1) - 1.0 / (
+        len(readings) - 1
+    )  # each less the others' mean
     variance = np.diag(apart @ gains[np.ix_(joints, joints)] @ apart.T)
-    squares = [(share - 1.0) ** 2 / (sigma**2 + own) for (_, share, sigma), own in zip(seen, variance, strict=True)]
-    freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
-    proven = _beyond_chance(sum(squares) / len(seen), len(seen), float("inf") if few else freedom)
-    return 1.0 + proven * (float(np.sqrt(max(1.0, sum(squares) / (len(seen) - 1)))) - 1.0)
+    squares = [
+        (share - 1.0) ** 2 / (sigma**2 + own) for (_, share, sigma), own in zip(readings, variance, strict=True)
+    ]
+    freedom = min((reading.degrees_of_freedom for reading in by_joints.masses), default=float("inf"))
+    proven = _beyond_chance(sum(squares) / len(readings), len(readings), float("inf") if few else freedom)
+    return 1.0 + proven * (float(np.sqrt(max(1.0, sum(squares) / (len(readings) - 1)))) - 1.0)
 
 
 def _beyond_chance(square: float, joints: int, freedom: float) -> float:
@@ -80,9 +86,9 @@ def shares_together(evidence: Evidence) -> list[Finding]:
         f"the joints do not show one payload: their shares lie {factor:.1f} times farther apart than their errors"
     )
     off = [
-        one.joint
-        for one in evidence.by_joints.shares
-        if one.joint in CARRIERS and one.share is not None and abs(one.share - 1.0) > CARRIED
+        reading.joint
+        for reading in evidence.by_joints.shares
+        if reading.joint in CARRIERS and reading.share is not None and abs(reading.share - 1.0) > CARRIED
     ]
     if factor <= TOO_FAR or not off:
         return [note(f"{text}; every interval is widened by this factor")]
@@ -92,11 +98,11 @@ def shares_together(evidence: Evidence) -> list[Finding]:
 
 def _allowing(by_joints: ByJoints) -> ByJoints:
     """Standard deviations from few blocks are uncertain themselves: widened as Student's t is."""
-    freedom = min((one.degrees_of_freedom for one in by_joints.masses), default=float("inf"))
+    freedom = min((reading.degrees_of_freedom for reading in by_joints.masses), default=float("inf"))
     factor = few_blocks(freedom)
     return ByJoints(
-        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.masses),
-        tuple(replace(one, sigma=factor * one.sigma) for one in by_joints.shares),
+        tuple(replace(reading, sigma=factor * reading.sigma) for reading in by_joints.masses),
+        tuple(replace(reading, sigma=factor * reading.sigma) for reading in by_joints.shares),
     )
 
 
@@ -104,20 +110,21 @@ def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
     """The joint that agrees least with the answer's mass [kg] or with the others; None where none can tell."""
     readings = [
         (
-            abs(one.share - 1.0) / one.sigma,
-            one.joint,
-            f"joint {one.joint} shows {one.share:.3f} ± {one.sigma:.2g} times what the others demand there",
+            abs(reading.share - 1.0) / reading.sigma,
+            reading.joint,
+            f"joint {reading.joint} shows {reading.share:.3f} ± {reading.sigma:.2g} times what the others demand "
+            "there",
         )
-        for one in by_joints.shares
-        if one.share is not None
+        for reading in by_joints.shares
+        if reading.share is not None
     ]
     readings += [
         (
-            abs(alone - mass) / one.sigma,
-            one.joints[0],
-            f"{one.name} alone weighs {alone:.4g} ± {one.sigma:.2g} kg",
+            abs(alone - mass) / reading.sigma,
+            reading.joints[0],
+            f"{reading.name} alone weighs {alone:.4g} ± {reading.sigma:.2g} kg",
         )
-        for alone, one in _alone(by_joints)
+        for alone, reading in _alone(by_joints)
     ]
     if not readings:
         return None
@@ -127,39 +134,43 @@ def worst_joint(by_joints: ByJoints, mass: float) -> Finding | None:
 
 def _alone(by_joints: ByJoints) -> list[tuple[float, JointsMass]]:
     """The masses that single joints show [kg]."""
-    return [(one.mass, one) for one in by_joints.masses if len(one.joints) == 1 and one.mass is not None]
+    return [
+        (reading.mass, reading)
+        for reading in by_joints.masses
+        if len(reading.joints) == 1 and reading.mass is not None
+    ]
 
 
 def _masses(alone: Sequence[tuple[float, JointsMass]], evidence: Evidence) -> list[Finding]:
     mass = evidence.mass
-    off = [one for own, one in alone if abs(own - mass) > max(WRONG * abs(mass), SIGMAS * one.sigma)]
+    off = [reading for own, reading in alone if abs(own - mass) > max(WRONG * abs(mass), SIGMAS * reading.sigma)]
     if off:
-        return [error(_told(sorted(off, key=lambda one: one.joints)))]
+        return [error(_told(sorted(off, key=lambda reading: reading.joints)))]
     pairs = [
-        (abs(a - b) / np.hypot(one.sigma, other.sigma), [one, other])
-        for (a, one), (b, other) in combinations(alone, 2)
+        (abs(a - b) / np.hypot(first.sigma, second.sigma), [first, second])
+        for (a, first), (b, second) in combinations(alone, 2)
         if abs(a - b) > NOTABLE * abs(mass)
     ]
     z, pair = max(pairs, key=lambda entry: entry[0], default=(0.0, []))
     if z < NOTABLE_SIGMAS:
         return []
     half = 1.96 * evidence.spread.mass if evidence.spread is not None else 0.0
-    if any(abs(own - mass) > half + SIGMAS * one.sigma for own, one in alone if one in pair):
+    if any(abs(own - mass) > half + SIGMAS * reading.sigma for own, reading in alone if reading in pair):
         return [error(_told(pair), "mass")]
     return [warning(f"{_told(pair)}; each alone differs from the mass by no more than chance")]
 
 
 def _told(joints: Sequence[JointsMass]) -> str:
-    masses = ", ".join(f"{one.name} {one.mass:.3g} ± {one.sigma:.2g} kg" for one in joints)
+    masses = ", ".join(f"{reading.name} {reading.mass:.3g} ± {reading.sigma:.2g} kg" for reading in joints)
     return f"the joints do not weigh the same ({masses}): check drive gains and friction there"
 
 
 def _shares(shares: Sequence[JointShare]) -> list[Finding]:
     """The joint that stands out most; what it spoils in the others is its doing too."""
     off = [
-        (abs(np.log(max(one.share, 0.05))), one.share, one)
-        for one in shares
-        if one.share is not None and abs(one.share - 1.0) > max(SHARE, SIGMAS * one.sigma)
+        (abs(np.log(max(reading.share, 0.05))), reading.share, reading)
+        for reading in shares
+        if reading.share is not None and abs(reading.share - 1.0) > max(SHARE, SIGMAS * reading.sigma)
     ]
     if not off:
         return []

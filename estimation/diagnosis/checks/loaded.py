@@ -2,40 +2,37 @@
 
 from ..evidence import Evidence
 from ..finding import Finding, error, note
-from ..loaded_rows import JOINT_SCALE, JOINT_SCALE_Z, SCALE, SCALE_Z
+from ..loaded_rows import JOINT_SCALE, JOINT_SCALE_Z, SCALE, SCALE_Z, Scale
 
 MOVED = 0.025
-"""Change of the mass without bursts, relative, above which it is told and every interval reaches both."""
+"""Change of the mass without bursts, relative, above which it is reported and every interval reaches both."""
 
 
 EITHER = 0.67
 """Share of the largest z from which on another scale of all torques, or of one joint's, explains them as well."""
 HUNDREDTH, SENSITIVE = 0.01, 0.03
 """An error of the loaded torques' scale that no recording shows, and the relative change of the mass by it above
-which it is told."""
+which it is reported."""
 
 
 def scale(evidence: Evidence) -> list[Finding]:
     """The loaded torques, all or those of one joint, on another scale: that which stands out most.
 
-    Both are told where the data hardly tell one from the other.
+    Both are reported where the data hardly distinguish them.
     """
-    off = [
-        one
-        for one in evidence.scales
-        if abs(one.ratio - 1.0) > (JOINT_SCALE if one.joint else SCALE)
-        and abs(one.z) > (JOINT_SCALE_Z if one.joint else SCALE_Z)
-    ]
+    off = sorted(filter(_is_off, evidence.scales), key=lambda scale: -abs(scale.z))
     if not off:
         return []
-    worst = max(off, key=lambda one: abs(one.z))
-    other = [one for one in off if bool(one.joint) != bool(worst.joint) and abs(one.z) > EITHER * abs(worst.z)]
-    likely = sorted([worst, *sorted(other, key=lambda one: -abs(one.z))[:1]])
+    worst = off[0]
+    as_likely = [
+        scale for scale in off if bool(scale.joint) != bool(worst.joint) and abs(scale.z) > EITHER * abs(worst.z)
+    ]
+    likely = sorted([worst, *as_likely[:1]])  # that of all torques, joint 0, first
     whose = f"joint {worst.joint}'s torques" if worst.joint else "the torques"
     if len(likely) > 1:
         whose = f"all torques, or joint {likely[1].joint}'s alone,"
-    masses = " or ".join(f"{one.mass:.3g}" for one in likely)
-    ratios = " or ".join(f"{one.ratio:.3f} ± {one.sigma:.2g}" for one in likely)
+    masses = " or ".join(f"{scale.mass:.3g}" for scale in likely)
+    ratios = " or ".join(f"{scale.ratio:.3f} ± {scale.sigma:.2g}" for scale in likely)
     text = (
         f"{whose} with payload are on another scale: {ratios} times those without; on one scale the mass would be "
         f"{masses} kg: check units, drive gains and what changed in between"
@@ -43,9 +40,15 @@ def scale(evidence: Evidence) -> list[Finding]:
     return [error(text)]
 
 
+def _is_off(scale: Scale) -> bool:
+    """Whether torques stand out from those of one scale, in size and in sigmas."""
+    size, z = (JOINT_SCALE, JOINT_SCALE_Z) if scale.joint else (SCALE, SCALE_Z)
+    return abs(scale.ratio - 1.0) > size and abs(scale.z) > z
+
+
 def sensitive(evidence: Evidence) -> list[Finding]:
     """A mass that an error of scale, too small for any recording to show, takes out of its interval."""
-    whole = next((one for one in evidence.scales if one.joint == 0), None)
+    whole = next((scale for scale in evidence.scales if scale.joint == 0), None)
     if whole is None or evidence.spread is None or not evidence.mass > 0.0:
         return []
     change = HUNDREDTH * abs(whole.effect)

@@ -32,50 +32,58 @@ def tilted(evidence: Evidence) -> list[Finding]:
     )
     if tilt.angle > STEEP:
         return [error(f"{text}: correct gravity in the robot's file, or the mounting")]
-    left = "the robot's parameters hold that" if evidence.best is None else "the payload is told with that undone"
+    left = "the robot's parameters hold that" if evidence.best is None else "the payload is corrected for it"
     return [note(f"{text}: {left}")]
 
 
 def late(evidence: Evidence) -> list[Finding]:
     """Torques that were written later or earlier than positions."""
     return [
-        _against(evidence, found, f"{_of(found)} {'lag' if found.size > 0.0 else 'lead'} position by about "
-                 f"{1e3 * abs(found.size):.0f} ± {1e3 * found.sigma:.1g} ms or more: check the log's time stamps")
-        for found in _seen(evidence, "late", LATE, LATE_Z)
-    ]  # fmt: skip
+        _against(
+            evidence,
+            nuisance,
+            f"{_of(nuisance)} {'lag' if nuisance.size > 0.0 else 'lead'} position by about "
+            f"{1e3 * abs(nuisance.size):.0f} ± {1e3 * nuisance.sigma:.1g} ms or more: check the log's time stamps",
+        )
+        for nuisance in _seen(evidence, "late", LATE, LATE_Z)
+    ]
 
 
 def slipped(evidence: Evidence) -> list[Finding]:
     """A centre of mass that is another one in the second half of the loaded recordings."""
     return [
         error(
-            f"the centre of mass moves by {1e3 * found.size:.0f} ± {1e3 * found.sigma:.1g} mm half way through the "
-            "recordings with payload: did it slip?",
+            f"the centre of mass moves by {1e3 * nuisance.size:.0f} ± {1e3 * nuisance.sigma:.1g} mm half way "
+            "through the recordings with payload: did it slip?",
             "centre of mass",
         )
-        for found in _seen(evidence, "slip", SLIP, SLIP_Z)
+        for nuisance in _seen(evidence, "slip", SLIP, SLIP_Z)
     ]
 
 
 def _seen(evidence: Evidence, kind: str, size: float, z: float) -> list[Nuisance]:
-    return [found for found in evidence.nuisances if found.kind == kind and abs(found.size) > size and found.z > z]
+    return [
+        nuisance
+        for nuisance in evidence.nuisances
+        if nuisance.kind == kind and abs(nuisance.size) > size and nuisance.z > z
+    ]
 
 
-def _of(found: Nuisance) -> str:
-    return f"the torques{found.where}"
+def _of(nuisance: Nuisance) -> str:
+    return f"the torques{nuisance.where}"
 
 
-def _against(evidence: Evidence, found: Nuisance, text: str) -> Finding:
+def _against(evidence: Evidence, nuisance: Nuisance, text: str) -> Finding:
     """Against everything where it moves the mass, else against the inertia."""
-    if evidence.best is not None and abs(found.change[9]) > MOVED * abs(evidence.mass):
-        return error(f"{text}{_mass(evidence, found)}")
+    if evidence.best is not None and abs(nuisance.change[9]) > MOVED * abs(evidence.mass):
+        return error(f"{text}{_mass(evidence, nuisance)}")
     return warning(text)
 
 
-def _mass(evidence: Evidence, found: Nuisance) -> str:
-    if not np.isfinite(evidence.mass) or not len(found.change):
+def _mass(evidence: Evidence, nuisance: Nuisance) -> str:
+    if not np.isfinite(evidence.mass) or not len(nuisance.change):
         return ""
-    return f"; with that undone the mass is {evidence.mass + found.change[9]:.3g} kg"
+    return f"; corrected for it, the mass is {evidence.mass + nuisance.change[9]:.3g} kg"
 
 
 def zeros_apart(evidence: Evidence) -> list[Finding]:
@@ -103,13 +111,13 @@ def mixtures(evidence: Evidence, raised: Sequence[str]) -> list[Finding]:
         return []
     recordings = (*evidence.source.unloaded, *evidence.source.loaded)
     gains = next((recording.gains for recording in recordings if recording.gains), ())
-    found = mixed_up(evidence.robot, states_of(evidence.source), gains)
-    found = tuple(rival for rival in found if rival.fall > TURNED and rival.z > TURNED_Z)
-    if not found:
+    readings = mixed_up(evidence.robot, states_of(evidence.source), gains)
+    readings = tuple(rival for rival in readings if rival.fall > TURNED and rival.z > TURNED_Z)
+    if not readings:
         return []
-    best = max(found, key=lambda rival: rival.fall)
+    best = max(readings, key=lambda rival: rival.fall)
     text = (
-        f"the recordings look as if {best.name}: with that undone the squared residuals fall by "
+        f"the recordings look as if {best.name}: corrected for it, the squared residuals fall by "
         f"{100 * best.fall:.0f} % ({best.z:.1f} standard errors)"
     )
     return [Finding("error", "everything", text, cause=True)]

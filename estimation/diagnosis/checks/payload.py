@@ -58,8 +58,8 @@ def weighed_sign(evidence: Evidence) -> list[Finding]:
             "or the signs of torques or of gravity are wrong"
         )
         return [error(text, "mass")]
-    told = f"{weighed.mass:.3g} ± {weighed.sigma:.2g} kg"
-    return [error(f"the mass does not differ from zero ({told}): is the payload on?", "mass")]
+    mass = f"{weighed.mass:.3g} ± {weighed.sigma:.2g} kg"
+    return [error(f"the mass does not differ from zero ({mass}): is the payload on?", "mass")]
 
 
 def methods_apart(evidence: Evidence) -> list[Finding]:
@@ -252,7 +252,7 @@ def _against(payload: ConstrainedPayload) -> Iterator[tuple[str, Finding]]:
         yield description, error(f"{text} (p {test.p_value:.1g})")
     for weighing in payload.weighings:
         if weighing.conflict:
-            text = f"method {payload.method} identifies {weighing.identified:.4g} kg, weighed were"
+            text = f"method {payload.method} identifies {weighing.identified:.4g} kg, the scale shows"
             apart = f"{weighing.mass:g} kg: {abs(weighing.z):.1f} sigma apart"
             yield f"weighed {weighing.mass}", error(f"{text} {apart}", "mass")
 

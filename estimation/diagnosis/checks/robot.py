@@ -10,7 +10,7 @@ from ..rivals import Rival
 ROBOT, ROBOT_Z = 0.01, 2.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 ALIKE = 0.02
-"""Fraction of chi2 within which two robots cannot be told apart."""
+"""Fraction of chi2 within which two robots are the same to the data."""
 TURNED, TURNED_Z = 0.03, 3.0
 """The same of a joint that is counted the other way."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
@@ -46,8 +46,8 @@ def turned_joints(evidence: Evidence) -> list[Finding]:
 
 def _cause(words: str, rival: Rival) -> Finding:
     text = (
-        f"the recordings look as if {words}: with that undone the squared residuals fall by {100 * rival.fall:.0f} "
-        f"% ({rival.z:.1f} standard errors)"
+        f"the recordings look as if {words}: corrected for it, the squared residuals fall by "
+        f"{100 * rival.fall:.0f} % ({rival.z:.1f} standard errors)"
     )
     return Finding("error", "everything", text, cause=True)
 

@@ -462,7 +462,7 @@ SIDES = (
         CONFLICT,
         True,
     ),
-    Side("conflicts", "error", "weighed were 5 kg", lambda x: of_possible(weighed_as(x)), ONE_PERCENT),
+    Side("conflicts", "error", "the scale shows 5 kg", lambda x: of_possible(weighed_as(x)), ONE_PERCENT),
     Side(
         "conflicts",
         "error",
@@ -635,7 +635,7 @@ def test_a_cause_is_serious_where_it_explains_half() -> None:
     for after, severity in ((1.001 * SERIOUS, "warning"), (0.999 * SERIOUS, "error")):
         finding = Cause("L", "q1 is late", 1.0, after).finding("It")
         assert (finding.severity, finding.about, finding.cause) == (severity, "L", True)
-        assert finding.text.startswith("It looks as if q1 is late: with that undone")
+        assert finding.text.startswith("It looks as if q1 is late: corrected for it")
 
 
 def test_the_scale_of_all_and_that_of_a_joint_are_told_where_either_may_be() -> None:

@@ -8,7 +8,7 @@ import pytest
 from dynident.benchmarks import invented
 from dynident.common.errors import InputError
 from dynident.estimation import identify_payload, payload_problem
-from dynident.estimation.equations.observation import PATH
+from dynident.estimation.equations.equation_code import PATH
 from dynident.estimation.payload import difference_weighing
 from dynident.estimation.payload.methods import from_difference
 from dynident.estimation.signals import aligned
