@@ -152,11 +152,11 @@ def difference(_: Any, __: Any, measured: Any, model: Any, ___: bool, state: Arr
 
 
 class Search(NamedTuple):
-    """What ``mujoco.sysid`` came to: model, CPU time [s], iterations, and whether it ended by itself."""
+    """What ``mujoco.sysid`` came to: model, CPU time [s], objective by iteration, whether it ended by itself."""
 
     spec: Any
     cpu: float
-    iterations: int
+    objectives: list[float]
     ended: bool
 
 
@@ -170,10 +170,14 @@ def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> Searc
     sequences = windows(spec, data, arguments.rollouts)
     residual = sysid.build_residual_fn(models_sequences=[sequences], n_threads=1, modify_residual=difference)
     best, ended = parameters(spec, spec.compile()), True
+    objectives: list[float] = []
     before, passed = time.process_time(), [best.as_vector()]
 
     def watched(log: list[Any]) -> None:
         passed.append(np.ravel(log[-1].candidate).copy())
+        objectives.append(float(log[-1].objective))
+        used = time.process_time() - before
+        print(f"{used:7.1f} s CPU, iteration {len(objectives)}: objective {objectives[-1]:.5g}", flush=True)
         if time.process_time() - before > arguments.cpu:
             raise StoppedError
 
@@ -183,7 +187,7 @@ def fitted(arguments: argparse.Namespace, spec: Any, data: Measurement) -> Searc
         ended = False
         best.update_from_vector(passed[-1])
     cpu = time.process_time() - before
-    return Search(sysid.apply_param_modifiers_spec(best, spec.copy()), cpu, len(passed) - 1, ended)
+    return Search(sysid.apply_param_modifiers_spec(best, spec.copy()), cpu, objectives, ended)
 
 
 def torque_residual(path: Path, data: Measurement, processing: Processing) -> float:
@@ -225,9 +229,10 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
             file: Line(median(rollout, file), torque_residual(folder / file, data, robot.processing), seconds)
             for file, seconds in cpu.items()
         }
+    end = "ended" if theirs.ended else "stopped, not ended"
     size = (
-        f"{arguments.rollouts} rollouts of {WINDOW:g} s, steps of {1e3 * arguments.step:g} ms, {theirs.iterations} "
-        f"iterations, {'ended' if theirs.ended else 'stopped, not ended'}"
+        f"{arguments.rollouts} rollouts of {WINDOW:g} s, steps of {1e3 * arguments.step:g} ms, "
+        f"{len(theirs.objectives)} iterations to objective {theirs.objectives[-1]:.4g}, {end}"
     )
     console.print(table(lines, f"{held_out.source}; mujoco.sysid {mujoco.__version__}, {size}"))
     own = np.degrees(rollout.spread(IDENTIFIED, WINDOW).median)  # type: ignore[union-attr]

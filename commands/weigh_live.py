@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 _CHUNK = 10
 """Samples of a log that are replayed at once."""
+_SHOWS_GAINS = 5.0
+"""s of motion by which the share of the drive gains is known."""
 _OF_LOGS = ("log_map", "joints", "units", "signs", "topic")
 
 
@@ -112,6 +114,7 @@ def _follow(
     tell: Callable[[str], None],
 ) -> str:
     """Weigh until it is enough; why the stream ended, if that was a fault."""
+    window = weighing.window
     with status("weighing") as progress:
         try:
             for recording in samples:
@@ -121,8 +124,11 @@ def _follow(
                         if stream.watch:
                             _append(stream.watch, _line(told))
                     progress(f"{told.time:.0f} s: {state_line(told.weighed, stream.until)}")
-                    if stream.until is not None and told.weighed.half_width <= stream.until:
-                        return ""
+                    if stream.until is not None:
+                        if told.weighed.half_width <= stream.until:
+                            return ""
+                        if out_of_reach(told.weighed, stream.until):
+                            return beyond_gains(told.weighed, stream.until, window.gains, window.robot.n)
         except live.LinkError as fault:
             return str(fault)
         except KeyboardInterrupt:
@@ -130,6 +136,21 @@ def _follow(
         finally:
             samples.close()
     return ""
+
+
+def out_of_reach(weighed: Weighed, until: float) -> bool:
+    """Whether errors of the drive gains alone forbid an interval; the first seconds do not show yet how far."""
+    return weighed.seconds >= _SHOWS_GAINS and weighed.by_gains > until
+
+
+def beyond_gains(weighed: Weighed, until: float, gains: estimation.Gains | None, joints: int) -> str:
+    """Why no motion is long enough."""
+    sigma = float(np.sqrt(np.diag(gains.covariance(joints)).max())) if gains is not None else 0.0
+    return (
+        f"--until {1e3 * until:g}g is out of reach: gains of {100.0 * sigma:.2g} % allow "
+        f"±{weighed.by_gains:.2f} kg at best for {weighed.mass:.1f} kg: ask for more, or identify them by "
+        "'dynident gains'"
+    )
 
 
 def _append(path: str, line: str) -> None:

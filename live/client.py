@@ -10,6 +10,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
+from .connection import PATIENCE, connected
 from .fields import FIELDS, LinkError, Recipe, Samples, chosen
 from .packets import (
     CONTROLLER_VERSION,
@@ -27,8 +28,8 @@ from .packets import (
 
 PORT = 30004
 """Port of RTDE."""
-_PATIENCE = 2.5
-"""s: by then the controller must have answered all that is asked before the samples."""
+_WHOLE = 4.8
+"""s: by then all is agreed on, or it is told what is wrong."""
 _SILENCE = 2.0
 """s: samples that stay away longer do not come any more."""
 _CHUNK = 65536
@@ -49,22 +50,16 @@ class Client:
         """Connect and agree on the protocol.
 
         Raises:
-            LinkError: if nothing answers within 2.5 s, or what answers does not speak version 2.
+            LinkError: if the name is not resolved or nothing answers within 2.5 s each, or what answers does not
+                speak version 2 within 2.5 s more; within 5 s in all.
         """
         self.host = f"{host}:{port}"
         self.messages: deque[str] = deque(maxlen=20)
-        self._deadline = time.monotonic() + _PATIENCE
         self._buffer = bytearray()
         self._waiting: deque[Packet] = deque()
-        try:
-            self._socket = socket.create_connection((host, port), timeout=_PATIENCE)
-        except TimeoutError:
-            raise LinkError(
-                f"{self.host}: no answer within {_PATIENCE:g} s: is the robot on, is the address right?"
-            ) from None
-        except (OSError, UnicodeError) as error:
-            why = getattr(error, "strerror", None) or str(error)
-            raise LinkError(f"{self.host}: no connection: {why}: is RTDE enabled there?") from None
+        latest = time.monotonic() + _WHOLE
+        self._socket = connected(host, port, ": is RTDE enabled there?", "is the robot on, is the address right?")
+        self._deadline = min(time.monotonic() + PATIENCE, latest)
         try:
             self._agree()
         except BaseException:
@@ -142,7 +137,7 @@ class Client:
                         self.messages.append(message(packet.payload))
                 self._read()
         except TimeoutError:
-            raise LinkError(f"{self.host}: connected, but no answer within {_PATIENCE:g} s") from None
+            raise LinkError(f"{self.host}: connected, but no answer within {PATIENCE:g} s") from None
         except OSError as error:
             raise LinkError(f"{self.host}: the connection was lost: {error.strerror or error}") from None
 

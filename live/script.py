@@ -4,15 +4,14 @@ A program that begins with ``sec`` may not move the arm and takes no time of the
 secondary programs).
 """
 
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from .connection import connected
 from .fields import LinkError
 
 SCRIPT_PORT = 30002
 """Port of the secondary client interface, which takes scripts."""
-_PATIENCE = 2.5  # s
 
 
 def program(command: str) -> str:
@@ -34,15 +33,8 @@ def send_program(text: str, host: str, port: int = SCRIPT_PORT) -> Iterator[None
     Raises:
         LinkError: if there is no connection, or it is lost while the program is sent.
     """
-    try:
-        connection = socket.create_connection((host, port), timeout=_PATIENCE)
-    except TimeoutError:
-        raise LinkError(f"{host}:{port}: no answer within {_PATIENCE:g} s: nothing was sent") from None
-    except (OSError, UnicodeError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise LinkError(
-            f"{host}:{port}: no connection: {why}: nothing was sent; switch the controller to remote control"
-        ) from None
+    hint = ": nothing was sent; switch the controller to remote control"
+    connection = connected(host, port, hint, "nothing was sent")
     with connection:
         try:
             connection.sendall(text.encode("ascii"))

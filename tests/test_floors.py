@@ -23,7 +23,7 @@ FLOORS = {
         "answers",
     ),
     "trajectories": ("motions", "design", "simulation"),
-    "live": ("packets", "fields", "client", "record", "script"),
+    "live": ("packets", "fields", "connection", "client", "record", "script"),
     "fleet": (
         "passport",
         "codec",

@@ -1,12 +1,17 @@
 """The whole robot that an identification stored: links that can exist, each number labelled."""
 
+from collections.abc import Mapping
+
 from ...common.errors import InputError
-from ...model import Robot, base_parameters
+from ...model import BaseParameters, Robot, base_parameters
 from ..files.stored import StoredRobot
+from ..fit.estimate import Estimate
 from ..possible.cone import SolverError
 from ..possible.labelled import WholeRobot
 from ..possible.labelling import whole_robot
 from ..possible.mass_range import mass_ranges
+from ..possible.prior import robot_prior, solve_constrained_prior
+from .identification import Identification
 
 
 def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRobot:
@@ -30,12 +35,60 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
         )
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
-    source = (
-        f"{len(base.columns)} base parameters identified ({path}), moved to those of a robot that can exist (chi2 "
-        f"rises by {nearest.chi2_rise:.3g})"
+    what = f"{len(base.columns)} base parameters identified ({path})"
+    return identified_whole_robot(
+        robot, base, stored.estimate, nearest.standard, nearest.chi2_rise, nearest.source, what
     )
+
+
+def pooled_whole_robot(result: Identification, prior_mass: float | None, source: str) -> WholeRobot:
+    """The robot nearest to its prior by an identification that is there as a whole, as of several recordings.
+
+    Args:
+        result: the identification.
+        prior_mass: of the moving links [kg]; by the robot's own file without it.
+        source: where the numbers come from, in words.
+
+    Raises:
+        InputError: if there is no prior.
+        SolverError: if no robot that can exist is near the data.
+    """
+    prior = robot_prior(result.robot, prior_mass)
+    nearest = solve_constrained_prior(result.robot, result.base, result.estimate, prior)
+    return identified_whole_robot(
+        result.robot,
+        result.base,
+        result.estimate,
+        nearest.parameters,
+        nearest.chi2_rise,
+        prior.source,
+        f"{len(result.base.columns)} base parameters identified ({source})",
+    )
+
+
+def identified_whole_robot(
+    robot: Robot,
+    base: BaseParameters,
+    estimate: Estimate,
+    standard: Mapping[str, float],
+    chi2_rise: float,
+    prior: str,
+    source: str,
+) -> WholeRobot:
+    """A robot that can exist with what the data say of each number.
+
+    Args:
+        robot: its description.
+        base: its base parameters.
+        estimate: of all of them.
+        standard: parameters of the robot nearest to the prior.
+        chi2_rise: what these cost.
+        prior: what decides where data do not, in words.
+        source: where the numbers come from, in words.
+    """
+    source = f"{source}, moved to those of a robot that can exist (chi2 rises by {chi2_rise:.3g})"
     try:
-        ranges = mass_ranges(robot, base, stored.estimate)
+        ranges = mass_ranges(robot, base, estimate)
     except SolverError:  # only a bound of the mass, which identify was given, made a nearest robot
         ranges, source = None, f"{source}; what the data allow of the masses is not known: no robot is near them"
-    return whole_robot(robot, nearest.standard, source, base, stored.estimate, nearest.source, ranges)
+    return whole_robot(robot, standard, source, base, estimate, prior, ranges)

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import rank, without
+from ...common.linear import independent, rank, upper, without
 from ...model import INERTIAL
 from .anchors import Anchor, anchored
 from .conditioning import condition, scaled
@@ -138,10 +139,10 @@ class Equations:
             others = beside(self.shared, j, len(factor))
             remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
             remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
-            left, others = compressed(without(remaining, eliminated), others.shape[1])
+            left, others, count = _eliminated(remaining, eliminated, others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
-            taken.append(rank(factor[:, gone]))
+            taken.append(rank(factor[:, gone]) if anchors else count)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
@@ -229,6 +230,29 @@ class Equations:
         """
         W = self.stacked()[:, :-1]
         return condition(W), condition(scaled(W))
+
+
+def _eliminated(kept: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
+    """Triangular factor of some columns less what others explain, the last ones beside it, and the others' rank.
+
+    Of clearly independent columns one QR of all that are not zero says it.
+
+    Args:
+        kept: N x c.
+        off: what is taken out, N x k.
+        beside: number of the last columns of ``kept`` that take no part in the factor.
+    """
+    off, width = off[:, off.any(axis=0)], kept.shape[1] - beside
+    if not len(kept):
+        return kept[:, :width], kept[:, width:], 0
+    touched = np.append(np.flatnonzero(kept[:, : width - 1].any(axis=0)), np.arange(width - 1, kept.shape[1]))
+    k, c = off.shape[1], len(touched) - beside
+    R = upper(lapack.dgeqrf(np.column_stack([off, kept[:, touched]]))[0][: k + c])
+    if not independent(off, R):
+        return *compressed(without(kept, off), beside), rank(off)
+    factor = np.zeros((len(R) - k, kept.shape[1]))
+    factor[:, touched] = R[k:, k:]
+    return factor[:, :width], factor[:, width:], k
 
 
 def triangular(rows: Array) -> Array:

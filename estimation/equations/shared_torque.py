@@ -11,6 +11,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from ...common.arrays import Array
+from ...common.linear import upper
 from ...model import Robot, Spring
 
 NO_MOTOR = -1
@@ -58,7 +59,7 @@ def compressed(rows: Array, beside: int = 0) -> tuple[Array, Array]:
     width = rows.shape[1] - beside
     if len(rows) > width:
         # What stands below is of the last columns alone.
-        rows = np.triu(lapack.dgeqrf(rows)[0][:width])
+        rows = upper(lapack.dgeqrf(rows)[0][:width])
     return rows[:, :width], rows[:, width:]
 
 

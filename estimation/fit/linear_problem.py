@@ -14,21 +14,38 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ...common.arrays import Array
-from ...common.linear import least_squares
 from ..equations.equations import Equations, triangular
+from ..equations.shared_torque import compressed
 from .drive_gains import motor_torques
 from .estimate import Estimate, Fit, fit
-from .least_squares import Solution, checked, joint_weights, solve
+from .least_squares import Solution, checked, joint_weights, solve, solve_triangle
 from .left_out import left_out
 from .roles import Held, Known, Prior
 
 
 class _Pulls(NamedTuple):
-    """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,)."""
+    """Equations beside the recordings: ``rows`` m x c in the unknown columns, ``levels`` and ``inflation`` (m,).
+
+    ``by_gains``: derivatives of the levels by e_j, m x n; zeros where they are not known.
+    """
 
     rows: Array
     levels: Array
     inflation: Array
+    by_gains: Array
+
+
+class _Triangle(NamedTuple):
+    """Weighted equations after a QR: ``R`` of the unknown columns and the torque, the ``inverse`` of its first c.
+
+    ``influences``: how the unknown parameters move with each known group, but for the sign: P = W_L^+ W;
+    ``by_torques``: how they move with each motor's torque, c x n.
+    """
+
+    R: Array
+    inverse: Array
+    influences: tuple[Array, ...]
+    by_torques: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +82,13 @@ class LinearProblem:
         """Weights of the joints by their errors in the ordinary solution, (n,); a prior counts as it stands."""
         if self.prior is not None:
             return replace(self, known=(*self.known, self.prior.known), prior=None).weights()
-        ordinary = self._solution(np.ones(len(self.unknown.factors)))
+        pulls = np.column_stack([self._pulls.rows, self._pulls.levels])
+        ordinary = solve(np.vstack([*self.unknown.factors, pulls]), self.unknown.columns, *self._rows)
         return joint_weights(self.unknown, ordinary.values)
 
     def values(self, weights: Array) -> Array:
         """The wanted values for given weights; linear in the torques."""
-        R, c = self._factor(weights), len(self.unknown.columns)
+        R, c = self._triangle(weights).R, len(self.unknown.columns)
         return np.asarray(solve_triangular(R[:c, :c], R[:c, c])[self._places])
 
     def without_blocks(self, weights: Array, pairs: Sequence[tuple[int, int]]) -> Array:
@@ -104,8 +122,7 @@ class LinearProblem:
         weights = self.weights() if weights is None else weights
         solution = self._solution(weights)
         covariance = solution.covariance
-        for group in self.known:
-            P = self._influence(group, weights)
+        for group, P in zip(self.known, self._triangle(weights).influences, strict=True):
             covariance = covariance + P @ group.covariance @ P.T
         return Estimate(
             names=self.unknown.columns,
@@ -116,7 +133,7 @@ class LinearProblem:
             ),
             fit=self._fit(solution.values),
             weights=weights,
-            gain_sensitivity=self._gain_sensitivity(weights),
+            gain_sensitivity=self.gain_sensitivity(weights),
         )
 
     def solved(self, weights: Array | None = None) -> Estimate:
@@ -125,14 +142,13 @@ class LinearProblem:
 
     def lasting(self, weights: Array) -> Array:
         """Covariance of the wanted parameters that no block of time shows: of known, held and prior parameters."""
-        total = np.zeros((len(self.wanted), len(self.wanted)))
-        for group in self.known:
-            P = self._influence(group, weights)[self._places]
+        total, triangle = np.zeros((len(self.wanted), len(self.wanted))), self._triangle(weights)
+        for group, influence in zip(self.known, triangle.influences, strict=True):
+            P = influence[self._places]
             total += P @ group.lasting @ P.T
         pulls = self._pulls
         if len(pulls.rows):
-            c = len(self.unknown.columns)
-            inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
+            inverse = triangle.inverse
             moved = (inverse[self._places] @ (inverse.T @ pulls.rows.T)) * np.sqrt(pulls.inflation)
             total += moved @ moved.T
         return total
@@ -144,9 +160,9 @@ class LinearProblem:
             weights: of the joints.
             inflation: of each joint's errors, by their memory, n.
         """
-        unknown, c = self.unknown, len(self.unknown.columns)
-        inverse = solve_triangular(self._factor(weights)[:c, :c], np.eye(c))
-        values = inverse @ self._factor(weights)[:c, c]
+        unknown, c, triangle = self.unknown, len(self.unknown.columns), self._triangle(weights)
+        inverse = triangle.inverse
+        values = inverse @ triangle.R[:c, c]
         share = max(1.0 - c / max(unknown.equations + len(self._pulls.rows), 1), 1e-3)
         errors = unknown.error_norms(values) / np.sqrt(np.maximum(unknown.rows, 1) * share)
         sizes = weights**2 * errors * np.sqrt(np.asarray(inflation))
@@ -155,9 +171,9 @@ class LinearProblem:
         )
         moved = inverse[self._places] @ (inverse.T @ noise.T)
         total = moved @ moved.T + self.lasting(weights)
-        for group in self.known:
+        for group, influence in zip(self.known, triangle.influences, strict=True):
             if not group.lasting.any():  # of recordings that remember as well
-                P = self._influence(group, weights)[self._places]
+                P = influence[self._places]
                 total += float(np.median(inflation)) * P @ group.covariance @ P.T
         return np.asarray(total)
 
@@ -175,38 +191,57 @@ class LinearProblem:
         columns, c = self.unknown.columns, len(self.unknown.columns)
         rows = [role.weight * np.eye(1, c, columns.index(name)) for name, role in self.held.items()]
         levels, inflation = np.zeros(len(rows)), [role.inflation for role in self.held.values()]
+        by_gains = [np.zeros((len(rows), len(self.equations.factors)))]
         if self.prior is not None:
             root, wide = self.prior.root, np.zeros((len(self.prior.names), c))
             wide[:, [columns.index(name) for name in self.prior.names]] = root
             rows.append(wide)
             levels = np.concatenate([levels, root @ self.prior.values])
             inflation += [self.prior.inflation] * len(root)
-        return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation))
+            own = self.prior.gain_sensitivity()
+            by_gains.append(root @ own if own is not None else np.zeros((len(root), by_gains[0].shape[1])))
+        return _Pulls(np.vstack([np.zeros((0, c)), *rows]), levels, np.array(inflation), np.vstack(by_gains))
 
-    def _stacked(self, weights: Array) -> Array:
-        """Weighted factor of all joints in the unknown columns, equations of what is held below."""
-        pulls = self._pulls
-        return np.vstack([self.unknown.stacked(weights), np.column_stack([pulls.rows, pulls.levels])])
+    def _triangle(self, weights: Array) -> "_Triangle":
+        """The weighted equations of all joints, those of what is held below; decomposed once for given weights.
 
-    def _factor(self, weights: Array) -> Array:
-        return checked(self._stacked(weights), self.unknown.columns, *self._rows)
+        Raises:
+            InputError: if they leave a parameter undetermined.
+        """
+        key = weights.tobytes()
+        if key not in self._triangles:
+            self._triangles[key] = self._decomposed(weights)
+        return self._triangles[key]
+
+    @cached_property
+    def _triangles(self) -> "dict[bytes, _Triangle]":
+        return {}
+
+    def _decomposed(self, weights: Array) -> "_Triangle":
+        groups, pulls, n = self.known, self._pulls, len(self.equations.factors)
+        names = list(chain.from_iterable(group.names for group in groups))
+        places = [self.equations.columns.index(name) for name in names]
+        torques = map(np.column_stack, zip(*(motor_torques(self.equations, j) for j in range(n)), strict=True))
+        every = zip(weights, self.unknown.factors, self.equations.factors, torques, strict=True)
+        rows = [w * np.column_stack([own, factor[:, places], torque]) for w, own, factor, torque in every]
+        pulled = np.column_stack(
+            [pulls.rows, pulls.levels, np.zeros((len(pulls.rows), len(names))), pulls.by_gains]
+        )
+        R, beside = compressed(np.vstack([*rows, pulled]), len(names) + n)
+        R, c = checked(R, self.unknown.columns, *self._rows), len(self.unknown.columns)
+        solved = solve_triangular(R[:c, :c], np.column_stack([np.eye(c), beside[:c]]))
+        ends = c + np.cumsum([0, *(len(group.names) for group in groups)])
+        inverse, *influences, by_torques = np.split(solved, ends, axis=1)
+        return _Triangle(R, inverse, tuple(influences), by_torques)
 
     def _solution(self, weights: Array) -> Solution:
-        return solve(self._stacked(weights), self.unknown.columns, *self._rows)
+        return solve_triangle(self._triangle(weights).R, self._rows[1])
 
     @property
     def _rows(self) -> tuple[int, float]:
         """Number of equations, and of those with independent noise."""
         count = len(self._pulls.rows)
         return self.unknown.equations + count, sum(self.unknown.effective_rows) + count
-
-    def _influence(self, group: Known, weights: Array) -> Array:
-        """How the unknown parameters move with known ones, but for the sign: P = W_L^+ W."""
-        order = (*group.names, *self.unknown.columns)
-        factor, k = self.equations.select(order).stacked(weights), len(group.names)
-        W, W_L = factor[:, :k], factor[:, k:-1]
-        pulls = self._pulls.rows
-        return least_squares(np.vstack([W_L, pulls]), np.vstack([W, np.zeros((len(pulls), k))]))
 
     def _fit(self, values: Array) -> Fit:
         value = dict(zip(self.unknown.columns, values.tolist(), strict=True))
@@ -218,21 +253,19 @@ class LinearProblem:
             equations = equations.minus(others, np.array([value[name] for name in others]))
         return fit(equations, np.array([value[name] for name in equations.columns]))
 
-    def _gain_sensitivity(self, weights: Array) -> Array | None:
-        taken = []
-        for group in self.known:
-            derivatives = group.gain_sensitivity()
-            if derivatives is None:
-                return None
-            taken.append((group.names, derivatives))
-        pulls, n = self._pulls, len(self.equations.factors)
-        levels = np.zeros((len(pulls.rows), n))
-        if self.prior is not None:
-            own = self.prior.gain_sensitivity()
-            if own is None:
-                return None
-            levels[len(self.held) :] = self.prior.root @ own
-        return gain_sensitivity(self.equations, weights, taken, np.column_stack([pulls.rows, levels]))
+    def gain_sensitivity(self, weights: Array) -> Array | None:
+        """Derivatives of the solution by e_j, weights fixed, c x n; exact, it is linear in Y.
+
+        Without a known spring they add up to the solution: an error common to all joints scales it. Known
+        parameters were identified with the same drives, so with the same errors; None where theirs are not known.
+        """
+        own = [group.gain_sensitivity() for group in self.given]
+        triangle = self._triangle(weights)
+        total = triangle.by_torques
+        for influence, derivatives in zip(triangle.influences, own, strict=False):
+            if derivatives is not None:
+                total = total - influence @ derivatives
+        return None if any(derivatives is None for derivatives in own) else total
 
 
 def _in_turn(known: Known) -> Array:
@@ -241,34 +274,12 @@ def _in_turn(known: Known) -> Array:
     return known.values[None] if parts is None else np.vstack([parts, known.values])
 
 
-def gain_sensitivity(
-    equations: Equations,
-    weights: Array,
-    known: Sequence[tuple[Sequence[str], Array]] = (),
-    pulls: Array | None = None,
-) -> Array:
-    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n; exact, it is linear in Y.
+def gain_sensitivity(equations: Equations, weights: Array) -> Array:
+    """Derivatives of a weighted least-squares solution by e_j, weights fixed, c x n.
 
-    Without a known spring they add up to the solution: an error common to all joints scales it.
-
-    Args:
-        equations: with the torques as measured.
-        weights: of the joints.
-        known: parameters whose torque is taken off, and their own derivatives, c_k x n: they were identified with
-            the same drives, so with the same errors.
-        pulls: rows of equations that no motor's torque is in, in the columns that are left, and derivatives of what
-            they say, m x (c + n).
+    Raises:
+        InputError: if the equations leave a parameter undetermined.
     """
-    gone = set(chain.from_iterable(names for names, _ in known))
-    columns = [name for name in equations.columns if name not in gone]
-    places, c, n = [equations.columns.index(name) for name in columns], len(columns), len(equations.factors)
-    motors = (motor_torques(equations, j) for j in range(n))
-    torques = map(np.column_stack, zip(*motors, strict=True))
-    parts = [([equations.columns.index(name) for name in names], derivatives) for names, derivatives in known]
-    rows = []
-    for factor, torque, weight in zip(equations.factors, torques, weights, strict=True):
-        taken = sum((factor[:, where] @ derivatives for where, derivatives in parts), np.zeros_like(torque))
-        rows.append(weight * np.column_stack([factor[:, places], torque - taken]))
-    rows += [pulls] if pulls is not None else []
-    R = triangular(np.vstack(rows))
-    return np.asarray(solve_triangular(R[:c, :c], R[:c, c:]))
+    derivatives = LinearProblem(equations, equations.columns).gain_sensitivity(weights)
+    assert derivatives is not None  # nothing is known from elsewhere
+    return derivatives

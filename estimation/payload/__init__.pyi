@@ -4,7 +4,7 @@ from .by_joints import JointsMass as JointsMass
 from .by_joints import payload_by_joints as payload_by_joints
 from .by_joints import payload_over_time as payload_over_time
 from .change import Change as Change
-from .change import change_in as change_in
+from .change import ChangeWatch as ChangeWatch
 from .constant_torques import OFFSET_SHARE as OFFSET_SHARE
 from .constrained import ConstrainedPayload as ConstrainedPayload
 from .constrained import constrain_payload as constrain_payload

@@ -1,33 +1,51 @@
-"""Whether the payload was changed in the last seconds: one payload for the whole window, or another for its end."""
+"""Whether the payload was changed in the last seconds: one payload for the whole window, or another for its end.
 
+A generalised likelihood ratio: the fall of chi2 by four numbers more (mass and first moments of what was put on or
+off) for ever longer ends of the window. How large a fall may be by chance follows from a stated number of false
+alarms an hour: 4 F(4, nu) of errors whose size was measured with nu degrees of freedom in the stream itself, times
+how much larger than that theory the stream's falls usually are.
+"""
+
+from collections import deque
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.linear import least_squares
+from ..equations.equations import triangular
 from ..equations.observation import Observation
-from .constant_torques import FREE, HeldFriction, held_friction, less_robot
-from .window import Block, MovingWindow
+from .constant_torques import FREE, HeldFriction
+from .window import MovingWindow
 
-_LATEST = (1, 2, 3, 4)
+FALSE_ALARMS = 0.01
+"""An hour of motion: changes that are told where there is none, if errors are normal and remember as measured."""
+_ENDS = (1, 2, 3, 4, 7, 10)
 """Blocks at the end of the window that another payload is tried for."""
 _BEFORE = 5
 """Blocks that must lie before them: fewer are no measure of what is usual."""
 _KNOWN = 10
 """Blocks by which the size of the errors is known; fewer fit themselves too well."""
-_RISE = 400.0
-"""Fall of chi2 above which the payload was changed.
-
-Measured on a real UR10e: at most 223 in three recordings of one payload, 828 and more in the first two seconds
-after 2.805 kg were put on or off.
-"""
+_LAG = 4
+"""Blocks between those the errors are measured in and the newest: a change hides itself in its own errors."""
+_SURE, _VAGUE = 2, 0.3
+"""Blocks that are waited for where the mass's interval is wider than this share to either side."""
 _MASS, _MOMENT = 30.0, 0.5
 """kg and kg m: standard deviations of what is put on or off; its own inertia hardly shows in two seconds."""
 _PAYLOAD = np.array([5.0] * 6 + [5.0] * 3 + [30.0])
 """Standard deviations of the ten of what hangs there, so wide that they count only where nothing is seen."""
 _NORMAL95 = 1.96
+_SOON = 1e-6
+"""s: what begins earlier by less begins at the same time."""
+_PER_HOUR = 3600.0
+"""Blocks of one second."""
+_MEDIAN = 3.357
+"""Of chi2 with four degrees of freedom."""
+_LEAST = 2.0
+"""How much larger than by theory falls are taken to be at least: a real UR10e's errors differ by kind of motion."""
+_REMEMBERED = 600
+"""Falls by which the stream tells what is usual."""
 
 
 class Change(NamedTuple):
@@ -39,72 +57,156 @@ class Change(NamedTuple):
     high: float
 
 
-def change_in(window: MovingWindow) -> Change | None:
-    """The latest change that explains the last blocks' torques; None where one payload does for the whole window.
+class _Usual(NamedTuple):
+    """Errors as they were: ``held`` by some blocks, ``freedom`` of each joint's, and after how many blocks."""
 
-    The size of the errors is that of the last window that was long enough: it is the robot's, not the payload's.
-    The equations are those of the window, the robot's torque taken off and friction held near its own; four more
-    columns of the last blocks alone hold mass and first moments of what was put on or off.
+    held: HeldFriction
+    freedom: Array
+    blocks: int
+
+
+class _Tried(NamedTuple):
+    """Another payload for the last ``count`` blocks, and the ``fall`` of chi2.
+
+    ``delta``: first moments [kg m] and mass [kg], with their ``covariance``.
     """
-    blocks = list(window.blocks)
-    tried = [count for count in _LATEST if count <= len(blocks) - _BEFORE]
-    if not tried:
-        return None
-    less = [less_robot(block.equations, window.known.values) for block in blocks]
-    usual = less[: -tried[-1]]
-    if len(usual) >= _KNOWN:
-        window.usual = held_friction([usual[0].followed_by(usual[1:])], window.sigmas)
-    friction = window.usual
-    if friction is None:
-        return None
-    return _latest_change(blocks, less, friction, tried)
+
+    blocks: int
+    delta: Array
+    covariance: Array
+    fall: float
 
 
-def _latest_change(
-    blocks: Sequence[Block], less: Sequence[Observation], friction: HeldFriction, tried: Sequence[int]
-) -> Change | None:
-    """Try another payload for ever more of the last blocks."""
-    rows, columns = [_weighted(part, friction) for part in less], less[0].columns
-    A, y = np.vstack([part[:, :-1] for part in rows]), np.concatenate([part[:, -1] for part in rows])
-    near = _near(columns, friction)
-    A, y = np.vstack([A, near]), np.append(y, np.zeros(len(near)))
-    for count in tried:  # a later beginning holds nothing of the payload before
-        first = sum(map(len, rows[:-count]))
-        D = np.zeros((len(A), 4))
-        D[first : len(A) - len(near)] = A[first : len(A) - len(near), -4:]
-        mass, sigma, fall = _explained(A, y, D)
-        if fall > _RISE:
-            half = _NORMAL95 * sigma
-            return Change(blocks[-count].start, mass, mass - half, mass + half)
-    return None
+class ChangeWatch:
+    """Watches a window's blocks as they come.
+
+    Attributes:
+        window: the blocks.
+        false_alarms: an hour of motion that are allowed.
+    """
+
+    def __init__(self, window: MovingWindow, false_alarms: float = FALSE_ALARMS) -> None:
+        """Begin without any measure of the errors."""
+        self.window, self.false_alarms = window, false_alarms
+        self._usual: deque[_Usual] = deque(maxlen=_LAG + 1)
+        self._falls: deque[float] = deque(maxlen=_REMEMBERED)
+        self._blocks = 0
+
+    @property
+    def scale(self) -> float:
+        """How much larger falls of chi2 usually are in this stream than by theory; at least 2."""
+        return max(float(np.median(self._falls)) / _MEDIAN, _LEAST) if self._falls else _LEAST
+
+    def change(self) -> Change | None:
+        """The change that the newest block shows; None where one payload does for the whole window.
+
+        Call it once for each block that was added.
+        """
+        self._blocks += 1
+        window, count = self.window, len(self.window.blocks)
+        if count >= _KNOWN:
+            self._usual.append(_usual(window, self._blocks))
+        if not self._usual:
+            return None
+        usual = self._usual[0]
+        since = self._blocks - usual.blocks
+        ends = [end for end in _ENDS if end <= count - _BEFORE and (end <= since or since >= _LAG)]
+        if not ends:
+            return None
+        rows = _weighted(window.less, usual.held)
+        tried = _tried(rows, [block.start for block in window.blocks], ends, _near(window.less.columns, usual.held))
+        if not any(one.fall > self._limit(one, rows, usual) for one in tried):
+            self._falls.extend(one.fall for one in tried[:2])
+            return None
+        best = max(tried, key=lambda one: one.fall)
+        mass, half = float(best.delta[3]), _NORMAL95 * float(np.sqrt(self.scale * best.covariance[3, 3]))
+        if best.blocks < _SURE and half > _VAGUE * abs(mass):
+            return None
+        self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
+        return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
+
+    @cached_property
+    def _least(self) -> float:
+        """The fall that chance passes as rarely as is allowed where the size of the errors is known exactly."""
+        from scipy.special import chdtri
+
+        return float(chdtri(4, self.false_alarms / _PER_HOUR / len(_ENDS)))
+
+    def _limit(self, tried: _Tried, rows: "_Rows", usual: _Usual) -> float:
+        """The fall of chi2 that chance passes as rarely as is allowed; infinite where this one is far below."""
+        from scipy.special import fdtri
+
+        if tried.fall <= self.scale * self._least:
+            return np.inf
+        chance = self.false_alarms / _PER_HOUR / len(_ENDS)
+        start = list(self.window.blocks)[-tried.blocks].start
+        own = np.array([np.sum((A[t >= start - _SOON][:, -5:-1] @ tried.delta) ** 2) for t, A in rows])
+        shares = own / max(float(own.sum()), np.finfo(float).tiny)
+        # Of errors that each joint's own size is measured for: Satterthwaite.
+        freedom = 1.0 / float(np.sum(shares**2 / usual.freedom))
+        return self.scale * 4.0 * float(fdtri(4.0, freedom, 1.0 - chance))
 
 
-def _weighted(part: Observation, friction: HeldFriction) -> Array:
-    """Rows of all joints with noise, [W Y], in units of the errors that are usual."""
-    sizes = friction.noise * np.sqrt(friction.memory)
-    rows = [np.column_stack([W, Y]) / size for W, Y, size in zip(part.W, part.Y, sizes, strict=True) if size > 0.0]
-    return np.vstack(rows)
+_Rows = list[tuple[Array, Array]]
+"""Times and rows [W Y] of each joint with noise, in units of the errors that are usual."""
 
 
-def _near(columns: Sequence[str], friction: HeldFriction) -> Array:
-    """Equations that keep friction near the robot's, and the payload within reason."""
+def _usual(window: MovingWindow, blocks: int) -> _Usual:
+    """The errors by all blocks of the window; each joint's friction and part of the payload took some freedom."""
+    held = window.held
+    rows = np.array([len(Y) for Y in window.less.Y], dtype=float)
+    return _Usual(held, np.maximum(rows / held.memory - 5.0, 4.0), blocks)
+
+
+def _weighted(less: Observation, held: HeldFriction) -> _Rows:
+    sizes = held.noise * np.sqrt(held.memory)
+    parts = zip(less.t, less.W, less.Y, sizes, strict=True)
+    return [(t, np.column_stack([W, Y]) / size) for t, W, Y, size in parts if size > 0.0]
+
+
+def _near(columns: Sequence[str], held: HeldFriction) -> Array:
+    """Equations that keep friction near the robot's, and the payload within reason, [W Y]."""
     sigmas = [
-        friction.held[name].sigma if (name := column.removeprefix(FREE)) in friction.held else 0.0
-        for column in columns
+        held.held[name].sigma if (name := column.removeprefix(FREE)) in held.held else 0.0 for column in columns
     ]
     rows = [np.eye(1, len(columns), k) / sigma for k, sigma in enumerate(sigmas) if sigma > 0.0]
     payload = np.zeros((10, len(columns)))
     payload[:, -10:] = np.diag(1.0 / _PAYLOAD)
-    return np.vstack([*rows, payload])
+    near = np.vstack([*rows, payload])
+    return np.column_stack([near, np.zeros(len(near))])
 
 
-def _explained(A: Array, y: Array, D: Array) -> tuple[float, float, float]:
-    """Mass of what the columns D stand for, its standard deviation, and by how much they lower the squares."""
-    both = np.column_stack([D, y])
-    left = both - A @ least_squares(A, both)
-    E, e = left[:, :4], left[:, 4]
+def _tried(rows: _Rows, starts: Sequence[float], ends: Sequence[int], near: Array) -> list[_Tried]:
+    """Another payload for each end of the window, from the shortest on.
+
+    The rows of a stretch are reduced once; what lies before and behind each beginning is put together from them.
+    """
+    edges = [-np.inf, *(starts[-end] - _SOON for end in reversed(ends)), np.inf]
+    places = [np.searchsorted(t, edges) for t, _ in rows]
+    stretches = [
+        triangular(np.vstack([A[cut[k] : cut[k + 1]] for cut, (_, A) in zip(places, rows, strict=True)]))
+        for k in range(len(edges) - 1)
+    ]
+    before = [triangular(np.vstack([stretches[0], near]))]
+    for stretch in stretches[1:-1]:
+        before.append(triangular(np.vstack([before[-1], stretch])))
+    tried, end = [], stretches[-1][:0]
+    for count, earlier, stretch in zip(ends, reversed(before), reversed(stretches), strict=False):
+        end = triangular(np.vstack([end, stretch]))
+        tried.append(_explained(count, earlier, end))
+    return tried
+
+
+def _explained(count: int, earlier: Array, end: Array) -> _Tried:
+    """Moments and mass that the last rows hold more than the earlier ones, beside all that both share."""
+    width = earlier.shape[1] - 1
+    own = np.zeros((len(earlier) + len(end), 4))
+    own[len(earlier) :] = end[:, -5:-1]
+    both = np.vstack([earlier, end])
+    R = triangular(np.column_stack([both[:, :-1], own, both[:, -1]]))[width : width + 4]
+    E, e = R[:, width : width + 4], R[:, -1]
     prior = np.diag([_MOMENT**-2] * 3 + [_MASS**-2])
-    covariance = np.linalg.inv(E.T @ E + prior)
+    covariance = np.asarray(np.linalg.inv(E.T @ E + prior), dtype=float)
     pull = E.T @ e
     delta = covariance @ pull
-    return float(delta[3]), float(np.sqrt(covariance[3, 3])), float(pull @ delta)
+    return _Tried(count, delta, covariance, float(pull @ delta))

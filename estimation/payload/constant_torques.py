@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ...common.arrays import Array
-from ...common.linear import decomposed, least_squares
+from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
@@ -101,14 +101,17 @@ def free_friction(n: int) -> HeldFriction:
     return HeldFriction({}, np.zeros(n), np.ones(n))
 
 
-def held_friction(observations: Sequence[Observation], sigmas: Mapping[str, float]) -> HeldFriction:
+def held_friction(
+    observations: Sequence[Observation], sigmas: Mapping[str, float], factors: Sequence[Equations] = ()
+) -> HeldFriction:
     """The equations that hold friction near zero; an equation counts as much as the joint's noise and memory allow.
 
     Args:
         observations: with free columns of each joint, ``PAYLOAD`` and no other.
         sigmas: standard deviations by name [N·m or N, or per speed].
+        factors: of each observation, where they are there already.
     """
-    return _held(sigmas, *_errors([friction_free(recording) for recording in observations]))
+    return _held(sigmas, *_errors(observations, [_plain(part) for part in factors or map(reduced, observations)]))
 
 
 def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFriction:
@@ -119,26 +122,50 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
         coulomb: Coulomb friction of each joint without payload [N·m or N], shape (n,); 0 where it is not known: the
             joint's constant torque is free then.
     """
-    plain = [friction_free(recording) for recording in observations]
-    noise, memory = _errors(plain)
+    factors = [reduced(recording) for recording in observations]
+    plain = [_plain(part) for part in factors]
+    noise, memory = _errors(observations, plain)
     arm = coulomb[: max(len(coulomb) - _WRIST, 1)]
     friction = _held({f"OFF{j + 1}": OFFSET_SHARE * float(level) for j, level in enumerate(arm)}, noise, memory)
     weighty = noise * np.sqrt(memory)
     weights = np.divide(1.0, weighty, out=np.zeros_like(noise), where=weighty > 0.0)
-    free = merged(map(reduced, plain)).select(PAYLOAD)
-    bound = merged(friction.friction_free(reduced(recording)) for recording in observations).select(PAYLOAD)
+    free = merged(plain).select(PAYLOAD)
+    bound = merged(friction.friction_free(part) for part in factors).select(PAYLOAD)
     rise = _shortest(bound, weights)[1] - _shortest(free, weights)[1]
     return free_friction(len(noise)) if _unlikely(rise, len(friction.joints)) else friction
 
 
-def _errors(plain: Sequence[Observation]) -> tuple[Array, Array]:
+def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
     """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,)."""
-    problem = merged(map(reduced, plain)).select(PAYLOAD)
+    problem = merged(plain).select(PAYLOAD)
     weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
     noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
-    series = [[(recording.t[j], recording.errors(values)[j]) for recording in plain] for j in range(len(noise))]
-    return noise, np.array([inflation(joint) for joint in series])
+    left = [_left(recording, values) for recording in observations]
+    series = [[(t, errors[j]) for t, errors in left] for j in range(len(noise))]
+    return noise, np.array([inflation([(t[j], errors) for t, errors in joint]) for j, joint in enumerate(series)])
+
+
+def _left(recording: Observation, values: Array) -> tuple[tuple[Array, ...], list[Array]]:
+    """Times of the rows, and what a payload of these values and all that is free leave of the torques, by joint."""
+    free = _free(recording.columns)
+    payload = [recording.columns.index(name) for name in PAYLOAD]
+    errors = [
+        without((Y - W[:, payload] @ values)[:, None], W[:, free])[:, 0] if len(Y) else Y
+        for W, Y in zip(recording.W, recording.Y, strict=True)
+    ]
+    return recording.t, errors
+
+
+def _plain(factors: Equations) -> Equations:
+    """Equations less all that the free columns can explain; they count as many rows as before."""
+    left = factors.eliminate([factors.columns[k] for k in _free(factors.columns)])
+    return replace(left, rows=factors.rows, effective_rows=factors.effective_rows)
+
+
+def _free(columns: Sequence[str]) -> list[int]:
+    """Where the columns stand that are wholly free in each recording."""
+    return [k for k, name in enumerate(columns) if name.startswith(FREE)]
 
 
 def _held(sigmas: Mapping[str, float], noise: Array, memory: Array) -> HeldFriction:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...model import Recording
 from ..signals.live import BlockCutter
-from .change import Change, change_in
+from .change import Change, ChangeWatch
 from .window import MovingWindow, Weighed
 
 
@@ -39,6 +39,7 @@ class LiveWeighing:
     def __post_init__(self) -> None:
         """Begin to cut."""
         self._cutter = BlockCutter(self.window.processing)
+        self._watch = ChangeWatch(self.window)
 
     def feed(self, recording: Recording) -> Iterator[Told]:
         """Take the next samples; gives what each block of motion says that they complete.
@@ -51,7 +52,7 @@ class LiveWeighing:
             if block is None:
                 continue
             self.window.add(block)
-            change = change_in(self.window)
+            change = self._watch.change()
             if change is not None:
                 self.changes.append((change, float(recording.t[-1])))
                 # The block in which it changed holds both payloads.

@@ -18,7 +18,7 @@ from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ..equations.equations import PAYLOAD
 from ..equations.observation import Observation
-from ..equations.reduction import reduced
+from ..equations.reduction import unreduced
 from ..fit.drive_gains import Gains
 from ..fit.estimate import Estimate, error_model
 from ..fit.robust import student95
@@ -58,7 +58,8 @@ class Weighed(NamedTuple):
     """What the window says of the payload.
 
     ``mass`` [kg] and its 95 % interval, nan where it is not visible; ``com`` [m] and ``com_sigma``, nan and inf
-    where not visible; ``hidden``: what is in the way, empty where the mass is visible; ``seconds`` of motion.
+    where not visible; ``hidden``: what is in the way, empty where the mass is visible; ``seconds`` of motion;
+    ``by_gains``: half of the interval that errors of the drive gains alone leave, however long the motion [kg].
     """
 
     mass: float
@@ -68,11 +69,20 @@ class Weighed(NamedTuple):
     com_sigma: Array
     seconds: float
     hidden: str = ""
+    by_gains: float = 0.0
 
     @property
     def half_width(self) -> float:
         """Half of the mass's interval [kg]."""
         return 0.5 * (self.high - self.low)
+
+
+class _Made(NamedTuple):
+    """What all blocks hold together: the equations, those less the robot's torque, and how friction is held."""
+
+    observation: Observation
+    less: Observation
+    held: HeldFriction | None = None
 
 
 class MovingWindow:
@@ -83,8 +93,8 @@ class MovingWindow:
         known: its parameters.
         processing: settings.
         length: of motion that is kept [s].
+        gains: uncertainty of the drive gains; None where they are taken as exact.
         blocks: in the window.
-        usual: how friction is held where the window was long enough, and the size of the errors; None before.
         sigmas: standard deviations of what friction may differ by, by name [N·m or N, or per speed].
     """
 
@@ -110,10 +120,10 @@ class MovingWindow:
         self.robot, self.known, self.length = robot, known, length
         self.processing = processing or robot.processing
         self.blocks: deque[Block] = deque()
-        self.usual: HeldFriction | None = None
+        self._made: _Made | None = None
         self._base = base_parameters(robot)
         self._observer = observer_of(robot, self._base, friction_change > 0.0)
-        self._gains = gains
+        self.gains = gains
         sigmas = friction_sigmas(known, friction_change)
         self.sigmas = {name: sigma for name, sigma in sigmas.items() if parameter_kind(name) in ("FS", "FV", "OFF")}
 
@@ -135,12 +145,14 @@ class MovingWindow:
 
     def add(self, block: Block) -> None:
         """Put the newest block in front, and drop the oldest where there is more than the window's length."""
+        self._made = None
         self.blocks.append(block)
         while self.seconds > self.length * (1.0 + 1e-9) and len(self.blocks) > 1:
             self.blocks.popleft()
 
     def since(self, time: float) -> None:
         """Drop the blocks that began before a time [s]."""
+        self._made = None
         self.blocks = deque(block for block in self.blocks if block.start >= time)
 
     @property
@@ -151,8 +163,31 @@ class MovingWindow:
     @property
     def observation(self) -> Observation:
         """All equations of the window."""
-        first, *others = (block.equations for block in self.blocks)
-        return first.followed_by(others)
+        return self._equations.observation
+
+    @property
+    def less(self) -> Observation:
+        """All equations of the window less the robot's torque."""
+        return self._equations.less
+
+    @property
+    def held(self) -> HeldFriction:
+        """How friction is held, and the size and memory of the errors, by all blocks."""
+        made = self._equations
+        if made.held is None:
+            made = made._replace(held=held_friction([made.less], self.sigmas, [unreduced(made.less)]))
+            self._made = made
+        assert made.held is not None
+        return made.held
+
+    @property
+    def _equations(self) -> "_Made":
+        """What several questions to the same blocks have in common, made once."""
+        if self._made is None:
+            first, *others = (block.equations for block in self.blocks)
+            whole = first.followed_by(others)
+            self._made = _Made(whole, less_robot(whole, self.known.values))
+        return self._made
 
     def problem(self) -> PayloadProblem:
         """The payload problem of the window: that of ``weigh`` by the robot's parameters.
@@ -160,7 +195,12 @@ class MovingWindow:
         Raises:
             InputError: if it cannot be posed.
         """
-        return window_problem(self, self.blocks)
+        squares = np.sum([block.squares for block in self.blocks], axis=0)
+        samples = np.sum([block.samples for block in self.blocks], axis=0)
+        rms = np.sqrt(squares / np.maximum(samples, 1))
+        moving = tuple(sorted(set().union(*(block.moving for block in self.blocks))))
+        run = Run("live", unreduced(self.observation))
+        return weighing_problem(self.robot, self._base, [run], moving, self.held, rms, None, self.known)
 
     def weighed(self) -> Weighed:
         """The payload by the blocks in the window, with the interval that the memory of errors allows."""
@@ -178,27 +218,26 @@ class MovingWindow:
         except InputError:  # too few rows, or of too few kinds: more motion mends both
             return nothing._replace(hidden="not visible yet: keep moving")
         estimate = replace(estimate, robust=by_memory(problem, posed, estimate))
-        model = error_model(short.resolved(estimate, None), self._gains)
+        resolved = short.resolved(estimate, None)
+        model = error_model(resolved, self.gains)
         places = [PAYLOAD.index(name) for name in model.names]
         ten = np.full(10, np.nan)
         ten[places] = model.values
         spread = payload_spread(ten, model.covariance, places)
         half = student95(model.degrees_of_freedom) * spread.mass
         mass = float(ten[9])
-        return Weighed(mass, mass - half, mass + half, ten[6:9] / mass, spread.com, self.seconds)
+        com = ten[6:9] / mass
+        return Weighed(
+            mass, mass - half, mass + half, com, spread.com, self.seconds, by_gains=self._by_gains(resolved)
+        )
 
-
-def window_problem(window: MovingWindow, blocks: Sequence[Block]) -> PayloadProblem:
-    """The payload problem of some blocks of a window."""
-    first, *others = (block.equations for block in blocks)
-    observation = first.followed_by(others)
-    friction = held_friction([less_robot(observation, window.known.values)], window.sigmas)
-    squares = np.sum([block.squares for block in blocks], axis=0)
-    samples = np.sum([block.samples for block in blocks], axis=0)
-    rms = np.sqrt(squares / np.maximum(samples, 1))
-    moving = tuple(sorted(set().union(*(block.moving for block in blocks))))
-    run = Run("live", reduced(observation))
-    return weighing_problem(window.robot, window._base, [run], moving, friction, rms, None, window.known)
+    def _by_gains(self, payload: Estimate) -> float:
+        """Half of the mass's interval by errors of the drive gains alone [kg]."""
+        S = payload.gain_sensitivity
+        if self.gains is None or S is None:
+            return 0.0
+        own = S[payload.names.index("M_L")]
+        return float(student95(np.inf) * np.sqrt(own @ self.gains.covariance(len(own)) @ own))
 
 
 def _hidden(joints: Sequence[int], n: int) -> str:

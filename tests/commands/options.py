@@ -304,6 +304,8 @@ OPTIONS: dict[str, dict[str, str]] = {
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
         "--robot": "--robot rx90",
         "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
+        "--passport": "--robot rx90 | --passport first.npz",
+        "--prior-mass": "--robot rx90 --passport first.npz | --prior-mass 40",
         "--into": "--into six_axis.urdf",
                 "--gauge": "--gauge prior",
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",

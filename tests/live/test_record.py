@@ -3,10 +3,12 @@
 import csv
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +100,29 @@ def test_faults_before_the_first_sample(name: str, play: Play, tmp_path: Path, c
     assert why in err
     assert not list(tmp_path.iterdir())
     assert threading.active_count() == threads
+
+
+@pytest.fixture
+def no_name_server(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A name server that stays silent holds the system's resolver for half a minute."""
+    released = threading.Event()
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: released.wait(30.0))
+    yield
+    released.set()
+
+
+@pytest.mark.usefixtures("no_name_server")
+def test_a_name_that_never_resolves(tmp_path: Path, capsys: Any) -> None:
+    begin, why = time.monotonic(), "robot.invalid was not resolved within 2.5 s: give the address"
+    assert main(["record", "ur", "--host", "robot.invalid", "--out", str(tmp_path / "a.csv")]) == 2
+    assert time.monotonic() - begin < 5.0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert why in line
+    assert not list(tmp_path.iterdir())
+    begin = time.monotonic()
+    with pytest.raises(live.LinkError, match=why), live.send_program("sec", "robot.invalid"):
+        pass
+    assert time.monotonic() - begin < 5.0
 
 
 AFTER = {

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident import estimation, model
+from dynident.benchmarks import invented
 from dynident.cli import main
+from dynident.commands.weigh_live import beyond_gains, out_of_reach
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.payload.live import LiveWeighing
@@ -97,6 +99,23 @@ def test_the_same_seconds_read_as_a_file(empty: Empty) -> None:
     assert abs(window.weighed().mass - whole["M_L"]) < 0.2 * sigma
 
 
+def test_what_the_gains_alone_forbid_is_said(empty: Empty) -> None:
+    """An error that all joints share scales the payload: its half of the interval is known in closed form."""
+    recording = recorded(empty.simulator, 3, BOX)
+    assert recording.qd is not None
+    part = slice(0, 800)
+    first = Recording(recording.t[part], recording.q[part], recording.torque[part], recording.qd[part])
+    alike = MovingWindow(empty.robot, empty.known, gains=estimation.Gains((0.0,), common=0.02))
+    list(LiveWeighing(alike).feed(first))
+    weighed = alike.weighed()
+    assert weighed.by_gains == pytest.approx(1.96 * 0.02 * weighed.mass, rel=1e-3)
+    assert weighed.half_width > weighed.by_gains
+    assert out_of_reach(weighed, 0.9 * weighed.by_gains)
+    assert not out_of_reach(weighed, 1.1 * weighed.by_gains)
+    line = beyond_gains(weighed, 0.05, alike.gains, 6)
+    assert "--until 50g is out of reach: gains of 2 % allow ±0.2" in line
+
+
 @pytest.mark.long
 def test_a_change_is_told_once_and_an_empty_robot_is_left_alone(empty: Empty) -> None:
     first, second = recorded(empty.simulator, 4), recorded(empty.simulator, 5, BOX)
@@ -111,6 +130,34 @@ def test_a_change_is_told_once_and_an_empty_robot_is_left_alone(empty: Empty) ->
     assert change.low < 6.0 < change.high
     assert whole.latest is not None
     assert whole.latest.weighed.low < 6.0 < whole.latest.weighed.high
+
+
+@pytest.mark.parametrize("name", ["kr6_r900", pytest.param("panda", marks=pytest.mark.long)])
+def test_half_a_kilogram_is_told_within_three_seconds_of_motion(name: str) -> None:
+    """On arms with invented links, noise of 5 % of each joint's torque, and nothing tuned to any of them."""
+    robot = invented.robot(name)
+    simulator = Simulator(robot)
+
+    def measured(seed: int, points: int, payload: InertialParameters | None = None) -> Recording:
+        motion = random_via_points(robot, points, seed=seed).motion(100.0)
+        torque = simulator.measure(motion, payload).torque
+        size = 0.05 * np.sqrt((torque**2).mean(axis=0))
+        torque = torque + np.random.default_rng(seed).standard_normal(torque.shape) * size
+        return Recording(motion.t, motion.q, torque, motion.qd)
+
+    known = estimation.identify(robot, [measured(1, 14)]).estimate
+    box = InertialParameters.from_com(0.5, [0.02, -0.01, 0.1], np.diag([0.002, 0.002, 0.001]))
+    weighing = LiveWeighing(MovingWindow(robot, known))
+    bare, loaded = measured(300, 14), measured(600, 6, box)
+    for recording in (bare, Recording(loaded.t + bare.t[-1] + 0.5, loaded.q, loaded.torque, loaded.qd)):
+        for part in np.array_split(np.arange(len(recording.t)), len(recording.t) // 20):
+            assert recording.qd is not None
+            portion = Recording(recording.t[part], recording.q[part], recording.torque[part], recording.qd[part])
+            list(weighing.feed(portion))
+    ((change, told),) = weighing.changes
+    assert bare.t[-1] - 1.0 <= change.time
+    assert told <= bare.t[-1] + 0.5 + 3.5  # a block of 1 s, and the filter's margin behind it
+    assert change.low < 0.5 < change.high
 
 
 @pytest.mark.long
@@ -208,6 +255,16 @@ def test_live_from_the_player(ur10e: Path, recordings: Path, play: Play, capsys:
     assert "closed the connection" in err
     assert "mass " in out
     assert threading.active_count() == before
+
+
+@pytest.mark.long
+def test_an_interval_that_the_gains_forbid_ends_at_once(ur10e: Path, recordings: Path, capsys: Any) -> None:
+    log = str(recordings / "ur10e/loaded_2.805kg.csv.gz")
+    assert weigh(ur10e, "--replay", log, "--gain-sigma", "2%", "--until", "30g") == 2
+    out, err = capsys.readouterr()
+    assert "--until 30g is out of reach: gains of 2 % allow ±" in err
+    assert "mass 2." in out
+    assert json.loads((ur10e / "answer.json").read_text())["seconds"] < 6.5
 
 
 @pytest.mark.parametrize(
