@@ -6,6 +6,7 @@ standard parameters themselves stay undetermined (26 directions on the RX90) and
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -142,12 +143,25 @@ def solve_constrained_base(
 
 def solve_robot_program(problem: RobotProgram, base: BaseParameters, estimate: Estimate) -> PossibleRobot:
     """The nearest base parameters by a problem that is scaled already."""
-    try:
-        solution = solve_cone(problem.program, _LARGEST)
-    except SolverError:  # no torque shows some direction, and no finite robot attains the least value
-        solution = solve_cone(problem.program, _LARGEST, _BALL)
+    solution = _solved(problem.program)
     z = problem.repaired(solution.z)
     return problem.answer(base, estimate, z, _active(solution, problem.program, z, problem.rules.texts), "Solved")
+
+
+def _solved(program: ConeProgram) -> ConeSolution:
+    """The first clean solution.
+
+    No torque may show some direction, and no finite robot attain the least value: the program is closed then. Where
+    the search stops short of its end, a smaller R has it end.
+
+    Raises:
+        SolverError: if none is clean.
+    """
+    *others, last = ((_LARGEST, None), (_LARGEST, _BALL), (0.1 * _LARGEST, _BALL), (0.01 * _LARGEST, _BALL))
+    for largest, ball in others:
+        with suppress(SolverError):
+            return solve_cone(program, largest, ball)
+    return solve_cone(program, *last)
 
 
 def _lowest(ten: Array) -> float:
