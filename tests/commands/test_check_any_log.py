@@ -84,6 +84,7 @@ def test_it_survives_next_to_nothing(run: Run, tmp_path: Path, content: bytes) -
     survives(run, tmp_path / "log.csv", repr(content))
 
 
+@pytest.mark.long
 def test_robots_that_fit_are_told(run: Run, tmp_path: Path) -> None:
     """Joints' number, their names and ranges say which; the one that recorded it is among them."""
     robot = ARMS["panda"]
@@ -117,6 +118,7 @@ def test_how_it_is_mounted_belongs_to_a_robot(run: Run, tmp_path: Path) -> None:
     assert "--mount belongs to --robot" in err
 
 
+@pytest.mark.long
 def test_gaps_are_told_and_the_longest_piece_is_looked_at(run: Run, tmp_path: Path) -> None:
     robot = ARMS["ur10e"]
     sheet = sheet_of(LAYOUTS["plain columns"], robot, signals(robot, 2000, 0.01))

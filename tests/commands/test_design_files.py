@@ -58,6 +58,7 @@ def test_every_file(run: Run, tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.long
 def test_trapezoids_of_fixed_durations(run: Run, score: Run, tmp_path: Path) -> None:
     """The JSON's numbers give the motion of the CSV, which is judged as the design was."""
     names = [str(tmp_path / name) for name in ("m.csv", "m.json", "e.json")]
@@ -170,6 +171,7 @@ def write_log(path: Path, noise: float) -> None:
     np.savetxt(path, np.column_stack([motion.t, q, 0.0 * q]), delimiter=",", header=header, comments="")
 
 
+@pytest.mark.long
 def test_a_log_is_judged(score: Run, tmp_path: Path) -> None:
     """Filtered like a recording: noise on positions does not count as motion."""
     target, found = tmp_path / "log.csv", []

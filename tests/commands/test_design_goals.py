@@ -111,6 +111,7 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return files
 
 
+@pytest.mark.long
 def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, identified: dict[str, str]) -> None:
     """NPZ and JSON hold the same information: one motion is worth the same; with it less is left to learn."""
     target, motion = tmp_path / "m.json", str(tmp_path / "m.csv")

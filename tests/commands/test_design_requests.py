@@ -33,6 +33,7 @@ def test_segments_that_cannot_be(run: Run, options: tuple[str, ...], words: str)
     assert len(err.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_limits_that_cannot_be_met_are_told_in_one_line(run: Run, tmp_path: Path) -> None:
     target = tmp_path / "m.csv"
     status, out, err = run(
@@ -70,6 +71,7 @@ def test_ctrl_c_keeps_the_best_motion(run: Run, tmp_path: Path, monkeypatch: pyt
     assert "interrupted" in (tmp_path / "m.csv").read_text().split("\n")[2]
 
 
+@pytest.mark.long
 def test_ctrl_c_while_the_floor_is_sought(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt

@@ -75,6 +75,7 @@ def constrained_width(document: dict[str, Any]) -> float:
     return float(high - low)
 
 
+@pytest.mark.long
 def test_gains_flow_into_the_payload(
     run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
 ) -> None:
@@ -186,6 +187,7 @@ def test_gains_from_the_same_pair_confirm_nothing(
     assert read_stored_gains(gains).recordings == {}
 
 
+@pytest.mark.long
 def test_log_map_gives_the_same_gains(
     run: Run, logs: dict[str, str], identified: tuple[Path, str], tmp_path: Path
 ) -> None:

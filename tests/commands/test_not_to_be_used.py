@@ -14,6 +14,7 @@ def test_a_model_that_does_not_describe_the_robot_is_not_to_be_used(run: Run, lo
     assert "signs" in out
 
 
+@pytest.mark.long
 def test_a_joint_counted_backwards_is_not_to_be_used(run: Run, logs: dict[str, str]) -> None:
     """The other joints still fit; the verdict looks at each."""
     pair = ("--unloaded", logs["mirrored_bare"], "--loaded", logs["mirrored_loaded"])

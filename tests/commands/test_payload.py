@@ -144,6 +144,7 @@ def test_a_method_that_cannot_answer_does_not_silence_the_others(run: Run, logs:
     assert "method 4" in out
 
 
+@pytest.mark.long
 def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     target = tmp_path / "payload.json"
     status, out, _ = run(

@@ -24,6 +24,7 @@ def test_a_terminal_shows_words_and_the_share(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "80")
     with status("reading [/x].csv") as progress:
         progress("filtering [a].csv", 0.0)
@@ -38,6 +39,7 @@ def test_work_without_a_share_has_no_percentage(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
     with status("estimating"):
         pass
     shown = capsys.readouterr().err

@@ -227,6 +227,7 @@ def test_check_suggests_and_does_not_apply(run: Run, tmp_path: Path) -> None:
     assert document["ranked"][0]["sign"] == [1, 1, -1, 1, 1, 1]
 
 
+@pytest.mark.long
 def test_payload_on_a_wall_in_a_tool_frame(run: Run, tmp_path: Path) -> None:
     """From a URDF on the wall, the answer stands in the tool frame that is asked for, and says so."""
     path = tmp_path / "arm.urdf"

@@ -48,6 +48,7 @@ def passports(folder: Path, *names: str) -> list[str]:
     return [word for name in names for word in ("--passport", str(folder / f"{name}.npz"))]
 
 
+@pytest.mark.long
 def test_pooled_is_what_merging_gives(folder: Path) -> None:
     pooled, merged, alone = (
         written(folder, "rx90", *passports(folder, *names))

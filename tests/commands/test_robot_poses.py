@@ -102,6 +102,7 @@ def test_pose_in_the_maps_units(run: Run, log: Recording, tmp_path: Path, form: 
     assert ("ranked" in document) == torques
 
 
+@pytest.mark.long
 def test_pose_without_torques_or_map(run: Run, log: Recording, tmp_path: Path) -> None:
     """Standard names in metres; a log that has no torques is compared by its pose alone."""
     positions, _ = poses(load_robot("rx90"), log.q)
@@ -136,6 +137,7 @@ def test_a_turned_last_joint_is_found_by_the_axes(run: Run, log: Recording, tmp_
     assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(one["sign"]) for one in found["readings"]["ranked"][:2]}
 
 
+@pytest.mark.long
 def test_a_wrong_unit_is_told(run: Run, log: Recording, tmp_path: Path) -> None:
     positions, _ = poses(load_robot("rx90"), log.q)
     path = write(tmp_path / "log.csv", joints(log, torques=False) | in_metres(1e3 * positions))

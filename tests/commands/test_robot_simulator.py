@@ -29,6 +29,7 @@ def bare_log(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(write_csv(tmp_path_factory.mktemp("bare") / "d.csv", log, np.ones(6)))
 
 
+@pytest.mark.long
 def test_whole_robot_for_a_simulator(run: Run, tmp_path: Path, bare_log: str) -> None:
     """From its own description, and from an identification, whose default are links that can exist."""
     robot = load_robot("rx90")

@@ -111,6 +111,7 @@ def test_simulated_recordings_give_the_robot_back(simulated: Path, run: Run, tmp
         assert found["value"] == pytest.approx(true, rel=0.02, abs=0.02), name
 
 
+@pytest.mark.long
 def test_simulate_repeats_by_its_seed(simulated: Path, run: Run, tmp_path: Path) -> None:
     arguments = ("simulate", "--robot", "rx90", "--trajectory", str(simulated / "move.csv"), "--seed")
     for seed, folder in (("1", "a"), ("1", "b"), ("2", "c")):

@@ -59,6 +59,7 @@ def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path
     assert old["sigma"] == pytest.approx({k: wider * sigma for k, sigma in later["sigma"].items()}, rel=0.01)
 
 
+@pytest.mark.long
 def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     """Said once, to identify, they hold for every payload weighed with that robot; said again, what is said now."""
     stored, exact, target = tmp_path / "robot.json", tmp_path / "exact.json", tmp_path / "payload.json"
@@ -108,6 +109,7 @@ def test_uncertain_gains_of_a_stored_robot(run: Run, logs: dict[str, str], tmp_p
     assert "identified with another uncertainty of the gains" in text
 
 
+@pytest.mark.long
 def test_wrong_gain_errors_are_refused_before_any_work(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     """Joint 6 stands still in the recording, which the reduction refuses: it was not reached."""
     identify = ("identify", "--robot", "rx90", "--data", logs["still"])

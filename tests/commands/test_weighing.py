@@ -119,6 +119,7 @@ def test_refused_before_any_motion(tmp_path: Path, capsys: pytest.CaptureFixture
     assert not (tmp_path / "motion.csv").exists()
 
 
+@pytest.mark.long
 def test_refused_after_the_motion_accepted_with_the_mass(
     logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

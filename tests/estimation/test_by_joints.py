@@ -34,6 +34,7 @@ def problems() -> dict[str, PayloadProblem]:
     return {name: problem_of(name) for name in invented.NAMES}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["rx90", "tx40"])
 def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
     problems: dict[str, PayloadProblem], name: str

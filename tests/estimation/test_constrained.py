@@ -75,6 +75,7 @@ def test_reference_payload_passes_by_a_hair() -> None:
     assert PossibleBody().violation(body.vector) == pytest.approx(-2.9e-4, abs=1e-5)
 
 
+@pytest.mark.long
 def test_no_negative_eigenvalue_in_a_thousand() -> None:
     """Not even by rounding, in SI units; chi2 is that of the values returned, and cannot exceed the truth's."""
     solved = 0

@@ -23,6 +23,7 @@ def test_intervals_of_every_method_hold_the_truth_in_93_to_97_percent() -> None:
     assert np.all((pooled >= 0.93) & (pooled <= 0.97)), pooled
 
 
+@pytest.mark.long
 def test_the_monte_carlo_benchmark_does_what_the_library_does() -> None:
     """Gram matrices give the library's values and jackknife; under slow noise the formula is far too short."""
     experiment = Experiment(2)

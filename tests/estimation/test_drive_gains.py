@@ -184,6 +184,7 @@ def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_pat
             merged([read, replace(read, shared=())])
 
 
+@pytest.mark.long
 def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) -> None:
     """Each motor's error alone, offsets and weights held as they were."""
     simulator, recordings = arm

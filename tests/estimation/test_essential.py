@@ -208,6 +208,7 @@ def both() -> PayloadAnswer:
     return answer_payload(payload_problem(robot, runs[1], runs[0], robust=False), (4,), essential=SigmaBound(0.1))
 
 
+@pytest.mark.long
 def test_robot_and_payload_together(both: PayloadAnswer) -> None:
     """XX, YY, MZ and M of the payload are among the essential parameters, as in the paper."""
     found = both.elimination

@@ -42,6 +42,7 @@ def _own(W: Array, k: int) -> float:
     return float(np.linalg.norm(rest) / np.linalg.norm(W[:, k]))
 
 
+@pytest.mark.long
 def test_robot_and_payload_together() -> None:
     robot = load_robot("rx90")
     simulator, motion = Simulator(robot), random_via_points(robot, 8, seed=4).motion(100.0)

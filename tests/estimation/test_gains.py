@@ -42,6 +42,7 @@ def currents(simulated: Callable[[str], Simulator], wander: Callable[..., Motion
     return problem
 
 
+@pytest.mark.long
 def test_exact_currents_give_the_gains(currents: Callable[..., GainProblem]) -> None:
     """Acceleration from recorded speeds is all that is not exact."""
     gains = identify_gains(currents(0, 1e-3), known_mass(6.0))
@@ -66,6 +67,7 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
     assert (np.abs(free) < 1.96).mean() > 0.88
 
 
+@pytest.mark.long
 def test_robust_sigma_agrees_for_white_noise(currents: Callable[..., GainProblem]) -> None:
     gains = identify_gains(currents(1), known_mass(6.0, 0.06))
     assert gains.robust is not None
@@ -77,6 +79,7 @@ def test_robust_sigma_agrees_for_white_noise(currents: Callable[..., GainProblem
     assert np.sqrt(np.diag(values)) == pytest.approx(spread)
 
 
+@pytest.mark.long
 def test_more_knowledge_makes_gains_more_certain(currents: Callable[..., GainProblem]) -> None:
     problem = currents(2)
     spreads = []
@@ -112,6 +115,7 @@ def test_gravity_decides_what_a_gain_rests_on() -> None:
     assert gravity_acts(wall) == (True,) * 6
 
 
+@pytest.mark.long
 def test_reversed_current_is_named(currents: Callable[..., GainProblem]) -> None:
     problem = currents(0)
     factors = list(problem.equations.factors)
@@ -151,6 +155,7 @@ def test_bad_load_files(tmp_path: Path, text: str, words: str) -> None:
         read_known_load(path)
 
 
+@pytest.mark.long
 def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainProblem]) -> None:
     gains = identify_gains(currents(1), known_mass(6.0, 0.03))
     path = tmp_path / "gains.json"

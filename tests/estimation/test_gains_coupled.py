@@ -88,6 +88,7 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
     assert np.abs(errors).max() < 4.5
 
 
+@pytest.mark.long
 def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> None:
     """The test above could fail: with each current taken for its joint's own, motor 5 is off by many sigma."""
     robot, (bare, loaded) = currents("rx90", "none", 0)
@@ -120,6 +121,7 @@ def test_currents_of_coupled_drives_make_joint_torques(tmp_path: Path) -> None:
     assert coupling.motor_torques(recording.torque)[:, 4:].tolist() == [[10, 60], [10, 70]]
 
 
+@pytest.mark.long
 def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     """Weighed with gains that were found: as the same currents read with each gain a little larger tell."""
     robot, (bare, loaded) = currents("rx90", "none", 0)

@@ -14,6 +14,7 @@ from dynident.tests.selection import every
 CASES = {case.name: case for case in gallery.cases()}
 
 
+@pytest.mark.long
 def test_the_gallery_is_large_and_its_good_recordings_are_good() -> None:
     """The cases are made from recordings which, as they are, give the mass and no contradiction."""
     assert len(CASES) >= 45

@@ -115,6 +115,7 @@ def test_wrong_inputs_from_the_pair_are_named(pair: Pair, name: str) -> None:
     assert words in told(spoil(bare), spoil(loaded))
 
 
+@pytest.mark.long
 def test_a_swapped_pair_is_named(pair: Pair) -> None:
     bare, loaded = pair
     assert "swapped" in " ".join(answered(loaded, bare).verdict.reasons)

@@ -93,6 +93,7 @@ def test_cvxpy_finds_the_same_ends(body: InertialParameters, constraints: list[C
         assert found.inertia_com[k, k, 1] == pytest.approx(highest, abs=2e-3 * estimate.sigma[place])
 
 
+@pytest.mark.long
 def test_no_body_of_the_set_lies_outside() -> None:
     """The inertia's search is local: no possible body within the distance, of 20,000 drawn, is beyond its ends."""
     estimate = near(DISC, 3)
@@ -151,6 +152,7 @@ def test_units_and_frames_do_not_matter(seed: int) -> None:
     assert moved.principal_moments == pytest.approx(plain.principal_moments, abs=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("body", "active"), [(DISC, True), (CUBE, False)], ids=["disc", "cube"])
 def test_they_hold_the_truth(body: InertialParameters, active: bool) -> None:
     """120 draws: each number in at least 90 % (moments, by the delta method, 87), together in 94 to 99 %."""

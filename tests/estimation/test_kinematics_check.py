@@ -145,6 +145,7 @@ def test_a_sign_that_two_joints_may_have_is_told_of_both(log: Recording) -> None
     assert best[0].residual == pytest.approx(best[1].residual, rel=0.01)
 
 
+@pytest.mark.long
 def test_real_recordings(recordings: Path) -> None:
     """A UR10e's log is taken as it stands; with one sense turned round it is found out."""
     robot = load_robot("ur10e")
@@ -156,6 +157,7 @@ def test_real_recordings(recordings: Path) -> None:
     assert found.reading == turned
 
 
+@pytest.mark.long
 def test_poses_tell_readings(moves: Array) -> None:
     truth = SPOILT["a zero"]
     robot = load_robot("irb120")

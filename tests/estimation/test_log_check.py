@@ -51,6 +51,7 @@ def test_a_good_log_is_quiet(good: LogCheck) -> None:
     assert check.relative_residual < 0.15
 
 
+@pytest.mark.long
 def test_excitation_is_that_of_the_estimate(good: LogCheck, simulated: Callable[[str], Simulator]) -> None:
     """Estimates lie within their stated sigma of the simulated robot's parameters."""
     from dynident.model import base_parameters, standard_columns

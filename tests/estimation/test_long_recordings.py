@@ -82,6 +82,7 @@ def test_identification(
     assert parts.validation.relative == pytest.approx(whole.validation.relative, rel=1e-9)
 
 
+@pytest.mark.long
 def test_payload(
     simulated: Callable[[str], Simulator], pair: list[Recording], request: pytest.FixtureRequest
 ) -> None:

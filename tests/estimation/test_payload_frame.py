@@ -30,6 +30,7 @@ def simulator_of(robot: Robot) -> Simulator:
     return Simulator(replace(robot, parameters=known))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("side", "mount"), [("motor", "floor"), ("link", "wall"), ("motor", "ceiling")])
 def test_answer_stands_in_the_tool_frame(
     rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion], side: str, mount: str
@@ -54,6 +55,7 @@ def test_answer_stands_in_the_tool_frame(
         assert off.max() < 5.0
 
 
+@pytest.mark.long
 def test_friction_behind_link_side_sensors(
     rx90: Robot, payload: InertialParameters, wander: Callable[..., Motion]
 ) -> None:
@@ -108,6 +110,7 @@ def test_moving_the_flange_moves_the_answer(
     same_but_for_the_frame(*(answer_payload(problem, (method,)) for problem in problems))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joints", [(2, 3, 5, 6), (4, 5, 6), (6,)])
 def test_moving_the_flange_moves_a_weighing(rx90: Robot, joints: tuple[int, ...]) -> None:
     """Also where a scale gives the mass, and where one joint shows four of the ten."""

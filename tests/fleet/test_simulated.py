@@ -37,6 +37,7 @@ def truth(folder: Path) -> list[dict[str, object]]:
     return arms
 
 
+@pytest.mark.long
 def test_the_report_finds_what_the_truth_says(folder: Path) -> None:
     assert main(["fleet", "report", "drawn/six_axis/store", "--json", "report.json"]) == 0
     report = json.loads(Path("report.json").read_text())

@@ -97,6 +97,7 @@ def test_plain_regressor_is_the_regressor() -> None:
             np.testing.assert_allclose(W[:, k], wanted, atol=1e-12 * np.abs(wanted).max())
 
 
+@pytest.mark.long
 def test_random_robots() -> None:
     """Rules, local transfers and QR: same names, same order, same groupings, every rule met."""
     found = [compare(random_robot(seed)) for seed in range(200)]
@@ -106,6 +107,7 @@ def test_random_robots() -> None:
     assert len(set().union(*(one.rules for one in found))) == 16
 
 
+@pytest.mark.long
 def test_small_robots() -> None:
     """Every eleventh of the grid of one and two joints; benchmarks/base_parameters.py tries them all."""
     robots = list(small_robots())[::11]

@@ -94,6 +94,7 @@ def test_key_is_source_compiler_flags_and_processor(
     assert entries_after() == 6
 
 
+@pytest.mark.long
 def test_sixteen_processes_race_on_an_empty_cache(folder: Path, tmp_path: Path) -> None:
     processes = [_start(folder, str(tmp_path), str(k)) for k in range(16)]
     while len(list(tmp_path.glob("ready*"))) < 16:

@@ -64,6 +64,7 @@ def test_motion_between_its_limits(problem: DesignProblem, plan: ViaPoints) -> N
             assert {line.get_linestyle() for line in lines} != {curve.get_linestyle()}, "told apart without colour"
 
 
+@pytest.mark.long
 def test_torques_without_limits_are_those_of_the_description(plan: ViaPoints, rx90: Robot) -> None:
     free = build_design(
         rx90, FourierShape(3), Goal(payload_only=True), bounds=JointBounds.of(rx90, torque=[np.inf] * 6)
@@ -103,6 +104,7 @@ def test_the_stick_figure_has_the_robots_joints(robot: Robot) -> None:
             assert np.abs(points - frame.p).max(axis=1).min() < 1e-12
 
 
+@pytest.mark.long
 def test_animation_needs_nothing_else(rx90: Robot, plan: ViaPoints) -> None:
     text = arm_animation(rx90, plan, "a&b")
     root = ET.fromstring(text)
@@ -129,6 +131,7 @@ def test_animation_needs_nothing_else(rx90: Robot, plan: ViaPoints) -> None:
     assert text == arm_animation(rx90, plan, "a&b")
 
 
+@pytest.mark.long
 def test_strip_of_stills(rx90: Robot, plan: ViaPoints) -> None:
     figure = arm_strip(rx90, plan, poses=5).figure
     assert len(figure.axes) == 10

@@ -197,6 +197,7 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     assert np.abs(data.motion.q - wanted).max() < 5e-3
 
 
+@pytest.mark.long
 def test_a_known_spring_takes_torque_off_the_motor(rx90: Robot, loop: ClosedLoop) -> None:
     spring = Spring(2, 6000.0, 0.15, (0.08, 0.35), np.pi / 2)
     sprung = replace(rx90, drives=replace(rx90.drives, spring=spring))

@@ -162,6 +162,7 @@ def test_what_goes_wrong_in_a_search_is_raised(monkeypatch: pytest.MonkeyPatch) 
         solve_design(build_design(ROBOT, FourierShape(2, 4.0, samples=20), GOALS["payload"]), starts=1)
 
 
+@pytest.mark.long
 def test_same_seed_same_motion() -> None:
     task = build_design(ROBOT, FourierShape(3, 5.0), Goal("cond-scaled", payload_only=True))
     one, two, other = (solve_design(task, seed=seed, starts=1) for seed in (1, 1, 2))
@@ -177,6 +178,7 @@ def test_half_the_speed_if_the_override_says_so() -> None:
     assert 0.45 < fast.max() <= 0.5
 
 
+@pytest.mark.long
 def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
     """What is known well already needs no more of the motion's time."""
     names = tuple(f"{kind}6" for kind in INERTIAL)
@@ -191,6 +193,7 @@ def test_earlier_recordings_turn_the_design_to_what_is_uncertain() -> None:
     assert second.score.value < score_motion(second.problem, first.motion(200.0)).value - 0.005
 
 
+@pytest.mark.long
 def test_limits_that_cannot_be_met_are_named() -> None:
     """The arm cannot be held up with 20 N·m on joint 2."""
     weak = JointBounds.of(ROBOT, torque=(300.0, 20.0, 120.0, 50.0, 40.0, 20.0))

@@ -67,6 +67,7 @@ def test_limits_have_exact_jacobians() -> None:
     assert np.abs(J @ direction - difference).max() < 1e-6 * np.abs(difference).max()
 
 
+@pytest.mark.long
 def test_parameters_that_cannot_be_told_apart_are_named() -> None:
     with pytest.raises(InputError, match=r"rank 2 of 4\): XX1 has no effect; YY2 .* with ZZ1, XX2"):
         build_design(ROBOT, goal=Goal("cond", columns=("ZZ1", "XX2", "XX1", "YY2")))

@@ -88,6 +88,7 @@ def derivatives(motion: Motion) -> tuple[Array, Array]:
     return np.gradient(motion.q, motion.t, axis=0), np.gradient(motion.qd, motion.t, axis=0)
 
 
+@pytest.mark.long
 def test_two_poses_and_the_way_between() -> None:
     one = asked((3, 5, 6))
     second = second_pose(one.robot, one.shape, one.goal)
@@ -169,12 +170,14 @@ def test_mass_not_visible(joints: tuple[int, ...]) -> None:
         asked(joints).problem()
 
 
+@pytest.mark.long
 def test_with_a_known_mass_the_wrist_alone_will_do() -> None:
     found = asked((5, 6), mass_sigma=0.02).solved()
     assert found.spread.mass == pytest.approx(0.02)
     assert np.isfinite(found.spread.com).all()
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_motion() -> None:
     first, second = (asked((3, 5), duration=10.0).solved(seed=3).motion for _ in range(2))
     assert np.array_equal(first.a, second.a)

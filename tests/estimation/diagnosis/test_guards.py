@@ -66,6 +66,7 @@ def test_good_recordings_pass(posed: Callable[..., PayloadProblem]) -> None:
     assert answer.mass == pytest.approx(5.0, rel=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("factor", [0.95, 1.05])
 def test_a_recording_on_another_scale_is_named(posed: Callable[..., PayloadProblem], factor: float) -> None:
     """With the mass that would be, which is nearer to the truth."""
@@ -84,6 +85,7 @@ def test_the_joint_on_another_scale_stands_out(posed: Callable[..., PayloadProbl
     assert 0.7 < worst.ratio < 0.9  # the payload takes a part of it
 
 
+@pytest.mark.long
 def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[..., PayloadProblem]) -> None:
     plain, free = answered(posed(1.02)), answered(posed(1.02, scale_sigma=0.02))
     assert [estimate.method for estimate in free.estimates] == [1, 4]
@@ -93,6 +95,7 @@ def test_a_scale_that_may_be_another_one_is_in_the_interval(posed: Callable[...,
     assert low < 5.0 < high
 
 
+@pytest.mark.long
 def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     """One second of contact: what is left out reaches into the standard deviation."""
     assert BURST > 1.0
@@ -191,6 +194,7 @@ def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) ->
     assert bursts(system) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("degrees", [0.2, 2.0])
 def test_a_base_that_leans_is_seen(pair: tuple[Recording, Recording], degrees: float) -> None:
     """On both sides of half a degree; what is seen is right to a fifth."""
@@ -225,6 +229,7 @@ def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None
     assert slip.z > checks.SLIP_Z
 
 
+@pytest.mark.long
 def test_gains_of_a_wrong_robot_do_not_hide_it(pair: tuple[Recording, Recording]) -> None:
     """With gains of their own in every comparison, the robot that was recorded still explains most."""
     off = np.array([1.0, 1.4, 1.3, 1.3, 1.3, 1.25])  # as gains come out that are identified with a ur20

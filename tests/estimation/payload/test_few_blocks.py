@@ -67,6 +67,7 @@ def test_blocks_that_are_too_few_are_cut_shorter_and_the_memory_counts() -> None
             )
 
 
+@pytest.mark.long
 def test_intervals_of_few_seconds_hold_and_say_so() -> None:
     for seed in range(3):
         problem = replace(problem_of(seed), few=True)

@@ -64,6 +64,7 @@ def weighed(change: float, share: float) -> tuple[Array, Array]:
     return np.array(errors), np.array(halves)
 
 
+@pytest.mark.long
 def test_friction_that_changed_moves_the_mass_less_and_is_in_the_interval() -> None:
     plain, _ = weighed(0.1, 0.0)
     errors, halves = weighed(0.1, FRICTION_CHANGE)
@@ -71,6 +72,7 @@ def test_friction_that_changed_moves_the_mass_less_and_is_in_the_interval() -> N
     assert (np.abs(errors) < halves).all()
 
 
+@pytest.mark.long
 def test_friction_that_did_not_change_costs_little() -> None:
     plain, before = weighed(0.0, 0.0)
     errors, halves = weighed(0.0, FRICTION_CHANGE)

@@ -44,6 +44,7 @@ def sagging(mrad: float, wide: bool = False) -> tuple[Recording, Recording]:
     return bare, loaded
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mrad", [2.0, 4.0])
 def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: float) -> None:
     bare, loaded = sagging(mrad)

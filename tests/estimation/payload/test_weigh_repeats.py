@@ -11,6 +11,7 @@ from dynident.tests.estimation.payload.recordings import LOAD, NOISE, Record
 from dynident.trajectories import Simulator, random_via_points
 
 
+@pytest.mark.long
 def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> None:
     pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]
     answer = answer_payload(
@@ -26,6 +27,7 @@ def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> No
     assert one.mass == pytest.approx(LOAD.mass, abs=0.3)
 
 
+@pytest.mark.long
 def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> None:
     """Torques that grow by 3 % from one recording to the next."""
     pairs = [record((2, 3, 5, 6), seed) for seed in range(4)]
@@ -39,6 +41,7 @@ def test_a_drift_is_told_and_widens(record: Record, simulator: Simulator) -> Non
     assert any("drifts" in text for text in (*answer.verdict.reasons, *answer.verdict.notes))
 
 
+@pytest.mark.long
 def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simulator) -> None:
     robot = simulator.robot
     motion = random_via_points(robot, 14, 1).motion(250.0)

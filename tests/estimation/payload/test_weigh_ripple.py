@@ -24,6 +24,7 @@ def sizes(pair: Pair) -> Array:
     return np.asarray(0.05 * np.sqrt(np.mean(pair.loaded.torque**2, axis=0)))
 
 
+@pytest.mark.long
 def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: Simulator) -> None:
     """A ripple's waves are found; mass and interval's width are as if it were not there, or wide enough."""
     pair = record((2, 3, 5, 6))
@@ -39,11 +40,13 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
     assert low < LOAD.mass < high
 
 
+@pytest.mark.long
 def test_white_noise_has_no_ripple(record: Record, simulator: Simulator) -> None:
     waves = [len(weighed(simulator.robot, record((2, 3, 5, 6), seed)).short.runs[0].ripple) for seed in range(4)]
     assert sum(waves) <= 2  # of 16 joints, each with one chance in twenty
 
 
+@pytest.mark.long
 def test_in_how_many_parts_it_is_looked_for_does_not_matter(
     record: Record, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,7 @@ def test_with_a_scale_the_wrist_alone_will_do(record: Record, simulator: Simulat
     assert answer.spread.mass == pytest.approx(0.02)
 
 
+@pytest.mark.long
 def test_one_joint_with_a_scale_tells_what_it_shows(record: Record, simulator: Simulator) -> None:
     pair = record((6,))
     rules = (PossibleBody(), KnownMass(7.02, 0.02))

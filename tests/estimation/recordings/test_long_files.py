@@ -34,6 +34,7 @@ def test_blocks_make_no_difference(tmp_path: Path, arm: Robot) -> None:
         read_recording(path, arm)
 
 
+@pytest.mark.long
 def test_a_long_log_takes_little_more_than_its_arrays(tmp_path: Path, arm: Robot) -> None:
     rows = 120_000
     path = tmp_path / "long.csv"

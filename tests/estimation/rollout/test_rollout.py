@@ -103,6 +103,7 @@ def rolled(robot: Robot, recording: Recording, parameters: dict[str, float]) -> 
 LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side == "link")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", LINK_SIDE)
 def test_friction_of_links_without_rotors_is_refused(name: str) -> None:
     """Friction is 10 % of the torque limits, on joints that only their links hold back."""

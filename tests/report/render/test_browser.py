@@ -39,6 +39,7 @@ addEventListener("load", () => {
 </script>"""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["payload_report", "robot_report"])
 @pytest.mark.parametrize("width", [1200, 500])
 def test_opens(name: str, width: int, browser: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:

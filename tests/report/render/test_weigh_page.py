@@ -64,6 +64,7 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     assert [float(x) for x in cells.groups()] == pytest.approx([answer.mass, low, high], abs=5e-3)
 
 
+@pytest.mark.long
 def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
     answer = answered((2, 3, 5, 6), 3, StandIn.parse("box:60x60x350"))
     page = page_of(answer)

@@ -171,6 +171,7 @@ def recorded(page: str) -> dict[str, Any]:
     return dict(msgspec.msgpack.decode(inner[8 : 8 + length]))
 
 
+@pytest.mark.long
 def test_the_file_is_small_and_plays_as_long_as_the_motion(page: tuple[View, str]) -> None:
     view, text = page
     assert view.times[-1] > 25.0
