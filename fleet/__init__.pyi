@@ -10,10 +10,12 @@ from . import merging as merging
 from . import nights as nights
 from . import passport as passport
 from . import reduction as reduction
+from . import results as results
 from . import series as series
 from . import simulated as simulated
 from . import store as store
 from . import trends as trends
+from . import worker as worker
 from .answers import answered as answered
 from .answers import payload_passport as payload_passport
 from .answers import robot_passport as robot_passport

@@ -1,56 +1,20 @@
 """A fleet's recordings, each reduced to its passport, by whatever executor there is."""
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import islice
-from pathlib import Path, PurePosixPath
-from typing import NamedTuple
+from pathlib import Path
 
 from ..common.errors import InputError
 from ..common.files import checksum
-from ..estimation.answers.identification import identify
 from ..estimation.recordings.map import LogMap
-from ..estimation.recordings.read import read_recordings
 from ..model import Robot
-from .answers import robot_passport
 from .catalog import Entry, same_time
-from .engine import Here, process_pool
-from .files import packed, passport_bytes, unpacked
-from .passport import Log, Recipe
+from .files import packed
+from .passport import Recipe
+from .results import results_of
 from .store import Row, Store, key_of
-
-_AHEAD = 3  # batches that wait for each worker
-_TRIES = 2  # processes that a log may kill by itself
-_KILLED = "KilledWorker"  # what Dask raises for a task that each worker died of
-KILLS = "ends whatever process reads it, alone too: look at this log, and report it if it is a good one"
-"""Why a log is refused that no worker survives."""
-
-
-class Plan(NamedTuple):
-    """What a worker needs beside a log, alike for all: ``content`` holds robot and recipe, see ``files.packed``."""
-
-    content: bytes
-    log_map: LogMap
-
-
-class Task(NamedTuple):
-    """One recording: its log, the log's checksum, and its passport's name."""
-
-    entry: Entry
-    sha256: str
-    key: str
-
-
-class Done(NamedTuple):
-    """What became of one: its passport's bytes, or why there is none."""
-
-    key: str
-    content: bytes
-    reason: str
+from .worker import Done, Plan, Task, local
 
 
 @dataclass(frozen=True)
@@ -108,7 +72,7 @@ def reduce_fleet(
     before = {row.file: row for row in place.rows()}
     tasks, refused = _tasks(list(map(_entry, entries)), recipe, before)
     missing = [task for task in tasks if not place.path(task.key).exists()]
-    results = _results(plan, [missing[k : k + batch] for k in range(0, len(missing), batch)], executor, workers)
+    results = results_of(plan, [missing[k : k + batch] for k in range(0, len(missing), batch)], executor, workers)
     bad, crashes = _kept(results, place, len(missing), progress)
     refused |= {task.entry.path: bad[task.key] for task in missing if task.key in bad}
     good = {t.entry.path: Row(t.entry.path, t.sha256, t.entry.about, t.key) for t in tasks if t.key not in bad}
@@ -116,15 +80,6 @@ def reduce_fleet(
     place.finish({file: row for file, row in before.items() if file not in refused} | good, earlier | refused)
     known = len(tasks) - len(missing)
     return Reduced(place, len(good) - known, known, refused, crashes)
-
-
-def _results(
-    plan: Plan, batches: Sequence[Sequence[Task]], executor: Executor | None, workers: int
-) -> Iterator[Done | str]:
-    """Results as they come, by an executor, by processes, or by this one alone."""
-    if executor is None and workers > 1:
-        return _by_processes(plan, batches, workers)
-    return _by(executor or Here(), plan, batches, workers)
 
 
 def _kept(
@@ -192,132 +147,3 @@ def _digest(path: str) -> str:
             return checksum(file)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from None
-
-
-@contextmanager
-def local(path: str) -> Iterator[str]:
-    """A log as a file of this machine; one at a URL is copied for the time being.
-
-    Raises:
-        InputError: if it cannot be.
-    """
-    if "://" not in path:
-        yield path
-        return
-    try:
-        import fsspec
-    except ModuleNotFoundError:
-        raise InputError("logs at a URL need fsspec: pip install 'dynident[fleet]'") from None
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / PurePosixPath(path).name
-        try:
-            with fsspec.open(path, "rb") as stream:
-                copy.write_bytes(stream.read())
-        except (OSError, ValueError, ImportError) as error:
-            raise InputError(f"cannot be read: {error}") from None
-        yield str(copy)
-
-
-def reduce_batch(plan: Plan, batch: Sequence[Task]) -> list[Done]:
-    """What a worker does: each recording to the bytes of its passport, or why there is none."""
-    robot, recipe = _unpacked(plan.content)
-    return [_reduced(robot, recipe, plan.log_map, task) for task in batch]
-
-
-@lru_cache(maxsize=4)
-def _unpacked(content: bytes) -> tuple[Robot, Recipe]:
-    """Robot and recipe, put together once a worker."""
-    robot, recipe = unpacked(content)
-    return robot, recipe
-
-
-def _reduced(robot: Robot, recipe: Recipe, log_map: LogMap, task: Task) -> Done:
-    entry = task.entry
-    try:
-        with local(entry.path) as path:
-            if checksum(path) != task.sha256:
-                return Done(task.key, b"", "changed while it was reduced: run it again")
-            pieces = read_recordings(path, robot, recipe.drive_gains, log_map, recipe.processing)
-            result = identify(robot, pieces, recipe.processing, essential=recipe.essential, gains=recipe.gains)
-            log = Log("without payload", entry.path, task.sha256)
-            return Done(task.key, passport_bytes(robot_passport(result, recipe, [log], entry.about)), "")
-    except (InputError, OSError) as error:
-        return Done(task.key, b"", " ".join(str(error).split()))
-    except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault
-        return Done(task.key, b"", f"a fault of ours, please report it: {type(fault).__name__}: {fault}")
-
-
-def _by(executor: Executor, plan: Plan, batches: Sequence[Sequence[Task]], workers: int) -> Iterator[Done | str]:
-    """Results as they come, a few batches ahead of the workers.
-
-    Where the engine says that a batch kills whatever worker does it, its recordings are tried one by one.
-    """
-    waiting, pending = iter(batches), dict[Future[list[Done]], Sequence[Task]]()
-
-    def submit(batch: Sequence[Task]) -> None:
-        pending[executor.submit(reduce_batch, plan, batch)] = batch
-
-    for batch in islice(waiting, _AHEAD * workers):
-        submit(batch)
-    while pending:
-        finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-        for future in sorted(finished, key=_failed):  # what is there is not lost with what failed
-            batch = pending.pop(future)
-            try:
-                yield from future.result()
-            except BrokenExecutor:
-                raise
-            except Exception as error:  # of the engine: a worker's own end in a reason
-                if type(error).__name__ != _KILLED:
-                    raise BrokenExecutor(f"{type(error).__name__}: {error}") from error
-                yield "a task killed its workers"
-                if len(batch) == 1:
-                    yield Done(batch[0].key, b"", KILLS)
-                else:
-                    for task in batch:
-                        submit([task])
-            for following in islice(waiting, 1):
-                submit(following)
-
-
-def _failed(future: Future[list[Done]]) -> bool:
-    return future.cancelled() or future.exception() is not None
-
-
-def _by_processes(plan: Plan, batches: Sequence[Sequence[Task]], workers: int) -> Iterator[Done | str]:
-    """Results by processes of this machine; lost ones are replaced, a log that kills each of them is refused."""
-    left = {task.key: task for batch in batches for task in batch}
-    while left:
-        try:
-            with process_pool(workers) as pool:
-                for done in _by(pool, plan, [[task] for task in left.values()], workers):
-                    assert isinstance(done, Done)
-                    del left[done.key]
-                    yield done
-        except BrokenExecutor:
-            yield f"a worker was lost with {len(left)} recordings to go: it is replaced"
-            for task in list(left.values())[: 2 * workers]:  # they begin in this order
-                done = _alone(plan, task)
-                del left[task.key]
-                yield done
-
-
-def _alone(plan: Plan, task: Task) -> Done:
-    """One recording by a process of its own, and by another where that is lost.
-
-    Raises:
-        BrokenExecutor: if such processes are lost without any recording.
-    """
-    for _ in range(_TRIES):
-        with process_pool(1) as pool:
-            pool.submit(_there).result()
-            try:
-                (done,) = pool.submit(reduce_batch, plan, [task]).result()
-            except BrokenExecutor:
-                continue
-            return done
-    return Done(task.key, b"", KILLS)
-
-
-def _there() -> None:
-    """What a process does that is there at all."""

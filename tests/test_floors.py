@@ -33,6 +33,8 @@ FLOORS = {
         "catalog",
         "store",
         "engine",
+        "worker",
+        "results",
         "reduction",
         "identity",
         "nights",

@@ -134,7 +134,7 @@ def test_a_fault_in_one_log_stops_nobody(logs: Path, tmp_path: Path, monkeypatch
     def fail(*_: Any) -> None:
         raise ZeroDivisionError("odd")
 
-    monkeypatch.setattr(fleet.reduction, "read_recordings", fail)
+    monkeypatch.setattr(fleet.worker, "read_recordings", fail)
     reduced = fleet.reduce_fleet([GOOD[0]], ROBOT, tmp_path / "s")
     assert reduced.refused == {GOOD[0]: "a fault of ours, please report it: ZeroDivisionError: odd"}
 
@@ -195,7 +195,7 @@ def test_what_is_no_log(logs: Path) -> None:
     with pytest.raises(InputError, match="no log there"):
         found_logs(["nothing/*.csv"])
     assert found_logs([f"file://{logs}/a/2026-01-01.csv"]) == (f"file://{logs}/a/2026-01-01.csv",)
-    with fleet.reduction.local(f"file://{logs}/a/2026-01-01.csv") as copy:
+    with fleet.worker.local(f"file://{logs}/a/2026-01-01.csv") as copy:
         assert Path(copy).read_bytes() == Path(GOOD[0]).read_bytes()
 
 
@@ -226,7 +226,7 @@ def pool_with_deadly_logs(workers: int) -> Executor:
 
 def poison() -> None:
     """In a worker: reading a recording of arm b ends it."""
-    vars(fleet.reduction)["read_recordings"] = lambda path, *more: (
+    vars(fleet.worker)["read_recordings"] = lambda path, *more: (
         deadly() if path.startswith("b/") else read_recordings(path, *more)
     )
 
@@ -235,12 +235,12 @@ def poison() -> None:
 def test_a_log_that_ends_its_worker_each_time_is_one_row(
     store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fleet.reduction, "process_pool", pool_with_deadly_logs)
+    monkeypatch.setattr(fleet.results, "process_pool", pool_with_deadly_logs)
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
     assert reduced.crashes >= 1
     assert reduced.new == 2
-    assert reduced.refused["b/2026-01-01.csv"] == fleet.reduction.KILLS
-    assert {file for file, why in reduced.refused.items() if why == fleet.reduction.KILLS} == {
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
+    assert {file for file, why in reduced.refused.items() if why == fleet.results.KILLS} == {
         "b/2026-01-01.csv", "b/2026-01-03.csv"
     }  # fmt: skip
 
@@ -251,7 +251,7 @@ def test_workers_that_cannot_begin_are_no_fault_of_a_log(
     def pool(_: int) -> contextlib.AbstractContextManager[Executor]:
         return contextlib.nullcontext(Lost(0))
 
-    monkeypatch.setattr(fleet.reduction, "process_pool", pool)
+    monkeypatch.setattr(fleet.results, "process_pool", pool)
     with pytest.raises(InputError, match="workers were lost after 0 of"):
         fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
 
@@ -270,7 +270,7 @@ def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> 
             return super().submit(fn, *arguments, **more)
 
     reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed(), batch=3)
-    assert reduced.refused["b/2026-01-01.csv"] == fleet.reduction.KILLS
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
     assert (reduced.new, reduced.crashes) == (2, 2)
 
 
