@@ -99,6 +99,8 @@ class Kernel:
         """
         if not isinstance(self._path, CPath):
             raise RuntimeError("steps one after the other need compiled code")
+        if self._outputs < self._sizes[0]:  # compiled code would read beyond them
+            raise ValueError(f"{self._outputs} outputs cannot be the next state of {self._sizes[0]} numbers")
         ready = [np.asarray(x, dtype=np.float64) for x in inputs]
         ready = [x if (x[:1] if x.ndim == 3 else x).flags.c_contiguous else np.ascontiguousarray(x) for x in ready]
         steps = {len(x) for x in ready if x.ndim == 3}

@@ -1,7 +1,7 @@
 """What a long command shows: words, the share that is done, and names of files as they are."""
 
 import pytest
-from dynident.commands.progress import bar, speaking, status
+from dynident.commands.progress import Manner, bar, speaking, status
 from dynident.common.progress import each
 
 
@@ -48,8 +48,8 @@ def test_work_without_a_share_has_no_percentage(
 
 
 @pytest.mark.parametrize("manner", ["quiet", "plain"])
-def test_nothing_is_drawn_where_nobody_looks(capsys: pytest.CaptureFixture[str], manner: str) -> None:
-    with speaking(manner), bar("reducing") as progress:  # type: ignore[arg-type]
+def test_nothing_is_drawn_where_nobody_looks(capsys: pytest.CaptureFixture[str], manner: Manner) -> None:
+    with speaking(manner), bar("reducing") as progress:
         progress(0.5)
         progress(1.0)
     assert "50" not in capsys.readouterr().err

@@ -78,3 +78,12 @@ def test_no_step_differs_from_another(step: ca.Function) -> None:
     state, drive, *shared = inputs()
     with pytest.raises(ValueError, match="steps one number"):
         kernel.chain(state, drive[0], *shared)
+
+
+def test_outputs_too_few_for_the_next_state_are_refused() -> None:
+    x, u = ca.SX.sym("x", 3), ca.SX.sym("u")
+    kernel = Kernel(ca.Function("short", [x, u], [x[0] + u]))
+    if not kernel.compiled:
+        pytest.skip("no compiler")
+    with pytest.raises(ValueError, match="1 outputs cannot be the next state of 3 numbers"):
+        kernel.chain(np.zeros((RUNS, 3)), np.zeros((STEPS, RUNS, 1)))
