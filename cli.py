@@ -134,9 +134,9 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="versions of dynident and of its solvers")
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=_Parser)
     called = next((word for word in words if not word.startswith("-")), None)
-    for command, what in COMMANDS.items():
+    for command, summary in COMMANDS.items():
         if command == called:
             import_module(f".commands.{command}", __package__).add_parser(commands)
         else:
-            commands.add_parser(command, help=what)
+            commands.add_parser(command, help=summary)
     return parser

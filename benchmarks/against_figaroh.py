@@ -107,7 +107,7 @@ def timed(run: Callable[[], Answer]) -> tuple[float, Answer]:
 
 def comparison(results: list[dict[str, tuple[float, Answer]]]) -> Table:
     """Medians over the rounds, and how many times longer each of FIGAROH's ways takes."""
-    medians = {title: float(np.median([one[title][0] for one in results])) for title in results[0]}
+    medians = {title: float(np.median([result[title][0] for result in results])) for title in results[0]}
     references = list(medians.values())[:4]
     table = Table(title=f"TX40 recording, medians of {len(results)} rounds", box=None)
     table.caption = "right of the seconds: how many times longer FIGAROH takes"

@@ -43,13 +43,20 @@ def report(title: str, comparisons: Iterable[Comparison]) -> tuple[bool, Counter
     """Print what a set of robots came to; whether all is as asked, and the rules met."""
     start, rules = time.perf_counter(), Counter[str]()
     results = list(comparisons)
-    bad = [k for k, one in enumerate(results) if not (one.names and one.grouping < GROUPING and one.model < MODEL)]
-    for one in results:
-        rules += one.rules
-    rejected, accepted = max(one.rejected for one in results), min(one.accepted for one in results)
+    bad = [
+        k
+        for k, comparison in enumerate(results)
+        if not (comparison.names and comparison.grouping < GROUPING and comparison.model < MODEL)
+    ]
+    for comparison in results:
+        rules += comparison.rules
+    rejected, accepted = (
+        max(comparison.rejected for comparison in results),
+        min(comparison.accepted for comparison in results),
+    )
     print(f"{title}: {len(results)} robots in {time.perf_counter() - start:.0f} s, {len(bad)} disagree {bad[:20]}")
-    print(f"  largest difference of groupings     {max(one.grouping for one in results):.1e}")
-    print(f"  largest ||W - W_base G|| / ||W||    {max(one.model for one in results):.1e}")
+    print(f"  largest difference of groupings     {max(comparison.grouping for comparison in results):.1e}")
+    print(f"  largest ||W - W_base G|| / ||W||    {max(comparison.model for comparison in results):.1e}")
     print(f"  QR: largest rejected residual {rejected:.1e}, smallest accepted {accepted:.1e}")
     return not bad and accepted > GAP * rejected, rules
 
@@ -58,16 +65,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robots", type=int, default=20000)
     parser.add_argument("--processes", type=int, default=2)
-    asked = parser.parse_args()
-    with Pool(asked.processes) as pool:
-        random, rules = report("random", pool.imap(compare_random, range(asked.robots), chunksize=50))
+    arguments = parser.parse_args()
+    with Pool(arguments.processes) as pool:
+        random, rules = report("random", pool.imap(compare_random, range(arguments.robots), chunksize=50))
         weightless, _ = report(
-            "without gravity (no rules)", pool.imap(compare_weightless, range(asked.robots // 10), chunksize=50)
+            "without gravity (no rules)", pool.imap(compare_weightless, range(arguments.robots // 10), chunksize=50)
         )
         small, _ = report("one and two joints", pool.imap(compare_small, range(len(SMALL)), chunksize=50))
     for rule, count in sorted(rules.items()):
         print(f"{count:8d}  {rule}")
-    met = min(rules.values()) >= RULE or asked.robots < 20000
+    met = min(rules.values()) >= RULE or arguments.robots < 20000
     return 0 if random and weightless and small and met else 1
 
 

@@ -44,7 +44,7 @@ class Scatter(NamedTuple):
 def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | None) -> list[Observation]:
     """Equal windows of at least ``length`` [s] of each recording, or each whole."""
     observer = Observer(robot.with_offsets(True), base_parameters(robot.with_offsets(True)).columns)
-    found = []
+    parts = []
     for file in files:
         recording = read_recording(folder / file, robot, GAINS if file.startswith("ur10e") else None)
         data = measurement(recording, robot.processing)
@@ -53,8 +53,8 @@ def windows(folder: Path, robot: Robot, files: Sequence[str], length: float | No
         times = np.concatenate(whole.t)
         count = max(1, int(np.ptp(times) / length)) if length else 1
         edges = np.linspace(times.min(), times.max() + 1e-9, count + 1)
-        found += [whole.between(*pair) for pair in pairwise(edges)]
-    return found
+        parts += [whole.between(*pair) for pair in pairwise(edges)]
+    return parts
 
 
 def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
@@ -82,7 +82,7 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
         error = y - A @ x
         weight = np.array([1.0 / np.sqrt(np.mean(error[joint == j] ** 2)) for j in range(robot.n)])
     variance = np.diag(np.linalg.pinv(rows.T @ rows, rcond=1e-12)) / scale**2
-    found = []
+    spreads = []
     for j in range(robot.n):
         series = [
             (part.t[j], error[(joint == j) & (place == k)]) for k, part in enumerate(parts) if len(part.t[j]) > 3
@@ -96,20 +96,20 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
         }
         friction = float(np.mean(x[at["FS"]]))
         for kind, where in at.items():
-            found.append(Scatter(kind, j + 1, x[where], memory * variance[where], friction, torque))
-    return found
+            spreads.append(Scatter(kind, j + 1, x[where], memory * variance[where], friction, torque))
+    return spreads
 
 
 def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> tuple[float, float, float]:
     """Common standard deviation in that unit: estimate, and ends of its 90 % interval."""
-    freedom = sum(len(one.values) - 1 for one in some)
+    freedom = sum(len(scatter.values) - 1 for scatter in some)
 
     def spread(share: float) -> float:
         total = 0.0
-        for one in some:
-            weights = 1.0 / (one.variances + (share * unit(one)) ** 2)
-            mean = weights @ one.values / weights.sum()
-            total += float(weights @ (one.values - mean) ** 2)
+        for scatter in some:
+            weights = 1.0 / (scatter.variances + (share * unit(scatter)) ** 2)
+            mean = weights @ scatter.values / weights.sum()
+            total += float(weights @ (scatter.values - mean) ** 2)
         return total
 
     def solved(level: float) -> float:
@@ -143,10 +143,13 @@ def main() -> None:
         print(f"{title}: {len(parts)} windows; scatter beyond noise [90 % interval]")
         for kind, words in (("OFF", "constant torque"), ("FS", "Coulomb friction")):
             for joints in (ARM, WRIST):
-                some = [one for one in every if one.kind == kind and one.joint in joints]
-                shares = [beyond_noise(some, unit) for unit in (lambda one: one.friction, lambda one: one.torque)]
-                told = [f"{100 * s:.1f} % [{100 * low:.1f}, {100 * high:.1f}]" for s, low, high in shares]
-                print(f"  {words}, joints {joints[0]}-{joints[-1]}: {told[0]} of friction, {told[1]} of torque")
+                some = [scatter for scatter in every if scatter.kind == kind and scatter.joint in joints]
+                shares = [
+                    beyond_noise(some, unit)
+                    for unit in (lambda scatter: scatter.friction, lambda scatter: scatter.torque)
+                ]
+                texts = [f"{100 * s:.1f} % [{100 * low:.1f}, {100 * high:.1f}]" for s, low, high in shares]
+                print(f"  {words}, joints {joints[0]}-{joints[-1]}: {texts[0]} of friction, {texts[1]} of torque")
 
 
 if __name__ == "__main__":

@@ -109,11 +109,13 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--robust", action="store_true")
     parser.add_argument("--memory", type=float, default=0.0, metavar="SAMPLES")
-    given = parser.parse_args()
-    means = coverage(range(given.runs), given.trajectories, given.jobs, given.memory, given.robust)
+    arguments = parser.parse_args()
+    means = coverage(
+        range(arguments.runs), arguments.trajectories, arguments.jobs, arguments.memory, arguments.robust
+    )
     titles = ("Coverage by the formula [%]", "Coverage by the jackknife [%]", "sigma, jackknife to formula [%]")
     for title, values in zip(titles, means, strict=False):
-        Console().print(percentages(f"{title}, {given.runs} runs", values))
+        Console().print(percentages(f"{title}, {arguments.runs} runs", values))
 
 
 def percentages(title: str, values: Array) -> Table:

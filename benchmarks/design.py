@@ -51,11 +51,11 @@ def figures() -> None:
         ("payload, via points in 10 s, cond", via, "cond", True, 1.6, 2.0),
         ("payload, via points in 10 s, cond-scaled", via, "cond-scaled", True, 1.05, 2.0),
     ]
-    for name, shape, kind, payload, asked, seconds in tasks:
+    for name, shape, kind, payload, target, seconds in tasks:
         goal = Goal(kind, payload_only=payload)
         problem = build_design(ROBOT, shape, goal, duration=10.0 if payload else None)
         designs = [solve_design(problem, seed=seed) for seed in SEEDS]
-        table.add_row(name, *_row(designs, kind, asked, seconds))
+        table.add_row(name, *_row(designs, kind, target, seconds))
     console.print(table)
 
 
@@ -76,8 +76,8 @@ def replays() -> None:
         designs = [solve_design(problem, seed=seed) for seed in SEEDS]
         moves = [val3_replay(WrittenMotion(ROBOT, design.plan, problem.bounds, ())) for design in designs]
         again = [score_motion(problem, move.motion(500.0)).learnt.condition_number for move in moves]
-        found = [design.learnt.condition_number for design in designs]
-        row = (np.median(found), max(found), np.median(again), max(again))
+        conditions = [design.learnt.condition_number for design in designs]
+        row = (np.median(conditions), max(conditions), np.median(again), max(again))
         table.add_row(name, *(f"{number:.2f}" for number in row))
     console.print(table)
 
@@ -117,14 +117,14 @@ def peers() -> None:
         ("14 via points at rest", ViaPointShape(14, passing=False)),
     ):
         problem = build_design(ROBOT, shape, Goal("cond"))
-        found: dict[str, list[float]] = {"ours": [], "random": [], "CMA-ES": [], "CMA-ES, 4 x": []}
+        conditions: dict[str, list[float]] = {"ours": [], "random": [], "CMA-ES": [], "CMA-ES, 4 x": []}
         for seed in SEEDS:
             design = solve_design(problem, seed=seed)
-            found["ours"].append(design.learnt.condition_number)
-            found["random"].append(np.exp(random_search(problem, design.cpu_s, seed)))
-            found["CMA-ES"].append(np.exp(cma_es(problem, design.cpu_s, seed)))
-            found["CMA-ES, 4 x"].append(np.exp(cma_es(problem, 4.0 * design.cpu_s, seed)))
-        table.add_row(name, *(f"{np.median(x):.1f} ({max(x):.1f})" for x in found.values()))
+            conditions["ours"].append(design.learnt.condition_number)
+            conditions["random"].append(np.exp(random_search(problem, design.cpu_s, seed)))
+            conditions["CMA-ES"].append(np.exp(cma_es(problem, design.cpu_s, seed)))
+            conditions["CMA-ES, 4 x"].append(np.exp(cma_es(problem, 4.0 * design.cpu_s, seed)))
+        table.add_row(name, *(f"{np.median(x):.1f} ({max(x):.1f})" for x in conditions.values()))
     console.print(table)
 
 
@@ -195,15 +195,15 @@ def _error(problem: DesignProblem, limits: Multipliers | None, x: Array, draw: n
     return abs(float(slope @ direction) - expected) / max(abs(expected), float(np.linalg.norm(slope)) / len(x))
 
 
-def _row(designs: list[Design], kind: Kind, asked: float, seconds: float) -> list[str]:
+def _row(designs: list[Design], kind: Kind, target: float, seconds: float) -> list[str]:
     scaled = kind == "cond-scaled"
-    found = [d.learnt.condition_number_scaled if scaled else d.learnt.condition_number for d in designs]
+    conditions = [d.learnt.condition_number_scaled if scaled else d.learnt.condition_number for d in designs]
     cpu = [design.cpu_s for design in designs]
     # Checked again from the motion itself, at a rate the solver did not use.
     missed = max(score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
-    middle, worst = float(np.median(found)), max(found)
+    middle, worst = float(np.median(conditions)), max(conditions)
     return [
-        f"{asked:g}",
+        f"{target:g}",
         f"{middle:.3f}",
         f"{worst:.3f}",
         f"{seconds:g}",

@@ -60,9 +60,9 @@ def _compared(
     """Random motions keep the limits whatever the noise, so that one set of draws serves all."""
     problems = {name: build_design(ROBOT, shape, goal, bounds=GUARDED) for name, shape in shapes.items()}
     rivals = {kind: _best(problems[PASSING], drawn) for kind, drawn in draws.items()}
-    found = {name: [solve_design(problem, seed=seed) for seed in SEEDS] for name, problem in problems.items()}
-    _print(f"d, torque noise {noise}", found, rivals)
-    design, strongest = found[PASSING][0], min(rivals.values(), key=lambda best: best.figures[:, 0].min())
+    by_problem = {name: [solve_design(problem, seed=seed) for seed in SEEDS] for name, problem in problems.items()}
+    _print(f"d, torque noise {noise}", by_problem, rivals)
+    design, strongest = by_problem[PASSING][0], min(rivals.values(), key=lambda best: best.figures[:, 0].min())
     console.print(_confirmed(design, strongest))
     console.print(_floor(design, strongest))
 
@@ -78,7 +78,7 @@ def _best(problem: DesignProblem, draws: list[list[Rival]]) -> _Best:
     return _Best(np.array(figures), best, score_samples(problem, best.family.sample(best.x, FINER)))
 
 
-def _print(title: str, found: dict[str, list[Design]], rivals: dict[str, _Best]) -> None:
+def _print(title: str, by_problem: dict[str, list[Design]], rivals: dict[str, _Best]) -> None:
     """The middle of five seeds against the middle, and the luckiest, of five draws."""
     table = titled(
         f"{title}: sigma in % of the value, one second at {Goal().rate:g} Hz; designed: middle\n"
@@ -90,20 +90,20 @@ def _print(title: str, found: dict[str, list[Design]], rivals: dict[str, _Best])
         "random",
         "change",
     )
-    for name, designs in found.items():
+    for name, designs in by_problem.items():
         missed = max(score_motion(design.problem, design.motion(997.0)).max_violation for design in designs)
         ours = np.array([_spread(design.problem, design.score.samples) for design in designs])
         cpu = [design.cpu_s for design in designs]
         console.print(f"{name}: {np.median(cpu):.1f} CPU s ({max(cpu):.1f}), largest violation {missed:.1e}")
         for kind, best in rivals.items():
             row = []
-            for mine, theirs in zip(ours.T, best.figures.T, strict=True):
-                middle, other = 100.0 * np.median(mine), 100.0 * np.median(theirs)
+            for our_figures, theirs in zip(ours.T, best.figures.T, strict=True):
+                middle, rival_middle = 100.0 * np.median(our_figures), 100.0 * np.median(theirs)
                 lucky = 100.0 * theirs.min()
                 row += [
-                    f"{middle:.3g} ({100 * mine.max():.3g})",
-                    f"{other:.3g} ({lucky:.3g})",
-                    f"{100 * (middle / other - 1):+.0f} %",
+                    f"{middle:.3g} ({100 * our_figures.max():.3g})",
+                    f"{rival_middle:.3g} ({lucky:.3g})",
+                    f"{100 * (middle / rival_middle - 1):+.0f} %",
                 ]
             table.add_row(f"{name} / random {kind}", *row)
     console.print(table)
@@ -126,10 +126,10 @@ def _confirmed(design: Design, rival: _Best) -> str:
     """Spread of estimates from simulated noisy runs of the designed and a random motion, against the prediction."""
     problem, (family, x) = design.problem, rival.motion
     ours, theirs = (_simulated(problem, plan.motion(problem.goal.rate)) for plan in (design.plan, family.plan(x)))
-    mine, other = design.learnt.sigma, rival.score.learnt.sigma
+    sigma, rival_sigma = design.learnt.sigma, rival.score.learnt.sigma
     longer = np.sqrt(design.score.duration / rival.score.duration)  # to equal duration
     actual = longer * np.median([ours[name] / theirs[name] for name in TABLE2])
-    expected = longer * np.median([mine[name] / other[name] for name in TABLE2])
+    expected = longer * np.median([sigma[name] / rival_sigma[name] for name in TABLE2])
     return (
         f"{RUNS} simulated runs each: spread of the designed motion over the random one best in the median, "
         f"at equal duration\n(median over parameters) {actual:.3f}, predicted {expected:.3f}, "
@@ -145,9 +145,9 @@ def _simulated(problem: DesignProblem, motion: Motion) -> dict[str, float]:
     W = problem.kernel.matrix(samples)[:, problem.places] * weight[:, None]
     draw = np.random.default_rng(0)
     noise = (draw.standard_normal(torque.shape) * problem.noise for _ in range(RUNS))
-    noisy = [(torque + one).T.ravel() * weight for one in noise]
-    found = np.linalg.lstsq(W, np.array(noisy).T, rcond=None)[0]
-    return dict(zip(problem.names, found.std(axis=1, ddof=1).tolist(), strict=True))
+    noisy = [(torque + errors).T.ravel() * weight for errors in noise]
+    solutions = np.linalg.lstsq(W, np.array(noisy).T, rcond=None)[0]
+    return dict(zip(problem.names, solutions.std(axis=1, ddof=1).tolist(), strict=True))
 
 
 def _spread(problem: DesignProblem, samples: Samples) -> tuple[float, float]:

@@ -25,15 +25,15 @@ from rich.console import Console
 def refitted(result: Identification) -> tuple[list[str], list[float]]:
     """Order and errors of the elimination down to no parameter, each set solved anew."""
     problem, weights = result.problem, result.estimate.weights
-    kept, effective = list(problem.columns), sum(problem.effective_rows)
+    essential, effective = list(problem.columns), sum(problem.effective_rows)
     order: list[str] = []
     errors: list[float] = []
-    while kept:
-        R = problem.select(kept).stacked(weights)
+    while essential:
+        R = problem.select(essential).stacked(weights)
         solution = solve_triangle(R, effective)
-        errors.append(float(np.linalg.norm(R[len(kept) :, -1]) / np.sqrt(solution.degrees_of_freedom)))
+        errors.append(float(np.linalg.norm(R[len(essential) :, -1]) / np.sqrt(solution.degrees_of_freedom)))
         relative = np.sqrt(np.diag(solution.covariance)) / np.abs(solution.values)
-        order.append(kept.pop(int(np.argmax(relative))))
+        order.append(essential.pop(int(np.argmax(relative))))
     return order, errors
 
 
@@ -52,12 +52,12 @@ def report(console: Console, result: Identification, repeat: int) -> None:
     """Print one robot's figures."""
     name = result.robot.title or result.robot.name
     for rule in (SigmaRatio(), SigmaBound(0.10), SigmaBound(0.05)):
-        found = eliminate(result.problem, result.estimate, rule)
-        against = impossible_robot(result.robot, result.base, result.estimate, found)
+        elimination = eliminate(result.problem, result.estimate, rule)
+        against = impossible_robot(result.robot, result.base, result.estimate, elimination)
         console.print(
-            f"{name}: {len(found.essential)} of {len(found.path.order)} essential ({rule.description}); "
-            f"error's sigma {found.sigma_ratio:.4f} times, largest relative sigma "
-            f"{100.0 * found.largest_relative_sigma:.1f} %, {'impossible' if against else 'possible'}"
+            f"{name}: {len(elimination.essential)} of {len(elimination.path.order)} essential "
+            f"({rule.description}); error's sigma {elimination.sigma_ratio:.4f} times, largest relative sigma "
+            f"{100.0 * elimination.largest_relative_sigma:.1f} %, {'impossible' if against else 'possible'}"
         )
     path = result.elimination.path
     order, errors = refitted(result)

@@ -56,8 +56,8 @@ class Tx40(BaseIdentification):  # type: ignore[misc]
 
     def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Array | None]:
         """Positions and torques on the side of the joints, from memory."""
-        kept = {"timestamps": self.recording.t, "positions": self.recording.q, "torques": self.recording.torque}
-        return {**kept, "velocities": None, "accelerations": None}
+        data = {"timestamps": self.recording.t, "positions": self.recording.q, "torques": self.recording.torque}
+        return {**data, "velocities": None, "accelerations": None}
 
     def process_torque_data(self, **_: Any) -> Array:
         """Cut what the filter spoils off both ends of all signals."""
@@ -132,8 +132,8 @@ def coupled_regressor(robot: Any, settings: dict[str, Any], q: Array, qd: Array,
     """FIGAROH's regressor, joint by joint, and three columns for rotor 6."""
     columns = np.zeros((robot.nv, len(q), 3))
     sign = np.sign(qd[:, 4] + qd[:, 5])
-    for row, other in ((4, 5), (5, 4)):
-        columns[row] = np.column_stack([qdd[:, other], qd[:, other], sign])
+    for row, partner in ((4, 5), (5, 4)):
+        columns[row] = np.column_stack([qdd[:, partner], qd[:, partner], sign])
     W = regressors.build_regressor_basic(robot, q, qd, qdd, settings)
     return np.hstack([W, columns.reshape(-1, 3)])
 

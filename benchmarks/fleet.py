@@ -58,12 +58,12 @@ def throughput(folder: Path, count: int) -> None:
     """Processor time and the clock of one process and two, in turns; memory of a worker over many recordings."""
     robot, paths = load_robot("rx90"), recordings(folder, count)
     clock, spent = {1: list[float](), 2: list[float]()}, {1: list[float](), 2: list[float]()}
-    with fleet.engine.process_pool(1) as one, fleet.engine.process_pool(2) as two:
-        for number, pool in ((1, one), (2, two)):
+    with fleet.engine.process_pool(1) as one_worker, fleet.engine.process_pool(2) as two:
+        for number, pool in ((1, one_worker), (2, two)):
             list(pool.map(time.sleep, [0.5] * 2 * number))
             fleet.reduce_fleet(paths[:2], robot, folder / f"start{number}", executor=pool, workers=number)
         for turn in range(2):
-            for number, pool in ((1, one), (2, two)):
+            for number, pool in ((1, one_worker), (2, two)):
                 before, begin = sum(pool.map(used, [0.3] * 4 * number)), time.monotonic()
                 store = folder / f"{number}-{turn}"
                 fleet.reduce_fleet(paths, robot, store, executor=pool, workers=number)
@@ -136,10 +136,10 @@ def power(passport: RobotPassport, seeds: int) -> None:
         usual = [line for arm in quiet for line in series_of(arm, first) if line.quantity == name]
         scatter = scatter_of(usual)
         bound = bound_of(usual[0].days, usual[0].sigma, scatter, NIGHTLY)
-        found = sum(within(line, scatter, bound) for seed in range(seeds)
+        detections = sum(within(line, scatter, bound) for seed in range(seeds)
                     for line in series_of(stepped[seed, joint], first) if line.quantity == name)  # fmt: skip
-        total += found
-        print(f"  Coulomb friction {joint} +10 % within 5 days: {found} of {seeds} (asked 18 of 20); scatter "
+        total += detections
+        print(f"  Coulomb friction {joint} +10 % within 5 days: {detections} of {seeds} (asked 18 of 20); scatter "
               f"{100 * scatter.sigma:.1f} %, memory {scatter.memory:.2f}, {100 * scatter.per_kelvin:+.2f} %/K, own "
               f"{100 * scatter.own * np.median(usual[0].sigma):.1f} %, bound {bound:.2f}")  # fmt: skip
     print(f"  all axes: {100 * total / (6 * seeds):.0f} %")
@@ -169,7 +169,7 @@ def ideal(own: float, step: float, sigma: float, days: int, rate: float = NIGHTL
     """Share of steps found by generalized least squares that knows scatter, memory and errors exactly."""
     scatter, nights = Scatter(sigma, 0.5, 1.0, 0.0, 0.0), np.full(USUAL + days, max(own, 1e-9))
     draw = np.random.default_rng(0)
-    found = []
+    alarms = []
     day = np.arange(float(USUAL + days))
     values = sigma * scattering((draws, USUAL + days), draw) + own * draw.standard_normal((draws, USUAL + days))
     values += step * (day >= USUAL)
@@ -177,13 +177,13 @@ def ideal(own: float, step: float, sigma: float, days: int, rate: float = NIGHTL
     for count in range(USUAL + 1, USUAL + days + 1):
         steps = steps_of(day[:count], nights[:count], scatter)
         assert steps is not None
-        found.append((np.abs(values[:, :count] @ steps.weights.T / steps.sigma) > bound).any(axis=1))
-    return float(np.any(found, axis=0).mean())
+        alarms.append((np.abs(values[:, :count] @ steps.weights.T / steps.sigma) > bound).any(axis=1))
+    return float(np.any(alarms, axis=0).mean())
 
 
 def by_series(own: float, seeds: int) -> int:
     """In how many seeds a step is found where scatter, memory and temperature are measured on 30 arms' series."""
-    found, days = 0, np.arange(float(USUAL + DAYS))
+    detections, days = 0, np.arange(float(USUAL + DAYS))
     for seed in range(seeds):
         draw = np.random.default_rng([3, seed])
         warm = 3.0 * draw.standard_normal((30, len(days)))
@@ -192,8 +192,8 @@ def by_series(own: float, seeds: int) -> int:
         lines = [Series("a", "FS1", True, 1.0, days, x - np.median(x), np.full(len(days), own), t - t.mean())
                  for x, t in zip(values, warm, strict=True)]  # fmt: skip
         scatter = scatter_of(lines)
-        found += within(lines[0], scatter, bound_of(days, lines[0].sigma, scatter, NIGHTLY))
-    return found
+        detections += within(lines[0], scatter, bound_of(days, lines[0].sigma, scatter, NIGHTLY))
+    return detections
 
 
 def ideals() -> None:
@@ -245,16 +245,16 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--months", type=int, default=200)
     parser.add_argument("--only", choices=("throughput", "power", "false", "ideal"))
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        if asked.only in (None, "throughput"):
-            throughput(Path(name), asked.recordings)
-        if asked.only in (None, "power"):
-            power(night_passport(Path(name)), asked.seeds)
-    if asked.only in (None, "ideal"):
+        if arguments.only in (None, "throughput"):
+            throughput(Path(name), arguments.recordings)
+        if arguments.only in (None, "power"):
+            power(night_passport(Path(name)), arguments.seeds)
+    if arguments.only in (None, "ideal"):
         ideals()
-    for scale in (1.0, 2.0) if asked.only in (None, "false") else ():
-        rate = false_alarms(asked.months if scale == 1.0 else asked.months // 4, scale)
+    for scale in (1.0, 2.0) if arguments.only in (None, "false") else ():
+        rate = false_alarms(arguments.months if scale == 1.0 else arguments.months // 4, scale)
         print(f"false alarms a month of {ARMS} arms, scatter times {scale:g}: {rate:.2f} (asked 1)")
 
 

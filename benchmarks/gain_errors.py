@@ -81,9 +81,9 @@ def payload_half_widths(problem: PayloadProblem, estimate: Estimate) -> dict[str
     }
 
 
-def robot_hits(found: Identification, truth: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def robot_hits(identification: Identification, truth: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Whether intervals with and without the gains' share hold the truth."""
-    with_gains, without = found.estimate.interval95_with_gains, found.estimate.robust_interval95
+    with_gains, without = identification.estimate.interval95_with_gains, identification.estimate.robust_interval95
     assert with_gains is not None
     assert without is not None
     inside = [(ends[:, 0] <= truth) & (truth <= ends[:, 1]) for ends in (with_gains, without)]
@@ -103,11 +103,13 @@ def main() -> None:
     widths: dict[str, list[float]] = {}
     for run in range(runs):
         errors = 0.02 * np.random.default_rng([9, run]).standard_normal(6)
-        found = identify(robot, [bare(run, errors)], SETTINGS, robust=True, gains=GAINS)
-        truth = found.base.value(dict(source.robot.parameters))
-        for name, hit in zip(("robot, with gains", "robot, gains exact"), robot_hits(found, truth), strict=True):
+        identification = identify(robot, [bare(run, errors)], SETTINGS, robust=True, gains=GAINS)
+        truth = identification.base.value(dict(source.robot.parameters))
+        for name, hit in zip(
+            ("robot, with gains", "robot, gains exact"), robot_hits(identification, truth), strict=True
+        ):
             hits.setdefault(name, []).append(hit)
-        problem = payload_problem(robot, [loaded(run, errors)], [], found.estimate, SETTINGS, robust=True)
+        problem = payload_problem(robot, [loaded(run, errors)], [], identification.estimate, SETTINGS, robust=True)
         estimate = identify_payload(problem, 1).estimate
         for name, half in payload_half_widths(problem, estimate).items():
             hits.setdefault(f"payload, {name}", []).append(np.abs(estimate.values - BODY.vector) <= half)
@@ -116,8 +118,8 @@ def main() -> None:
         share = 100.0 * np.mean(inside, axis=0)
         extra = ""
         if name.startswith("payload"):
-            told = np.mean(widths[name.removeprefix("payload, ")])
-            extra = f"; mass {share[9]:.1f}, its interval {told:.3f} kg"
+            mean_width = np.mean(widths[name.removeprefix("payload, ")])
+            extra = f"; mass {share[9]:.1f}, its interval {mean_width:.3f} kg"
         print(f"{name}: covered {share.min():.1f} to {share.max():.1f} %, mean {share.mean():.1f}{extra}")
 
 

@@ -63,20 +63,20 @@ def main() -> None:
     widths: dict[str, list[float]] = {}
     for run in range(runs):
         first, weight, fresh = (record(b, (run, k)) for k, b in enumerate((None, BODY, None)))
-        other = record(OTHER, (run, 3))
-        found = identify_gains(gain_problem(robot, [first], [weight], SETTINGS), known_mass(6.0))
-        gains = Gains(identified=found.larger_relative_covariance.tolist())
+        second = record(OTHER, (run, 3))
+        drive_gains = identify_gains(gain_problem(robot, [first], [weight], SETTINGS), known_mass(6.0))
+        gains = Gains(identified=drive_gains.larger_relative_covariance.tolist())
         for name, (bare, heavy, body) in {
-            "recordings of its own": (fresh, other, OTHER),
-            "the gains' recording without payload": (first, other, OTHER),
+            "recordings of its own": (fresh, second, OTHER),
+            "the gains' recording without payload": (first, second, OTHER),
             "the gains' own pair": (first, weight, BODY),
         }.items():
-            torques = scaled(bare, found.values), scaled(heavy, found.values)
+            torques = scaled(bare, drive_gains.values), scaled(heavy, drive_gains.values)
             inside, width = payload_hits(*torques, body, gains)
             hits.setdefault(f"payload, {name}", []).append(inside)
             widths.setdefault(f"payload, {name}", []).append(width)
         for name, bare in (("a recording of its own", fresh), ("the gains' recording", first)):
-            estimate = identify(robot, [scaled(bare, found.values)], SETTINGS, robust=True, gains=gains)
+            estimate = identify(robot, [scaled(bare, drive_gains.values)], SETTINGS, robust=True, gains=gains)
             ends, truth = (
                 estimate.estimate.interval95_with_gains,
                 estimate.base.value(dict(source.robot.parameters)),
@@ -84,11 +84,11 @@ def main() -> None:
             assert ends is not None
             inside = np.asarray((ends[:, 0] <= truth) & (truth <= ends[:, 1]), dtype=float)
             hits.setdefault(f"robot, {name}", []).append(inside)
-    for name, told in hits.items():
-        share = 100.0 * np.mean(told, axis=0)
+    for name, within in hits.items():
+        share = 100.0 * np.mean(within, axis=0)
         if name in widths:
-            one = " ".join(f"{value:.0f}" for value in share)
-            print(f"{name}: MX MY MZ M covered {one} %, mass interval {np.mean(widths[name]):.3f} kg")
+            text = " ".join(f"{value:.0f}" for value in share)
+            print(f"{name}: MX MY MZ M covered {text} %, mass interval {np.mean(widths[name]):.3f} kg")
         else:
             print(f"{name}: covered {share.min():.0f} to {share.max():.0f} %, mean {share.mean():.1f}")
 

@@ -99,7 +99,7 @@ def update() -> None:
                 times.append(np.diff(marks))
         parts = 1e3 * np.median(np.array(times[22:]), axis=0)
         each = ", ".join(
-            f"{what} {ms:.1f}" for what, ms in zip(("equations", "change", "weighed"), parts, strict=True)
+            f"{label} {ms:.1f}" for label, ms in zip(("equations", "change", "weighed"), parts, strict=True)
         )
         print(f"{name}: window of {window.seconds:.0f} s, an update {parts.sum():.1f} ms CPU ({each})", flush=True)
 
@@ -125,7 +125,12 @@ def memory(minutes: float) -> None:
 
 def watched(arm: Arm, recordings: Iterator[Recording] | list[Recording]) -> tuple[list[tuple[float, float]], float]:
     """When changes begin and are told [s], and the motion that was watched [s]; nothing is weighed."""
-    window, cutter, told, seconds = MovingWindow(arm.robot, arm.known), BlockCutter(arm.robot.processing), [], 0.0
+    window, cutter, changes, seconds = (
+        MovingWindow(arm.robot, arm.known),
+        BlockCutter(arm.robot.processing),
+        [],
+        0.0,
+    )
     watch = ChangeWatch(window)
     for recording in recordings:
         for data in cutter.feed(recording):
@@ -136,22 +141,22 @@ def watched(arm: Arm, recordings: Iterator[Recording] | list[Recording]) -> tupl
             seconds += block.stop - block.start
             change = watch.change()
             if change is not None:
-                told.append((change.time, block.stop))
+                changes.append((change.time, block.stop))
                 window.since(change.time + 0.5 * (block.stop - block.start))
-    return told, seconds
+    return changes, seconds
 
 
 def empty(hours: float) -> None:
     """False changes, each arm an equal share of the time on paths of its own."""
-    told, seconds, share = 0, 0.0, 3600.0 * hours / len(ARMS)
+    alarms, seconds, share = 0, 0.0, 3600.0 * hours / len(ARMS)
     for name in ARMS:
         arm, own, seed, false = Arm(name), 0.0, 100, 0
         while own < share:
             changes, length = watched(arm, [arm.recorded(seed, 200)])
             false, own, seed = false + len(changes), own + length, seed + 1
         print(f"{name}: {own / 3600.0:.2f} empty hours, {false} changes told", flush=True)
-        told, seconds = told + false, seconds + own
-    print(f"all: {told} changes told in {seconds / 3600.0:.2f} empty hours (asked 0 in 20)")
+        alarms, seconds = alarms + false, seconds + own
+    print(f"all: {alarms} changes told in {seconds / 3600.0:.2f} empty hours (asked 0 in 20)")
 
 
 def told(trials: int) -> None:

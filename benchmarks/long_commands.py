@@ -99,9 +99,9 @@ def main() -> None:
             )
             size = sum(log.stat().st_size for log in needed) / 2**20
             count = json.loads(answer.read_text())["data"]["equations"]
-            told = f"{arguments.command}, {minutes:g} min ({size:.0f} MiB of text, {count} equations)"
+            title = f"{arguments.command}, {minutes:g} min ({size:.0f} MiB of text, {count} equations)"
             each = f"{seconds:.1f} s of processor time, {seconds / minutes:.2f} s a minute"
-            print(f"{told}: {each}, peak {peak:.0f} MiB", flush=True)
+            print(f"{title}: {each}, peak {peak:.0f} MiB", flush=True)
 
 
 if __name__ == "__main__":

@@ -42,13 +42,13 @@ class Tally:
         self.squares: dict[tuple[str, int], list[Array]] = {}
         self.active: dict[tuple[str, int], int] = {}
 
-    def add(self, known: Estimate, found: dict[tuple[str, int], Estimate]) -> None:
+    def add(self, known: Estimate, estimates: dict[tuple[str, int], Estimate]) -> None:
         """Count one run."""
         for kind, ends in (("formula", known.interval95), ("jackknife", known.robust_interval95)):
             if ends is not None:
                 self.robot[kind].append(_held(ends, self.experiment.truth))
         upper = np.triu_indices(3)
-        for (name, method), estimate in found.items():
+        for (name, method), estimate in estimates.items():
             body = BODIES[name]
             result = solve_constrained(error_model(estimate))
             intervals = profile_intervals(result)
@@ -70,18 +70,18 @@ class Tally:
     def tables(self, title: str, runs: int) -> list[Table]:
         """Coverage in percent; the root-mean-square ratio of XX and YY."""
         ten = _table(f"{title}: coverage of nominal 95 % intervals [%]", ("body", "method", "", *INERTIAL, "min"))
-        for (name, method, kind), held in self.payload.items():
+        for (name, method, kind), hits in self.payload.items():
             if kind != "derived":
-                share = 100.0 * np.mean(held, axis=0)
+                share = 100.0 * np.mean(hits, axis=0)
                 ten.add_row(name, str(method), kind, *(f"{value:.1f}" for value in (*share, share.min())))
         names = [*(f"com {a}" for a in "xyz"), *INERTIAL[:6], "I1", "I2", "I3"]
         derived = _table("recommended, at the centre of mass [%]", ("body", "method", *names))
-        for (name, method, kind), held in self.payload.items():
+        for (name, method, kind), hits in self.payload.items():
             if kind == "derived":
-                derived.add_row(name, str(method), *(f"{value:.1f}" for value in 100.0 * np.mean(held, axis=0)))
+                derived.add_row(name, str(method), *(f"{value:.1f}" for value in 100.0 * np.mean(hits, axis=0)))
         robot = _table("the robot's 54 parameters [%]", ("", "min", "mean", "max"))
-        for kind, held in self.robot.items():
-            share = 100.0 * np.mean(held, axis=0)
+        for kind, hits in self.robot.items():
+            share = 100.0 * np.mean(hits, axis=0)
             robot.add_row(kind, *(f"{value:.1f}" for value in (share.min(), share.mean(), share.max())))
         rms = _table("rms error, constrained to free", ("body", "method", "XX", "YY", "active [%]"))
         for (name, method), squares in self.squares.items():
@@ -100,10 +100,10 @@ def _table(title: str, headings: Sequence[str]) -> Table:
 
 def difference(experiment: Experiment, memory: float) -> tuple[float, float]:
     """Largest difference from the library in the first run: values in sigma, and robust sigma, relative."""
-    _, found = experiment.run(memory, 0)
+    _, estimates = experiment.run(memory, 0)
     apart = []
     for method, long in experiment.by_the_library(memory, 0, "disc").items():
-        short = found["disc", method]
+        short = estimates["disc", method]
         assert short.sigma_robust is not None
         assert long.sigma_robust is not None
         values = np.abs(short.values - long.values) / long.sigma
@@ -118,18 +118,18 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--trajectories", type=int, default=18)
     parser.add_argument("--noise", nargs="+", choices=tuple(NOISES), default=list(NOISES))
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     console = Console(width=140)
-    experiment = Experiment(given.trajectories)
-    for noise in given.noise:
+    experiment = Experiment(arguments.trajectories)
+    for noise in arguments.noise:
         start = time.process_time()
         values, sigma = difference(experiment, NOISES[noise])
         console.print(f"against the library: values {values:.1e} sigma, robust sigma {sigma:.1e}")
         tally = Tally(experiment)
-        for seed in range(given.runs):
+        for seed in range(arguments.runs):
             tally.add(*experiment.run(NOISES[noise], seed))
-        title = f"{noise} noise, {given.trajectories} trajectories, {given.runs} runs"
-        console.print(*tally.tables(title, given.runs), f"{time.process_time() - start:.0f} s CPU", sep="\n")
+        title = f"{noise} noise, {arguments.trajectories} trajectories, {arguments.runs} runs"
+        console.print(*tally.tables(title, arguments.runs), f"{time.process_time() - start:.0f} s CPU", sep="\n")
 
 
 if __name__ == "__main__":

@@ -59,10 +59,10 @@ class Line(NamedTuple):
 def identified(arguments: argparse.Namespace, folder: Path) -> float:
     """Identify and export as a user does, into ``robot.json`` and ``ours.xml``; CPU time [s]."""
     robot, document = ("--robot", arguments.robot), str(folder / "robot.json")
-    told = ("--data", arguments.training, "--drive-gains", arguments.drive_gains, "--json", document, "--quiet")
+    options = ("--data", arguments.training, "--drive-gains", arguments.drive_gains, "--json", document, "--quiet")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     for words in (
-        ("identify", *robot, *told),
+        ("identify", *robot, *options),
         ("robot", "mjcf", *robot, "--robot-parameters", document, "--out", str(folder / "ours.xml")),
     ):
         subprocess.run([sys.executable, "-m", "dynident", *words], check=True, stdout=subprocess.DEVNULL)
@@ -203,9 +203,10 @@ def torque_residual(path: Path, data: Measurement, processing: Processing) -> fl
         torque[k] = state.qfrc_inverse
     torque += friction * np.sign(motion.qd) - bias
     step, speeds = float(motion.t[1] - motion.t[0]), np.abs(motion.qd)
-    kept = speeds >= least_speed(speeds.max(axis=0), processing)
+    moving = speeds >= least_speed(speeds.max(axis=0), processing)
     ours, measured = (
-        np.where(kept, lowpass(values, step, processing.cutoff, str(path)), 0.0) for values in (torque, data.torque)
+        np.where(moving, lowpass(values, step, processing.cutoff, str(path)), 0.0)
+        for values in (torque, data.torque)
     )
     return float(np.linalg.norm(ours - measured) / np.linalg.norm(measured))
 

@@ -53,12 +53,12 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=1)
     parser.add_argument("--share", type=float, default=0.5, help="of the rated payload")
     parser.add_argument("--lowered", action="store_true", help="torque limits until one is active")
-    asked, runs = parser.parse_args(), []
+    arguments, runs = parser.parse_args(), []
     begun = time.process_time()
-    for name in asked.arms.split(","):
+    for name in arguments.arms.split(","):
         robot = stand_in.rehearsed(load_robot(name))
-        for seed in range(asked.poses):
-            run = measured(robot, asked.share, seed, asked.lowered)
+        for seed in range(arguments.poses):
+            run = measured(robot, arguments.share, seed, arguments.lowered)
             runs.append(run)
             print(
                 f"{name:12} {run.violations} violations, reaches {100 * run.reached:.2f} % of a limit, "
@@ -67,7 +67,7 @@ def main() -> None:
                 flush=True,
             )
     active = [run for run in runs if run.active]
-    print(f"\n{len(runs)} runs at {asked.share:g} of the rating, {len(active)} with an active torque limit")
+    print(f"\n{len(runs)} runs at {arguments.share:g} of the rating, {len(active)} with an active torque limit")
     print(f"violations: asked 0, seen {sum(run.violations for run in runs)} of {BODIES} bodies and the worst, each")
     if active:
         print(f"tight: asked >= 99 %, seen {100 * min(run.reached for run in active):.2f} % at least where active")

@@ -104,12 +104,12 @@ CLASSES: dict[str, Callable[[DesignProblem, np.random.Generator], Rival | None]]
 def random_motions(like: DesignProblem, kind: str, count: int, seed: int) -> list[Rival]:
     """Random motions of a class, all within a problem's limits on the solver's fine grid."""
     draw = np.random.default_rng(seed)
-    found: list[Rival] = []
-    while len(found) < count:
+    rivals: list[Rival] = []
+    while len(rivals) < count:
         rival = CLASSES[kind](like, draw)
         if rival is not None:
-            found.append(rival)
-    return found
+            rivals.append(rival)
+    return rivals
 
 
 def _uniformly(
@@ -122,20 +122,20 @@ def _uniformly(
     return None if scale is None else Rival(family, timed(scale))
 
 
-def _fastest(kept: Callable[[Array], NDArray[np.bool_]], parts: int) -> Array | None:
+def _fastest(within_limits: Callable[[Array], NDArray[np.bool_]], parts: int) -> Array | None:
     """The largest scale of each part that keeps the limits; None if a part has none."""
-    good, found = np.zeros(parts), np.zeros(parts, dtype=bool)
+    good, has_scale = np.zeros(parts), np.zeros(parts, dtype=bool)
     for scale in _SCALES:
-        new = kept(np.where(found, good, scale)) & ~found
-        good[new], found = scale, found | new
-        if found.all():
+        new = within_limits(np.where(has_scale, good, scale)) & ~has_scale
+        good[new], has_scale = scale, has_scale | new
+        if has_scale.all():
             break
-    if not found.all():
+    if not has_scale.all():
         return None
     bad = good * _SCALES[0] / _SCALES[1]
     for _ in range(_HALVINGS):
         middle = np.sqrt(good * bad)
-        fits = kept(middle)
+        fits = within_limits(middle)
         good, bad = np.where(fits, middle, good), np.where(fits, bad, middle)
     return good
 

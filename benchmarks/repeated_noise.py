@@ -56,19 +56,20 @@ class Experiment:
         self.motions = [random_via_points(self.robot, 14, seed).motion(250.0) for seed in range(trajectories)]
         watcher = loaded_observer(self.robot, self.base)
         loads: dict[str, InertialParameters | None] = {"bare": None, **BODIES}
-        seen = {
+        observations = {
             name: [watcher.observe(self.measured(motion, load), self.processing) for motion in self.motions]
             for name, load in loads.items()
         }
-        self.recordings: list[Observation] = seen["bare"]
-        self.W = [np.vstack([one.W[j] for one in self.recordings]) for j in JOINTS]
+        self.recordings: list[Observation] = observations["bare"]
+        self.W = [np.vstack([observation.W[j] for observation in self.recordings]) for j in JOINTS]
         self.exact = {
-            name: [np.concatenate([one.Y[j] for one in all_of]) for j in JOINTS] for name, all_of in seen.items()
+            name: [np.concatenate([observation.Y[j] for observation in all_of]) for j in JOINTS]
+            for name, all_of in observations.items()
         }
         self.truth = self.base.value(self.robot.parameters)
         self.bandwidth, self.columns = self.recordings[0].bandwidth, self.recordings[0].columns
-        self.step = min(float(np.diff(t).min()) for one in self.recordings for t in one.t)
-        self.duration = sum(float(np.ptp(span(one))) for one in self.recordings)
+        self.step = min(float(np.diff(t).min()) for observation in self.recordings for t in observation.t)
+        self.duration = sum(float(np.ptp(span(observation))) for observation in self.recordings)
         self._grams: dict[tuple[int, int], Array] = {}
 
     def measured(self, motion: Motion, load: InertialParameters | None, noise: Array | None = None) -> Measurement:
@@ -85,26 +86,26 @@ class Experiment:
     def on_rows(self, noise: Sequence[Array]) -> Torques:
         """Noise as the rows of W see it: decimated like them."""
         parts: list[list[Array]] = [[] for _ in JOINTS]
-        for one, motion, samples in zip(self.recordings, self.motions, noise, strict=True):
+        for observation, motion, samples in zip(self.recordings, self.motions, noise, strict=True):
             slow = decimated(np.ascontiguousarray(samples.T), self.processing.decimate)
             step = self.processing.decimate * (motion.t[1] - motion.t[0])
             for j in JOINTS:
-                parts[j].append(slow[j, np.rint((one.t[j] - motion.t[0]) / step).astype(int)])
+                parts[j].append(slow[j, np.rint((observation.t[j] - motion.t[0]) / step).astype(int)])
         return [np.concatenate(part) for part in parts]
 
     def sums(self, Y: Torques, length: float) -> Sums:
         """Normal equations in all 64 columns by blocks of at least ``length`` [s]."""
         G, g = [], []
         offsets = np.zeros(6, dtype=int)
-        for k, one in enumerate(self.recordings):
-            edges = block_edges(one, length)
-            cuts = [np.searchsorted(t, edges).tolist() for t in one.t]
+        for k, observation in enumerate(self.recordings):
+            edges = block_edges(observation, length)
+            cuts = [np.searchsorted(t, edges).tolist() for t in observation.t]
             if (k, len(edges)) not in self._grams:
-                self._grams[k, len(edges)] = np.array([_gram(one.W[j], cuts[j]) for j in JOINTS])
+                self._grams[k, len(edges)] = np.array([_gram(observation.W[j], cuts[j]) for j in JOINTS])
             G.append(self._grams[k, len(edges)])
-            rows = [slice(offsets[j], offsets[j] + len(one.t[j])) for j in JOINTS]
-            g.append(np.array([_added(one.W[j] * Y[j][rows[j], None], cuts[j]) for j in JOINTS]))
-            offsets += [len(t) for t in one.t]
+            rows = [slice(offsets[j], offsets[j] + len(observation.t[j])) for j in JOINTS]
+            g.append(np.array([_added(observation.W[j] * Y[j][rows[j], None], cuts[j]) for j in JOINTS]))
+            offsets += [len(t) for t in observation.t]
         yy = np.array([y @ y for y in Y])
         return Sums(np.concatenate(G, axis=1), np.concatenate(g, axis=1), yy, np.array([len(y) for y in Y], float))
 
@@ -114,9 +115,11 @@ class Experiment:
         for Y, columns in groups:
             x = self.answer([(self.sums(Y, np.inf), columns)], self.columns[columns], robust=False).values
             errors = [y - W[:, columns] @ x for W, y in zip(self.W, Y, strict=True)]
-            ends = [np.cumsum([len(one.t[j]) for one in self.recordings])[:-1] for j in JOINTS]
+            ends = [np.cumsum([len(observation.t[j]) for observation in self.recordings])[:-1] for j in JOINTS]
             for j in JOINTS:
-                series = zip((one.t[j] for one in self.recordings), np.split(errors[j], ends[j]), strict=True)
+                series = zip(
+                    (observation.t[j] for observation in self.recordings), np.split(errors[j], ends[j]), strict=True
+                )
                 memory = max(memory, autocorrelation_time(list(series), self.step))
         return max(5.0 * memory, 1.0, self.duration / 100.0)
 
@@ -137,14 +140,14 @@ class Experiment:
         dof = effective - len(names)
         norms = _error_norms(N, n, whole.yy, x)
         variance = float(np.sum((weights * norms) ** 2)) / dof
-        found = None
+        jackknife = None
         if robust:
             lost, gone = np.tensordot(square[:, 0], whole.G, 1), np.tensordot(square[:, 0], whole.g, 1)
             changes = np.linalg.solve(total - lost, (right - gone)[..., None])[..., 0] - x
             B = len(changes)
-            found = RobustCovariance((1.0 - 1.0 / B) * changes.T @ changes, B, B - 1, length)
+            jackknife = RobustCovariance((1.0 - 1.0 / B) * changes.T @ changes, B, B - 1, length)
         fit = Fit(norms, np.sqrt(whole.yy), tuple(int(count) for count in whole.rows))
-        return Estimate(tuple(names), x, variance * inverse, dof, fit, weights, found)
+        return Estimate(tuple(names), x, variance * inverse, dof, fit, weights, jackknife)
 
     def run(self, memory: float, seed: int) -> tuple[Estimate, dict[tuple[str, int], Estimate]]:
         """The robot, and the payload by body and method."""
@@ -154,16 +157,16 @@ class Experiment:
         bare = [exact + e for exact, e in zip(self.exact["bare"], bare_noise, strict=True)]
         length = self.length([(bare, robot)])
         known = self.answer([(self.sums(bare, length), robot)], self.columns[robot], length=length)
-        found = {}
+        estimates = {}
         for name in BODIES:
             loaded = [exact + e for exact, e in zip(self.exact[name], loaded_noise, strict=True)]
             change = [y - y0 for y, y0 in zip(loaded, bare, strict=True)]
             length = self.length([(loaded, robot), (bare, robot), (change, payload)])
             sums = [self.sums(Y, length) for Y in (bare, loaded, change)]
-            found[name, 3] = self.answer([(sums[2], payload)], PAYLOAD, length=length)
+            estimates[name, 3] = self.answer([(sums[2], payload)], PAYLOAD, length=length)
             joint = self.answer([(sums[0], robot), (sums[1], both)], self.columns, length=length)
-            found[name, 4] = _part(joint, payload)
-        return known, found
+            estimates[name, 4] = _part(joint, payload)
+        return known, estimates
 
     def by_the_library(self, memory: float, seed: int, body: str) -> dict[int, Estimate]:
         """Methods 3 and 4 the long way: recordings, blocks, QR."""
@@ -198,12 +201,12 @@ def _added(rows: Array, cuts: Sequence[int]) -> Array:
 def _combined(parts: Sequence[tuple[Sums, slice]], c: int) -> Sums:
     """Equations added up; a part's columns are a slice of its own 64, and stand there among the c if c is 64."""
     total: Sums | None = None
-    for one, columns in parts:
-        G, g = one.G[:, :, columns, columns], one.g[:, :, columns]
+    for part, columns in parts:
+        G, g = part.G[:, :, columns, columns], part.g[:, :, columns]
         if G.shape[-1] < c:
             G, g = np.zeros((*G.shape[:2], c, c)), np.zeros((*G.shape[:2], c))
-            G[:, :, columns, columns], g[:, :, columns] = one.G[:, :, columns, columns], one.g[:, :, columns]
-        own = Sums(G, g, one.yy, one.rows)
+            G[:, :, columns, columns], g[:, :, columns] = part.G[:, :, columns, columns], part.g[:, :, columns]
+        own = Sums(G, g, part.yy, part.rows)
         total = own if total is None else Sums(*(a + b for a, b in zip(total, own, strict=True)))
     assert total is not None
     return total

@@ -20,9 +20,9 @@ def main() -> None:
     simulate_paper(robot, paper.payload, levels("none"), 0, 1)  # compiles
     start = time.process_time()
     experiment = simulate_paper(robot, paper.payload, levels("none"), 0)
-    taken = time.process_time() - start
+    seconds = time.process_time() - start
     duration = sum(run.exact.motion.t[-1] for run in experiment.runs)
-    print(f"{len(experiment.runs)} runs, {duration:.0f} s of motion: {taken:.1f} s of processor time")
+    print(f"{len(experiment.runs)} runs, {duration:.0f} s of motion: {seconds:.1f} s of processor time")
     problem = reduced_experiment(experiment)
     truth, joint = true_values(experiment, problem), robust_joint(problem)
     print("Largest errors without noise, method 4:")

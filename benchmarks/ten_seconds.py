@@ -95,8 +95,8 @@ def weighed(piece: Piece, short: bool, gains: Gains | None) -> tuple[float, floa
     else:
         problem = payload_problem(robot, [loaded], known=known, robust=True)
     estimate = identify_payload(problem, 1)
-    told = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
-    factor = disagreement(payload_by_joints(problem, estimate.estimate.weights), told, few=short)
+    covariance = gains.covariance(robot.n) if gains is not None else np.zeros((robot.n, robot.n))
+    factor = disagreement(payload_by_joints(problem, estimate.estimate.weights), covariance, few=short)
     payload = constrain_payload(widened(estimate, factor), gains=gains)
     low, high = payload.intervals.parameters[9]
     return payload.mass / mass - 1.0, low / mass - 1.0, high / mass - 1.0
@@ -115,13 +115,13 @@ def main() -> None:
     """Print the counts."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--runs", type=int, default=100)
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     sets: dict[str, list[Piece]] = {}
     if "DYNIDENT_DATA" in os.environ:
         sets = real(Path(os.environ["DYNIDENT_DATA"]) / "ur10e")
     else:
         print("real pieces left out: DYNIDENT_DATA is not set")
-    sets["simulated"] = list(simulated(given.runs))
+    sets["simulated"] = list(simulated(arguments.runs))
     for name, pieces in sets.items():
         for short in (False, True):
             for gains in (None, Gains((0.02,) * 6)) if name != "simulated" else (None,):

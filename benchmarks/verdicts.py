@@ -71,10 +71,10 @@ def run(seed: int) -> Run:
         answer = answer_payload(payload_problem(invented.robot(name), loaded, unloaded, robust=True))
     except (InputError, SolverError) as error:
         return Run(seed, name, kind, "error", "", np.nan, np.nan, str(error))
-    found = answer.recommended.body
-    off = np.diag(found.inertia_com) / np.diag(body.inertia_com) - 1.0
+    estimate = answer.recommended.body
+    off = np.diag(estimate.inertia_com) / np.diag(body.inertia_com) - 1.0
     return Run(
-        seed, name, kind, answer.verdict.level, expected(answer), found.mass / body.mass - 1.0,
+        seed, name, kind, answer.verdict.level, expected(answer), estimate.mass / body.mass - 1.0,
         float(np.abs(off).max()), "; ".join(answer.verdict.reasons),
     )  # fmt: skip
 
@@ -113,10 +113,10 @@ def table(done: list[Run]) -> Table:
     for heading in (*headings, "inertia error % where use"):
         result.add_column(heading, justify="left" if heading in headings[:2] else "right")
     for group, members in _grouped(done):
-        levels = Counter(one.level for one in members)
-        used = [100 * one.inertia_error for one in members if one.level == "use"]
-        right = sum(one.level == one.expected for one in members if one.answered)
-        worst = max((abs(100 * one.mass_error) for one in members if one.answered), default=np.nan)
+        levels = Counter(trial.level for trial in members)
+        used = [100 * trial.inertia_error for trial in members if trial.level == "use"]
+        right = sum(trial.level == trial.expected for trial in members if trial.answered)
+        worst = max((abs(100 * trial.mass_error) for trial in members if trial.answered), default=np.nan)
         counts = [levels[level] for level in ("use", "mass_and_com_only", "do_not_use", "error")]
         result.add_row(
             *group, str(len(members)), *map(str, counts), f"{right}", f"{worst:.2f}",
@@ -128,7 +128,7 @@ def table(done: list[Run]) -> Table:
 def _grouped(done: list[Run]) -> Iterator[tuple[tuple[str, str], list[Run]]]:
     for name in invented.NAMES:
         for kind in invented.PAYLOADS:
-            yield (name, kind), [one for one in done if (one.robot, one.payload) == (name, kind)]
+            yield (name, kind), [trial for trial in done if (trial.robot, trial.payload) == (name, kind)]
     yield ("all", ""), done
 
 
@@ -137,13 +137,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, metavar="SEED")
     parser.add_argument("--jobs", type=int, default=2)
-    given = parser.parse_args()
-    done = runs(range(given.first, given.first + given.runs), given.jobs)
+    arguments = parser.parse_args()
+    done = runs(range(arguments.first, arguments.first + arguments.runs), arguments.jobs)
     console = Console(width=120)
     console.print(table(done))
-    for one in done:
-        if one.level != one.expected:
-            console.print(f"seed {one.seed} {one.robot} {one.payload}: {one.level}: {one.text}", markup=False)
+    for trial in done:
+        if trial.level != trial.expected:
+            console.print(
+                f"seed {trial.seed} {trial.robot} {trial.payload}: {trial.level}: {trial.text}", markup=False
+            )
 
 
 if __name__ == "__main__":

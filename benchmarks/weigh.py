@@ -142,7 +142,10 @@ def weighed_once(
 ) -> PayloadAnswer:
     """With white noise on both recordings; with ``ripple``, that and changed constant torques on the loaded one."""
     draw = np.random.default_rng(seed)
-    noisy = [replace(one, torque=one.torque + noise * draw.standard_normal(one.torque.shape)) for one in clean]
+    noisy = [
+        replace(recording, torque=recording.torque + noise * draw.standard_normal(recording.torque.shape))
+        for recording in clean
+    ]
     if ripple is not None:
         friction = np.array([robot.parameters[f"FS{joint}"] for joint in range(1, robot.n + 1)])
         change = OFFSET_SHARE * friction * draw.standard_normal(robot.n)
@@ -167,15 +170,15 @@ def coverage(motions: list[Near], seeds: int, ripple: float | None) -> None:
         simulator, motion = Simulator(robot), near.design.motion(RATES[case.robot])
         clean = [simulator.record(motion, load, None, source=str(k)) for k, load in enumerate((None, BODY))]
         noise = np.array(LEVELS[case.robot][0]) * np.sqrt(10.0)
-        held, errors, sigmas = 0, [], []
+        hits, errors, sigmas = 0, [], []
         for seed in range(seeds):
             answer = weighed_once(robot, clean, noise, seed, ripple)
             low, high = answer.mass_interval
-            held += low <= BODY.mass <= high
+            hits += low <= BODY.mass <= high
             errors.append(answer.free.ten[9] - BODY.mass)
             sigmas.append(answer.model.sigma[9])
         print(
-            f"  {case.robot} joints {','.join(map(str, case.joints))}: {100 * held / seeds:.0f} %; error of mass "
+            f"  {case.robot} joints {','.join(map(str, case.joints))}: {100 * hits / seeds:.0f} %; error of mass "
             f"{np.mean(errors):+.3f} +- {np.std(errors):.3f} kg, sigma as told {np.mean(sigmas):.3f} kg"
         )
 
@@ -201,17 +204,17 @@ def windows(folder: Path) -> None:
     moving = moving[bare.t[moving] > 2.0]  # before that it jogs to the start
     first, last = bare.t[moving[[0, -1]]] - bare.t[0]
     for length, step in ((10.0, 0.5), (20.0, 0.5), (30.0, 1.0)):
-        masses, held = [], 0
+        masses, hits = [], 0
         for start in np.arange(first, last - length + 1e-9, step):
             both = part(bare, start, length), part(loaded, start + lag, length)
             answer = answer_payload(difference_weighing(robot, [both[1]], [both[0]]), gains=Gains((0.02,)))
             low, high = answer.mass_interval
             masses.append(answer.mass)
-            held += low <= WEIGHED <= high
+            hits += low <= WEIGHED <= high
         off = np.array(masses) / WEIGHED - 1.0
         print(
             f"  {length:.0f} s, {len(off)} windows: worst {100 * np.abs(off).max():.1f} %, mean "
-            f"{100 * off.mean():+.2f} %, scatter {100 * off.std():.2f} %; held {100 * held / len(off):.0f} %"
+            f"{100 * off.mean():+.2f} %, scatter {100 * off.std():.2f} %; held {100 * hits / len(off):.0f} %"
         )
 
 
@@ -240,11 +243,11 @@ def main() -> None:
     arguments = parser.parse_args()
     data = os.environ.get("DYNIDENT_DATA")
     if arguments.only in (None, "design", *coverages):
-        found = designs()
+        cases = designs()
         refusals()
         for name, ripple in coverages.items():
             if arguments.only in (None, name):
-                coverage(found, arguments.seeds, ripple)
+                coverage(cases, arguments.seeds, ripple)
     for name, figures in (("windows", windows), ("time", timing)):
         if arguments.only in (None, name):
             if data:

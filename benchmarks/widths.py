@@ -77,19 +77,19 @@ def drawn(seed: int, gain: float = 0.0, day: bool = False) -> Drawn:
     name = NAMES[seed % 4]
     body = invented.payload(name, invented.PAYLOADS[seed // 4 % 5], draw)
     noise, memory = float(draw.uniform(0.02, 0.2)), 20.0 * int(draw.integers(2))
-    pairs, seeds = int(draw.integers(1, 3)), [int(one) for one in draw.integers(1_000_000, size=8)]
+    pairs, seeds = int(draw.integers(1, 3)), [int(number) for number in draw.integers(1_000_000, size=8)]
     robot = invented.robot(name)
-    motions = [_motion(name, one, MOTION / pairs) for one in seeds[:pairs]]
+    motions = [_motion(name, number, MOTION / pairs) for number in seeds[:pairs]]
     scale = np.ones(robot.n)
     scale[int(draw.integers(1, 3))] += gain * float(draw.choice([-1.0, 1.0]))
     another = Simulator(replace(robot, parameters=_another_day(robot, draw))) if day else None
     sets = []
     for load, arm, first in ((None, None, 4), (body, another, 6)):
-        made = [
-            invented.recorded(name, motion, load, one, noise, memory, arm)
-            for motion, one in zip(motions, seeds[first:], strict=False)
+        recordings = [
+            invented.recorded(name, motion, load, number, noise, memory, arm)
+            for motion, number in zip(motions, seeds[first:], strict=False)
         ]
-        sets.append([replace(one, torque=one.torque * scale) for one in made])
+        sets.append([replace(recording, torque=recording.torque * scale) for recording in recordings])
     return Drawn(name, robot, body, *sets)
 
 
@@ -115,19 +115,20 @@ def run(seed: int, gain: float = 0.0, day: bool = False) -> Run:
     data = drawn(seed, gain, day)
     try:
         problem = payload_problem(data.robot, data.loaded, data.unloaded, robust=True)
-        told = answer_payload(problem, (4,))
+        answer = answer_payload(problem, (4,))
         bare = constrain_payload(identify_payload(replace(problem, friction={}), 4))
     except (InputError, SolverError) as error:
         return Run(data.name, str(error), *[np.nan] * 7)
-    ten = _held(told.recommended.intervals.parameters, data.body.vector)
-    com = _held(told.recommended.intervals.com, data.body.com)
+    ten = _held(answer.recommended.intervals.parameters, data.body.vector)
+    com = _held(answer.recommended.intervals.com, data.body.com)
     half, narrow = (
-        0.5 * float(np.ptp(one.intervals.parameters[9])) / data.body.mass for one in (told.recommended, bare)
+        0.5 * float(np.ptp(estimate.intervals.parameters[9])) / data.body.mass
+        for estimate in (answer.recommended, bare)
     )
-    factor = disagreement(told.by_joints, np.zeros((data.robot.n, data.robot.n)))
-    off = told.mass / data.body.mass - 1.0
-    held = float(ten[9]), float(ten.mean()), float(com.mean())
-    return Run(data.name, told.verdict.level, *held, off, half, narrow, factor)
+    factor = disagreement(answer.by_joints, np.zeros((data.robot.n, data.robot.n)))
+    off = answer.mass / data.body.mass - 1.0
+    hits = float(ten[9]), float(ten.mean()), float(com.mean())
+    return Run(data.name, answer.verdict.level, *hits, off, half, narrow, factor)
 
 
 def _held(intervals: Array, truth: Array) -> Array:
@@ -161,12 +162,12 @@ def table(done: list[Run]) -> Table:
     for heading in headings:
         result.add_column(heading, justify="left" if heading == "arm" else "right")
     for name in (*NAMES, "all"):
-        own = [one for one in done if name in (one.name, "all")]
-        levels = [sum(one.level == level for one in own) for level in LEVELS]
-        numbers = np.array([one[2:] for one in own if np.isfinite(one.half)]).reshape(-1, 7)
-        *held, error, half, bare, factor = numbers.T
+        own = [trial for trial in done if name in (trial.name, "all")]
+        levels = [sum(trial.level == level for trial in own) for level in LEVELS]
+        numbers = np.array([trial[2:] for trial in own if np.isfinite(trial.half)]).reshape(-1, 7)
+        *hits, error, half, bare, factor = numbers.T
         result.add_row(
-            name, str(len(own)), *(f"{100 * share.mean():.0f}" for share in held),
+            name, str(len(own)), *(f"{100 * share.mean():.0f}" for share in hits),
             f"{100 * np.sqrt(np.mean(error**2)):.2f}", f"{100 * np.median(half):.2f}",
             f"{np.median(half / bare):.2f}", str(int(np.sum(factor > 1.0))), *map(str, levels),
             str(len(own) - sum(levels)),
@@ -182,14 +183,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--gains", type=float, default=0.0, metavar="PERCENT")
     parser.add_argument("--days", action="store_true")
-    given = parser.parse_args()
-    seeds = range(given.first, given.first + given.runs)
+    arguments = parser.parse_args()
+    seeds = range(arguments.first, arguments.first + arguments.runs)
     console = Console(width=130)
-    done = runs(seeds, given.gains / 100.0, given.days, given.jobs)
+    done = runs(seeds, arguments.gains / 100.0, arguments.days, arguments.jobs)
     console.print(table(done))
-    for seed, one in zip(seeds, done, strict=True):
-        if one.level not in LEVELS:
-            console.print(f"seed {seed} {one.name}: {one.level}", markup=False)
+    for seed, trial in zip(seeds, done, strict=True):
+        if trial.level not in LEVELS:
+            console.print(f"seed {seed} {trial.name}: {trial.level}", markup=False)
 
 
 if __name__ == "__main__":

@@ -53,10 +53,10 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "apply", run, _Apply, _Host)
 
 
-def run(asked: _Apply, controller: _Host) -> int:
+def run(request: _Apply, controller: _Host) -> int:
     """Run it: nothing is sent before the word is given."""
-    load = report.controllers.read_load(asked.payload, None, asked.despite_verdict)
-    if not asked.despite_verdict and load.verdict == "do_not_use":
+    load = report.controllers.read_load(request.payload, None, request.despite_verdict)
+    if not request.despite_verdict and load.verdict == "do_not_use":
         print(
             f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}",
             file=sys.stderr,
@@ -67,7 +67,7 @@ def run(asked: _Apply, controller: _Host) -> int:
     at_flange = load.in_flange()
     if at_flange is None:
         raise InputError(
-            f"{asked.payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent"
+            f"{request.payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent"
         )
     load = at_flange.rounded()
     command = command_of(load)
@@ -76,10 +76,10 @@ def run(asked: _Apply, controller: _Host) -> int:
     text = live.program(command)
     if not quiet():
         print(f"To {controller.host}, beside the program that runs there:\n\n{text}")
-    if not asked.yes and not _agreed():
+    if not request.yes and not _agreed():
         note("nothing was sent: answer yes, or give --yes")
         return ANSWERED
-    _apply(asked, controller, load, text)
+    _apply(request, controller, load, text)
     if not quiet():
         print("The controller shows this payload now.")
     return ANSWERED
@@ -98,7 +98,7 @@ def _agreed() -> bool:
     return ask("Send it? yes or no", str) in ("yes", "y")
 
 
-def _apply(asked: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:
+def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:
     """Send the program and see that the controller holds what was sent.
 
     Raises:
@@ -107,7 +107,7 @@ def _apply(asked: _Apply, controller: _Host, load: ControllerLoad, text: str) ->
     with controller.client() as client, client.stream(_FIELDS, 25.0) as stream:
         if live.MASS not in stream.recipe.fields:
             raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
-        with live.send_program(text, controller.host or "", asked.script_port or live.SCRIPT_PORT):
+        with live.send_program(text, controller.host or "", request.script_port or live.SCRIPT_PORT):
             shown, begin = live.Samples(stream.recipe, b""), time.monotonic()
             while time.monotonic() - begin < _PATIENCE:
                 shown = stream.take() or shown
@@ -131,6 +131,6 @@ def _differing(shown: live.Samples, load: ControllerLoad) -> str:
             math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size)
             for a, b in zip(samples[-1], values, strict=True)
         ):
-            there, given = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (samples[-1], values))
-            wrong.append(f"{field} {there} instead of {given}")
+            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (samples[-1], values))
+            wrong.append(f"{field} {there} instead of {target}")
     return "; ".join(wrong)

@@ -26,16 +26,16 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "compare", run, RobotOptions, _Logs, ProcessingOptions, ResultOptions)
 
 
-def run(arm: RobotOptions, asked: _Logs, processing: ProcessingOptions, files: ResultOptions) -> int:
+def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files: ResultOptions) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
     recipe, passports = recipe_of("identify", setup, setup.identified), []
     with bar("identifying") as progress:
-        for k, path in enumerate(asked.logs, 1):
+        for k, path in enumerate(request.logs, 1):
             result = estimation.identify(setup.robot, setup.read([path]), setup.processing, gains=recipe.gains)
             log = fleet.Log("without payload", path, checksum(path))
             passports.append(fleet.robot_passport(result, recipe, [log]))
-            progress(k / len(asked.logs))
+            progress(k / len(request.logs))
     compared = fleet.compared(passports)
     files.show(report.compared_screen(compared))
     files.write_json(lambda: report.documents.compared_document(compared))

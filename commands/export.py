@@ -65,8 +65,8 @@ class _Export(Options):
         """Refuse an option that the format does not know: it would be ignored."""
         formats = report.controllers.FORMATS.values()
         for name, known in (
-            ("tool_frame", [other.name for other in formats if other.in_tool_frame]),
-            ("meters_per_unit", [other.name for other in formats if other.own_units]),
+            ("tool_frame", [candidate.name for candidate in formats if candidate.in_tool_frame]),
+            ("meters_per_unit", [candidate.name for candidate in formats if candidate.own_units]),
         ):
             if form.name not in known:
                 self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
@@ -97,24 +97,24 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "export", run, _Export)
 
 
-def run(asked: _Export) -> int:
+def run(request: _Export) -> int:
     """Run it."""
-    form = report.controllers.FORMATS[asked.to]
-    asked.check(form)
-    load = report.controllers.read_load(asked.payload, asked.method, asked.despite_verdict)
-    if not asked.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
+    form = report.controllers.FORMATS[request.to]
+    request.check(form)
+    load = report.controllers.read_load(request.payload, request.method, request.despite_verdict)
+    if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         if load.verdict != "do_not_use":
             why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
         print(f"dynident: not written: {why}", file=sys.stderr)
         return DO_NOT_USE
-    load = asked.placed(load)
+    load = request.placed(load)
     text = form.text(load)
     if form.comment is None and not form.head_inside:
         for line in form.head(load):
             note(f"{line}")
-    if asked.out:
-        write_text(asked.out, text)
+    if request.out:
+        write_text(request.out, text)
     else:
         print(text, end="")
     return ANSWERED

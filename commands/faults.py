@@ -30,8 +30,8 @@ def told(fault: Exception, words: Sequence[str]) -> int:
         where = f"with {file.name}"
     except OSError as error:
         where = f"(its details could not be written: {error.strerror})"
-    what = " ".join(f"{type(fault).__name__}: {fault}".split())
-    print(f"dynident: internal error, please report {where}: {what[:_TOLD]}", file=sys.stderr)
+    message = " ".join(f"{type(fault).__name__}: {fault}".split())
+    print(f"dynident: internal error, please report {where}: {message[:_TOLD]}", file=sys.stderr)
     return INTERNAL_ERROR
 
 

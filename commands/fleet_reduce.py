@@ -65,29 +65,29 @@ def add_parser(commands: Any) -> None:
 
 
 def run(
-    arm: RobotOptions, asked: _Reduce, drives: GainOptions, processing: ProcessingOptions, files: ResultOptions
+    arm: RobotOptions, request: _Reduce, drives: GainOptions, processing: ProcessingOptions, files: ResultOptions
 ) -> int:
     """Run it."""
-    if asked.scheduler is None:
-        asked.refuse("batch", "belongs to --scheduler: a process takes one recording at a time")
-    setup, entries = processing.setup(arm.load()), asked.entries()
+    if request.scheduler is None:
+        request.refuse("batch", "belongs to --scheduler: a process takes one recording at a time")
+    setup, entries = processing.setup(arm.load()), request.entries()
     recipe = recipe_of("identify", setup, drives.errors(setup, [], []))
-    address = None if asked.scheduler == _LOCAL else asked.scheduler
+    address = None if request.scheduler == _LOCAL else request.scheduler
     cluster = (
-        fleet.engine.dask_executor(address, asked.workers)
-        if asked.scheduler
-        else nullcontext((None, asked.workers))
+        fleet.engine.dask_executor(address, request.workers)
+        if request.scheduler
+        else nullcontext((None, request.workers))
     )
     with bar("reducing") as progress, cluster as (executor, workers):
         reduced = fleet.reduce_fleet(
             entries,
             setup.robot,
-            asked.store,
+            request.store,
             recipe,
             setup.log_map,
             executor,
             workers,
-            (asked.batch or 4) if executor else 1,
+            (request.batch or 4) if executor else 1,
             progress,
         )
     if reduced.crashes:

@@ -37,16 +37,16 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "report", run, _Store, PageOptions, help="friction, payload, scales: what changed")
 
 
-def run(asked: _Store, files: PageOptions) -> int:
+def run(request: _Store, files: PageOptions) -> int:
     """Run it."""
-    store = fleet.Store.opened(asked.store)
-    found, refused = fleet.fleet_of(_arms(store), asked.false_alarms), store.refused()
-    files.show(report.fleet_screen(found, refused))
-    files.write_json(lambda: report.documents.fleet_document(found, refused))
-    words = {"robot": found.arms[0].name, "false alarms a month": f"{asked.false_alarms:g}"}
-    files.write_page(lambda: report.fleet_page(found, refused, files.provenance(words, asked)))
-    if asked.parquet:
-        write_tables(Path(made_folder(asked.parquet)), found)
+    store = fleet.Store.opened(request.store)
+    history, refused = fleet.fleet_of(_arms(store), request.false_alarms), store.refused()
+    files.show(report.fleet_screen(history, refused))
+    files.write_json(lambda: report.documents.fleet_document(history, refused))
+    words = {"robot": history.arms[0].name, "false alarms a month": f"{request.false_alarms:g}"}
+    files.write_page(lambda: report.fleet_page(history, refused, files.provenance(words, request)))
+    if request.parquet:
+        write_tables(Path(made_folder(request.parquet)), history)
     return ANSWERED
 
 
@@ -61,9 +61,9 @@ def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
         raise InputError(f"{store.root}: no recording in it")
     arms, done = [], 0
     with bar("reading nights") as progress:
-        for _, mine in groupby(rows, key=lambda row: row.about.get("arm", "")):
+        for _, arm_rows in groupby(rows, key=lambda row: row.about.get("arm", "")):
             passports = []
-            for row in mine:
+            for row in arm_rows:
                 passport = fleet.read_passport(store.path(row.passport))
                 assert isinstance(passport, fleet.RobotPassport)
                 passports.append(passport)
@@ -73,7 +73,7 @@ def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
     return arms
 
 
-def write_tables(folder: Path, found: fleet.Fleet) -> None:
+def write_tables(folder: Path, history: fleet.Fleet) -> None:
     """Every night's numbers, and the alarms.
 
     Raises:
@@ -81,13 +81,13 @@ def write_tables(folder: Path, found: fleet.Fleet) -> None:
     """
     nights = [
         (arm.name, night.day, night.temperature, night.told, name, *number)
-        for arm in found.arms
+        for arm in history.arms
         for night in arm.nights
         for name, number in night.numbers.items()
     ]
     names = ("arm", "day", "temperature", "told", "quantity", "value", "sigma")
     heads = ("arm", "quantity", "since", "step", "sigma", "sigmas", "new")
-    alarms = [[*(getattr(alarm, head) for head in heads[:-1]), str(alarm.new).lower()] for alarm in found.alarms]
+    alarms = [[*(getattr(alarm, head) for head in heads[:-1]), str(alarm.new).lower()] for alarm in history.alarms]
     if not fleet.store.write_parquet(folder / "nights.parquet", names, nights):
         raise InputError("--parquet needs pyarrow: pip install 'dynident[fleet]'")
     fleet.store.write_parquet(folder / "alarms.parquet", heads, alarms)

@@ -67,8 +67,8 @@ def _load(text: str) -> float:
 def _drawn(field: str, how: Callable[[str], Any], metavar: str, help: str, unit: str = "") -> Any:
     """An option of the scenario, with the scenario's own default."""
     value = getattr(_USUAL, field)
-    told = f"{100.0 * value:g}%%" if metavar == "SHARE" else f"{value}{unit}"
-    return option(type=how, default=value, metavar=metavar, help=f"{help} (default: {told})")
+    figure = f"{100.0 * value:g}%%" if metavar == "SHARE" else f"{value}{unit}"
+    return option(type=how, default=value, metavar=metavar, help=f"{help} (default: {figure})")
 
 
 @dataclass(frozen=True)
@@ -120,23 +120,23 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "simulate", run, _Simulate, help="a fleet that never was, with the truth beside")
 
 
-def run(asked: _Simulate) -> int:
+def run(request: _Simulate) -> int:
     """Run it."""
-    scenario = asked.scenario()
-    types = [model.with_stand_in(model.load_robot(name)) for name in asked.robots]
+    scenario = request.scenario()
+    types = [model.with_stand_in(model.load_robot(name)) for name in request.robots]
     names = [robot.name for robot in types]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(f"robots: {twice.pop()!r} twice: give each type once")
     known = [(robot, simulated_arms(robot, scenario)) for robot in types]
-    players = [_Player.of(robot, asked) for robot in types]
-    root, lines = Path(made_folder(asked.out)), list[str]()
+    players = [_Player.of(robot, request) for robot in types]
+    root, lines = Path(made_folder(request.out)), list[str]()
     for player, (robot, arms) in zip(players, known, strict=True):
         folder = Path(made_folder(root / robot.name))
         with bar(f"simulating {robot.name}") as progress:
-            (player.write_store if asked.equations else player.write_logs)(folder, arms, progress)
-        _write_tables(folder, arms, asked.equations)
-        what = "a store of equations" if asked.equations else "recordings and robots.csv"
-        lines.append(f"{folder}: {len(arms)} arms, {scenario.days} days each: {what}; truth.csv")
+            (player.write_store if request.equations else player.write_logs)(folder, arms, progress)
+        _write_tables(folder, arms, request.equations)
+        contents = "a store of equations" if request.equations else "recordings and robots.csv"
+        lines.append(f"{folder}: {len(arms)} arms, {scenario.days} days each: {contents}; truth.csv")
     write_bytes(root / "truth.json", report.documents.json_text(report.documents.truth_document(scenario, known)))
     print_lines(*lines, f"{root / 'truth.json'}: what is true of them")
     return ANSWERED
@@ -155,15 +155,15 @@ class _Player:
     seed: int
 
     @staticmethod
-    def of(robot: model.Robot, asked: _Simulate) -> _Player:
+    def of(robot: model.Robot, request: _Simulate) -> _Player:
         """A player with a random motion of the type."""
         try:
-            points = trajectories.motions.random_points(robot, asked.points, asked.seed)
+            points = trajectories.motions.random_points(robot, request.points, request.seed)
             plan = trajectories.plan_point_to_point(robot, points)
         except ValueError as error:
             raise InputError(f"{robot.name}: {error}") from None
-        noise = asked.noise * root_mean_square(robot, [plan])
-        return _Player(trajectories.Simulator(robot), plan.motion(asked.rate), noise, asked.seed)
+        noise = request.noise * root_mean_square(robot, [plan])
+        return _Player(trajectories.Simulator(robot), plan.motion(request.rate), noise, request.seed)
 
     def recording(self, night: TrueNight, seed: Sequence[int]) -> model.Recording:
         """What a night's log holds."""
@@ -201,10 +201,10 @@ class _Player:
                 continue
             values = result.base.grouping @ self.simulator.parameters(night.payload, night.parameters)
             draw = np.random.default_rng([self.seed, k, d])
-            made = fleet.drawing.drawn(passport, values, noise, draw, name, about)
-            key = fleet.store.key_of(made.logs[0].sha256, about, recipe)
-            store.put(key, fleet.passport_bytes(made))
-            rows[name] = fleet.store.Row(name, made.logs[0].sha256, about, key)
+            drawn_passport = fleet.drawing.drawn(passport, values, noise, draw, name, about)
+            key = fleet.store.key_of(drawn_passport.logs[0].sha256, about, recipe)
+            store.put(key, fleet.passport_bytes(drawn_passport))
+            rows[name] = fleet.store.Row(name, drawn_passport.logs[0].sha256, about, key)
         store.finish(rows, refused)
 
 
@@ -227,14 +227,16 @@ def _write_tables(folder: Path, arms: Sequence[TrueArm], equations: bool) -> Non
     """The table for ``fleet reduce``, unless it is reduced already, and the truth of each night."""
     frictions = [name for name in arms[0].parameters if model.names.parameter_kind(name) in fleet.series.RELATIVE]
     table, truth = io.StringIO(), io.StringIO()
-    listed, told = csv.writer(table, lineterminator="\n"), csv.writer(truth, lineterminator="\n")
+    listed, truth_writer = csv.writer(table, lineterminator="\n"), csv.writer(truth, lineterminator="\n")
     listed.writerow(["file", "arm", "day", "temperature", "payload"])
-    told.writerow(["arm", "day", "temperature", "carried", "log", *frictions])
+    truth_writer.writerow(["arm", "day", "temperature", "carried", "log", *frictions])
     for arm in arms:
         for night in arm.nights:
             listed.writerow([f"logs/{arm.name}/{night.day}.csv", *_about(arm, night).values()])
             values = (f"{night.parameters[name]:.9g}" for name in frictions)
-            told.writerow([arm.name, night.day, f"{night.temperature:g}", f"{night.carried:g}", night.log, *values])
+            truth_writer.writerow(
+                [arm.name, night.day, f"{night.temperature:g}", f"{night.carried:g}", night.log, *values]
+            )
     if not equations:
         write_text(folder / "robots.csv", table.getvalue())
     write_text(folder / "truth.csv", truth.getvalue())

@@ -167,7 +167,7 @@ def add_parser(commands: Any) -> None:
 
 def run(
     arm: RobotOptions,
-    asked: _Identify,
+    request: _Identify,
     essential: EssentialOptions,
     drives: GainOptions,
     processing: ProcessingOptions,
@@ -176,15 +176,15 @@ def run(
 ) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
-    asked.check()
-    recordings, held_out = setup.read(asked.data), setup.read(asked.validate)
+    request.check()
+    recordings, held_out = setup.read(request.data), setup.read(request.validate)
     gains = drives.errors(setup, [], recordings)
     with status("reading") as progress:
         result = estimation.identify(
             setup.robot, recordings, setup.processing, held_out, progress, True, essential.rule(), gains
         )
-        possible = asked.possible(result)
-        rollouts = asked.rollouts(result, possible, held_out, setup.processing, progress)
+        possible = request.possible(result)
+        rollouts = request.rollouts(result, possible, held_out, setup.processing, progress)
         screen = report.robot_screen(result, possible, rollouts)
     files.show(screen)
     files.write_json(
@@ -196,7 +196,7 @@ def run(
             possible,
             result.predictions,
             result.excitation,
-            files.provenance(setup.in_words(), asked, arm, processing),
+            files.provenance(setup.in_words(), request, arm, processing),
             others=len(held_out or recordings) - len(result.predictions),
             extra=[report.rollout_section(rollouts)] if rollouts else [],
         )
@@ -205,5 +205,5 @@ def run(
         screen, lambda: estimation.answers.identification_system(result, recordings, setup.processing)
     )
     recipe = recipe_of("identify", setup, gains, essential=essential.rule())
-    passport.write(lambda: fleet.robot_passport(result, recipe, logs_of(asked)))
+    passport.write(lambda: fleet.robot_passport(result, recipe, logs_of(request)))
     return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED

@@ -57,18 +57,18 @@ def add_parser(commands: Any) -> None:
     )
 
 
-def run_show(asked: _One, files: ResultOptions) -> int:
+def run_show(request: _One, files: ResultOptions) -> int:
     """Compute the answer again, and show it."""
-    passport = fleet.read_passport(asked.file)
+    passport = fleet.read_passport(request.file)
     answer = fleet.answered(passport)
     files.show(report.passport_screen(passport, answer))
     files.write_json(lambda: report.documents.passport_document(passport, answer))
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
-def run_merge(asked: _Several, merged: _Merged, files: _Quietly) -> int:
+def run_merge(request: _Several, merged: _Merged, files: _Quietly) -> int:
     """Merge passports that do not contradict each other."""
-    passport = fleet.merged_passports(asked.read())
+    passport = fleet.merged_passports(request.read())
     answer = fleet.answered(passport)
     fleet.write_passport(merged.out, passport)
     files.show(report.passport_screen(passport, answer))
@@ -76,9 +76,9 @@ def run_merge(asked: _Several, merged: _Merged, files: _Quietly) -> int:
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
-def run_compare(asked: _Several, files: ResultOptions) -> int:
+def run_compare(request: _Several, files: ResultOptions) -> int:
     """Set passports side by side."""
-    compared = fleet.compared(asked.read())
+    compared = fleet.compared(request.read())
     files.show(report.compared_screen(compared))
     files.write_json(lambda: report.documents.compared_document(compared))
     return ANSWERED

@@ -118,7 +118,7 @@ def add_parser(commands: Any) -> None:
 
 def run(
     arm: FramedRobotOptions,
-    asked: _Payload,
+    request: _Payload,
     knowledge: KnowledgeOptions,
     drives: GainOptions,
     essential: EssentialOptions,
@@ -130,16 +130,18 @@ def run(
     """Run it."""
     view.check_view()
     rule = essential.rule()
-    asked.check(rule is not None)
+    request.check(rule is not None)
     constraints = knowledge.constraints()
-    stored = estimation.files.read_stored_robot(asked.robot_parameters) if asked.robot_parameters else None
+    stored = estimation.files.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
-    unloaded, loaded, held_out = (setup.read(paths) for paths in (asked.unloaded, asked.loaded, asked.validate))
+    unloaded, loaded, held_out = (
+        setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
+    )
     gain_errors = drives.errors(setup, loaded, unloaded, stored)
     with status("reading") as progress:
-        problem = _problem(asked, setup, loaded, unloaded, stored, progress)
+        problem = _problem(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
-        answer = _answer(problem, asked, setup, held_out, constraints, gain_errors, rule)
+        answer = _answer(problem, request, setup, held_out, constraints, gain_errors, rule)
     screen = report.payload_screen(answer, files.document)
     files.show(screen)
     document = report.documents.payload_document(answer, setup.processing, setup.gains)
@@ -150,7 +152,7 @@ def run(
             document,
             answer.predictions,
             answer.excitation,
-            files.provenance(setup.in_words(), asked, arm, processing),
+            files.provenance(setup.in_words(), request, arm, processing),
             others=len(loaded) + len(held_out) - len(answer.predictions),
         )
     )
@@ -160,7 +162,7 @@ def run(
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     passport.write(
         lambda: fleet.payload_passport(
-            answer, (), _recipe(asked, setup, gain_errors, rule, constraints), logs_of(asked)
+            answer, (), _recipe(request, setup, gain_errors, rule, constraints), logs_of(request)
         )
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
@@ -168,7 +170,7 @@ def run(
 
 def _answer(
     problem: estimation.PayloadProblem,
-    asked: _Payload,
+    request: _Payload,
     setup: Setup,
     held_out: Sequence[Recording],
     constraints: Sequence[estimation.possible.Constraint],
@@ -179,8 +181,8 @@ def _answer(
     try:
         return estimation.answer_payload(
             problem,
-            asked.methods,
-            asked.free_friction,
+            request.methods,
+            request.free_friction,
             held_out,
             setup.processing,
             constraints=constraints,
@@ -192,7 +194,7 @@ def _answer(
 
 
 def _problem(
-    asked: _Payload,
+    request: _Payload,
     setup: Setup,
     loaded: Sequence[Recording],
     unloaded: Sequence[Recording],
@@ -208,13 +210,13 @@ def _problem(
         setup.processing,
         progress,
         robust=True,
-        friction_change=asked.change,
-        scale_sigma=asked.scale_sigma or 0.0,
+        friction_change=request.change,
+        scale_sigma=request.scale_sigma or 0.0,
     )
 
 
 def _recipe(
-    asked: _Payload,
+    request: _Payload,
     setup: Setup,
     gains: estimation.Gains | None,
     essential: estimation.fit.StopRule | None,
@@ -226,10 +228,10 @@ def _recipe(
         setup,
         gains,
         essential=essential,
-        methods=asked.methods,
-        free_friction=asked.free_friction,
-        friction_change=asked.change,
-        scale_sigma=asked.scale_sigma or 0.0,
+        methods=request.methods,
+        free_friction=request.free_friction,
+        friction_change=request.change,
+        scale_sigma=request.scale_sigma or 0.0,
         constraints=tuple(constraints),
-        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+        parameters=checksum(request.robot_parameters) if request.robot_parameters else "",
     )

@@ -30,12 +30,12 @@ def speaking(manner: Manner) -> Iterator[None]:
 
 
 @contextmanager
-def finished(what: str) -> Iterator[None]:
+def finished(label: str) -> Iterator[None]:
     """Say how long it took, where every step is told."""
     begin = time.monotonic()
     yield
     if _manner.get() == "verbose":
-        print(f"dynident: {time.monotonic() - begin:6.1f} s  {what}: done", file=sys.stderr)
+        print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
 
 
 def quiet() -> bool:
@@ -56,13 +56,13 @@ def note(text: str) -> None:
 
 
 @contextmanager
-def status(what: str) -> Iterator[Progress]:
+def status(label: str) -> Iterator[Progress]:
     """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
     if _manner.get() != "plain":
-        yield _steps(what)
+        yield _steps(label)
         return
     with _shown() as shown:
-        task = shown.add_task(what, total=None)
+        task = shown.add_task(label, total=None)
         last: float | None = None
 
         def progress(words: str, share: float | None = None, /) -> None:
@@ -77,15 +77,15 @@ def status(what: str) -> Iterator[Progress]:
 
 
 @contextmanager
-def bar(what: str) -> Iterator[Callable[[float], None]]:
+def bar(label: str) -> Iterator[Callable[[float], None]]:
     """Show how much of something is done, and how long the rest takes; gives a function of the finished share."""
     if _manner.get() != "plain":
-        tell = _steps(what)
-        yield lambda part: tell(f"{what}: done") if part >= 1.0 else None
+        tell = _steps(label)
+        yield lambda part: tell(f"{label}: done") if part >= 1.0 else None
         return
-    with status(what) as progress:
-        progress(what, 0.0)
-        yield lambda part: progress(what, part)
+    with status(label) as progress:
+        progress(label, 0.0)
+        yield lambda part: progress(label, part)
 
 
 def _shown() -> rich.progress.Progress:
@@ -100,7 +100,7 @@ def _words() -> TextColumn:
     return TextColumn("{task.description}", markup=False)
 
 
-def _steps(what: str) -> Progress:
+def _steps(label: str) -> Progress:
     """Prints each step with the time since the first, where every step is asked for."""
     begin, loud = time.monotonic(), _manner.get() == "verbose"
 
@@ -108,5 +108,5 @@ def _steps(what: str) -> Progress:
         if loud:
             print(f"dynident: {time.monotonic() - begin:6.1f} s  {words}", file=sys.stderr)
 
-    tell(what)
+    tell(label)
     return tell

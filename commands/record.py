@@ -39,23 +39,23 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "record", run, _Record, HostOptions)
 
 
-def run(asked: _Record, controller: HostOptions) -> int:
+def run(request: _Record, controller: HostOptions) -> int:
     """Run it: whatever ends the recording, the file holds what was there."""
     if not controller.host:
         raise InputError("give --host, the controller's name or address")
-    live.writer_of(asked.out)
-    with controller.client() as client, client.stream(live.FIELDS, asked.rate) as stream:
+    live.writer_of(request.out)
+    with controller.client() as client, client.stream(live.FIELDS, request.rate) as stream:
         absent = [field for field in live.FIELDS if field not in stream.recipe.fields]
         if absent:
             note(f"{client.host}: the controller has no {', '.join(absent)}")
-        recorder = live.Recorder(stream.recipe, stream.rate, asked.seconds or _SECONDS)
+        recorder = live.Recorder(stream.recipe, stream.rate, request.seconds or _SECONDS)
         fault = _recorded(stream, recorder)
     if fault and not recorder.count:
         raise InputError(f"{fault}: nothing was recorded")
-    recorder.write(asked.out)
-    _tell(recorder, asked.out)
+    recorder.write(request.out)
+    _tell(recorder, request.out)
     if fault:
-        raise InputError(f"{fault}; {asked.out} holds the {recorder.seconds:.1f} s before")
+        raise InputError(f"{fault}; {request.out} holds the {recorder.seconds:.1f} s before")
     return ANSWERED
 
 

@@ -75,10 +75,10 @@ def add_parser(commands: Any) -> None:
     )
 
 
-def run(given: _Sheet) -> int:
+def run(request: _Sheet) -> int:
     """Run it."""
-    check_drawing(given.drawing)
-    sheet = asked(given)
+    check_drawing(request.drawing)
+    sheet = asked(request)
     robot, drawn_at = new_robot(sheet)
     out = Path(sheet.out or f"{robot.name}.toml")
     if out.exists() and not sheet.overwrite:

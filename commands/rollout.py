@@ -54,25 +54,25 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "rollout", run, RobotOptions, _Rollout, FilterOptions, PageOptions)
 
 
-def run(arm: RobotOptions, asked: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
+def run(arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: PageOptions) -> int:
     """Run it."""
-    stored = estimation.files.read_stored_robot(asked.robot_parameters)
+    stored = estimation.files.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
-    recordings = setup.read(asked.data)
+    recordings = setup.read(request.data)
     with status("reading") as progress:
         rollouts = estimation.rollout.roll_out_all(
             setup.robot,
             stored.possible_values,
             recordings,
             setup.processing,
-            asked.horizons or estimation.rollout.HORIZONS,
-            asked.models(setup.robot),
+            request.horizons or estimation.rollout.HORIZONS,
+            request.models(setup.robot),
             progress,
         )
     files.show(report.rollout_screen(rollouts))
     files.write_json(lambda: report.documents.rollouts_document(setup.robot.name, rollouts))
     title = setup.robot.title or setup.robot.name
     files.write_page(
-        lambda: report.rollout_page(rollouts, title, files.provenance(setup.in_words(), asked, arm, processing))
+        lambda: report.rollout_page(rollouts, title, files.provenance(setup.in_words(), request, arm, processing))
     )
     return ANSWERED

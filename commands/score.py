@@ -63,8 +63,8 @@ def run(
     view.check_view()
     if not scored.bound:
         scored.refuse("seed", "has no effect without --bound: nothing is designed")
-    asked = Asked(length=scored.max_duration, longest=scored.max_duration)
-    request = build_request(arm.load(), asked, goal, limits)
+    lengths = Asked(length=scored.max_duration, longest=scored.max_duration)
+    request = build_request(arm.load(), lengths, goal, limits)
     motion = _logged_motion(scored.log, request.problem.robot, scored.log_map, scored.cutoff)
     score = trajectories.score_motion(request.problem, motion)
     floor = floor_of(request.problem, score, scored.seed or 0) if scored.bound else None

@@ -32,14 +32,14 @@ def with_settings(parser: argparse.ArgumentParser, words: Sequence[str]) -> tupl
         InputError: if the file cannot be read, or holds what the command does not know.
     """
     command, below, depth = _command(parser, words)
-    given = _given(below, words[depth:])
-    if not given.get("config"):  # argparse refuses one that names no file
+    values = _given(below, words[depth:])
+    if not values.get("config"):  # argparse refuses one that names no file
         return tuple(words)
-    path = given["config"][-1]
+    path = values["config"][-1]
     added: list[str] = []
     for key, value in _read(path, command).items():
         action = _action(below, key, path)
-        if action.dest not in given:
+        if action.dest not in values:
             added += _words(action, value, f"{path}: {key}")
     return (*words[:depth], *added, *words[depth:])
 
@@ -97,18 +97,18 @@ def _command(parser: argparse.ArgumentParser, words: Sequence[str]) -> tuple[str
 def _given(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Values:
     """Values of the options on a command line, by destination, as they were typed."""
     free = [action for action in parser._actions if not action.option_strings]
-    given: _Values = {}
+    values: _Values = {}
     rest = list(words)
     while rest:
         word = rest.pop(0)
         name, equals, value = word.partition("=")
         action = _named(parser, name) if name.startswith("-") and not _number(word) else None
         if action is not None:
-            taken = _switch(action, name) if action.nargs == 0 else [value] if equals else _taken(rest, action)
-            given[action.dest] = [*given.get(action.dest, []), *taken] if _repeats(action) else taken
+            entries = _switch(action, name) if action.nargs == 0 else [value] if equals else _taken(rest, action)
+            values[action.dest] = [*values.get(action.dest, []), *entries] if _repeats(action) else entries
         elif free:
-            given.setdefault(free[0].dest, []).append(word)
-    return given
+            values.setdefault(free[0].dest, []).append(word)
+    return values
 
 
 def _switch(action: argparse.Action, name: str) -> list[str]:

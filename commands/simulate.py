@@ -91,28 +91,28 @@ def add_parser(commands: Any) -> None:
     add_command(commands, "simulate", run, RehearsedRobotOptions, _Simulate, ViewOptions)
 
 
-def run(arm: RehearsedRobotOptions, asked: _Simulate, view: ViewOptions) -> int:
+def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
     """Run it."""
     view.check_view()
     described = arm.load()
     robot = model.with_stand_in(described)
-    payload = model.read_payload(asked.payload) if asked.payload else None
-    references = _references(robot, described, asked.trajectory, asked.seed)
-    disturbances = _disturbances(robot, asked.noise, list(references.values()))
-    disturbances = replace(disturbances, gain_error=asked.gain_error)
+    payload = model.read_payload(request.payload) if request.payload else None
+    references = _references(robot, described, request.trajectory, request.seed)
+    disturbances = _disturbances(robot, request.noise, list(references.values()))
+    disturbances = replace(disturbances, gain_error=request.gain_error)
     tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
     if payload is not None:
         tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
-    controller = trajectories.simulation.CONTROLLERS[asked.controller]
-    if asked.sag is not None:
+    controller = trajectories.simulation.CONTROLLERS[request.controller]
+    if request.sag is not None:
         if payload is None or controller.integral > 0.0:
             raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
-        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * asked.sag)
+        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
     with bar("simulating") as progress:
         experiment = trajectories.run_experiment(
-            robot, tasks, disturbances, asked.seed, controller, asked.rate, progress
+            robot, tasks, disturbances, request.seed, controller, request.rate, progress
         )
-    _write(Path(asked.out), experiment, controller)
+    _write(Path(request.out), experiment, controller)
     view.write_view(lambda: report.view.view_of(robot, experiment.runs[-1].exact.motion, payload=_shown(payload)))
     return ANSWERED
 

@@ -75,7 +75,7 @@ def add_parser(commands: Any) -> None:
 
 def run(
     arm: RobotOptions,
-    asked: _Weigh,
+    request: _Weigh,
     knowledge: KnowledgeOptions,
     drives: GainOptions,
     processing: PairOptions,
@@ -87,18 +87,18 @@ def run(
 ) -> int:
     """Run it."""
     if stream.asked:
-        _refuse_beside_stream(asked, processing, files, (knowledge, view, passport))
-        return weigh_live(arm, asked, drives, processing, files, stream, controller)
-    _refuse_without_stream(asked, stream, controller)
+        _refuse_beside_stream(request, processing, files, (knowledge, view, passport))
+        return weigh_live(arm, request, drives, processing, files, stream, controller)
+    _refuse_without_stream(request, stream, controller)
     view.check_view()
     constraints = knowledge.constraints()
-    stand_in = estimation.StandIn.parse(asked.inertia) if asked.inertia is not None else None
-    stored = estimation.files.read_stored_robot(asked.robot_parameters) if asked.robot_parameters else None
+    stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
+    stored = estimation.files.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
     setup = processing.setup(arm.load(), stored)
-    loaded, unloaded = setup.read(asked.loaded), setup.read(asked.unloaded)
+    loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
     with status("reading") as progress:
-        problem, others = _problems(asked, setup, loaded, unloaded, stored, progress)
+        problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
         try:
             answer = estimation.answer_payload(
@@ -112,26 +112,28 @@ def run(
     files.write_json(lambda: document)
 
     def page() -> report.Page:
-        made = report.weigh_page(answer, document, files.provenance(setup.in_words(), asked, arm, processing))
-        if files.plots and not made.drawings():
+        weighing_page = report.weigh_page(
+            answer, document, files.provenance(setup.in_words(), request, arm, processing)
+        )
+        if files.plots and not weighing_page.drawings():
             raise InputError("--plots: no joints see the mass, there is nothing to draw")
-        return made
+        return weighing_page
 
     files.write_page(page)
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
     passport.write(
         lambda: fleet.payload_passport(
-            answer, others, _recipe(asked, setup, gains, constraints, stand_in), logs_of(asked)
+            answer, others, _recipe(request, setup, gains, constraints, stand_in), logs_of(request)
         )
     )
     return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
 
 
 def _refuse_beside_stream(
-    asked: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
+    request: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
 ) -> None:
     """Refuse options of recordings where samples come one after the other."""
-    named: list[tuple[Options, Sequence[str]]] = [(asked, ("loaded", "unloaded", "moving", "inertia"))]
+    named: list[tuple[Options, Sequence[str]]] = [(request, ("loaded", "unloaded", "moving", "inertia"))]
     named += [(processing, ("max_mismatch",)), (files, ("report", "plots"))]
     named += [(part, [entry.name for entry in fields(part) if entry.metadata]) for part in others]
     for part, names in named:
@@ -140,22 +142,22 @@ def _refuse_beside_stream(
                 part.refuse(name, "has no meaning for --live and --replay")
 
 
-def _refuse_without_stream(asked: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
+def _refuse_without_stream(request: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
     """Refuse options of a stream where there is none."""
     for option_name in ("until", "watch"):
         stream.refuse(option_name, "belongs to --live or --replay")
     for option_name in ("host", "port"):
         controller.refuse(option_name, "belongs to --live or --replay")
-    if not asked.loaded:
+    if not request.loaded:
         raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
-    if not asked.unloaded and not asked.robot_parameters:
+    if not request.unloaded and not request.robot_parameters:
         raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
-    if not asked.robot_parameters:
-        asked.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
+    if not request.robot_parameters:
+        request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
 
 
 def _problems(
-    asked: _Weigh,
+    request: _Weigh,
     setup: Setup,
     loaded: Sequence[model.Recording],
     unloaded: Sequence[model.Recording],
@@ -166,19 +168,19 @@ def _problems(
     robot, processing, problems = setup.robot, setup.processing, []
     if unloaded:
         problems.append(
-            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, asked.moving, progress)
+            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, request.moving, progress)
         )
     if stored is not None:
         problems.append(
             estimation.payload.known_robot_weighing(
-                robot, loaded, stored.estimate, processing, asked.moving, progress, asked.change
+                robot, loaded, stored.estimate, processing, request.moving, progress, request.change
             )
         )
     return problems[0], problems[1:]
 
 
 def _recipe(
-    asked: _Weigh,
+    request: _Weigh,
     setup: Setup,
     gains: estimation.Gains | None,
     constraints: Sequence[estimation.possible.Constraint],
@@ -189,9 +191,9 @@ def _recipe(
         "weigh",
         setup,
         gains,
-        friction_change=asked.change if asked.robot_parameters else 0.0,
+        friction_change=request.change if request.robot_parameters else 0.0,
         constraints=tuple(constraints),
         stand_in=stand_in,
-        moving=asked.moving,
-        parameters=checksum(asked.robot_parameters) if asked.robot_parameters else "",
+        moving=request.moving,
+        parameters=checksum(request.robot_parameters) if request.robot_parameters else "",
     )

@@ -70,7 +70,7 @@ class _Weigh(Protocol):
 
 def weigh_live(
     arm: RobotOptions,
-    asked: _Weigh,
+    request: _Weigh,
     drives: GainOptions,
     processing: PairOptions,
     files: PageOptions,
@@ -78,9 +78,9 @@ def weigh_live(
     controller: HostOptions,
 ) -> int:
     """Weigh what comes until it ends, is known well enough, or the user has enough."""
-    if not asked.robot_parameters:
+    if not request.robot_parameters:
         raise InputError("--live and --replay need --robot-parameters, the --json of 'dynident identify'")
-    stored = estimation.files.read_stored_robot(asked.robot_parameters)
+    stored = estimation.files.read_stored_robot(request.robot_parameters)
     setup = processing.setup(arm.load(), stored)
     gains = drives.errors(setup, (), (), stored)
     if stream.live:
@@ -95,7 +95,7 @@ def weigh_live(
             controller.refuse(name, "belongs to --live")
         samples = _from_log(stream.replay or "", setup)
     window = estimation.payload.MovingWindow(
-        setup.robot, stored.estimate, setup.processing, friction_change=asked.change, gains=gains
+        setup.robot, stored.estimate, setup.processing, friction_change=request.change, gains=gains
     )
     weighing = estimation.payload.LiveWeighing(window)
     fault = _follow(weighing, samples, stream, note if not quiet() else lambda _: None)
@@ -118,17 +118,17 @@ def _follow(
     with status("weighing") as progress:
         try:
             for recording in samples:
-                for told in weighing.feed(recording):
-                    if told.change is not None:
-                        tell(change_line(told))
+                for news in weighing.feed(recording):
+                    if news.change is not None:
+                        tell(change_line(news))
                         if stream.watch:
-                            _append(stream.watch, _line(told))
-                    progress(f"{told.time:.0f} s: {state_line(told.weighed, stream.until)}")
+                            _append(stream.watch, _line(news))
+                    progress(f"{news.time:.0f} s: {state_line(news.weighed, stream.until)}")
                     if stream.until is not None:
-                        if told.weighed.half_width <= stream.until:
+                        if news.weighed.half_width <= stream.until:
                             return ""
-                        if out_of_reach(told.weighed, stream.until):
-                            return beyond_gains(told.weighed, stream.until, window.gains, window.robot.n)
+                        if out_of_reach(news.weighed, stream.until):
+                            return beyond_gains(news.weighed, stream.until, window.gains, window.robot.n)
         except live.LinkError as fault:
             return str(fault)
         except KeyboardInterrupt:
@@ -204,26 +204,26 @@ def state_line(weighed: Weighed, until: float | None) -> str:
     line = f"{weighed.mass:.3f} kg ± {weighed.half_width:.3f} by {weighed.seconds:.0f} s of motion"
     if until is not None and weighed.half_width > until:
         more = weighed.seconds * ((weighed.half_width / until) ** 2 - 1.0)
-        told = (
+        state = (
             f"{math.ceil(more)} s more"
             if weighed.seconds + more <= 20.0
             else "not within 20 s: move faster, farther"
         )
-        line += f"; {told} for {1e3 * until:g} g"
+        line += f"; {state} for {1e3 * until:g} g"
     return line
 
 
-def _line(told: Told) -> str:
+def _line(news: Told) -> str:
     """A change as one line of JSON."""
-    assert told.change is not None
-    document = report.documents.change_document(told.change, told.time)
+    assert news.change is not None
+    document = report.documents.change_document(news.change, news.time)
     return json.dumps(json.loads(report.documents.json_text(document)))
 
 
-def change_line(told: Told) -> str:
+def change_line(news: Told) -> str:
     """A change in words."""
-    assert told.change is not None
-    return f"{told.change.time:.1f} s: payload changed by {_step(told.change)}, told at {told.time:.1f} s"
+    assert news.change is not None
+    return f"{news.change.time:.1f} s: payload changed by {_step(news.change)}, told at {news.time:.1f} s"
 
 
 def _step(change: Change) -> str:
@@ -250,5 +250,5 @@ def _show(weighing: LiveWeighing, files: ResultOptions, robot: model.Robot) -> N
             f"  {c.time:.1f} s: {c.mass:+.2f} kg ({c.low:+.2f} to {c.high:+.2f})" for c, _ in weighing.changes
         ]
     files.show(report.Screen([report.Remarks(lines)]))
-    documents = [report.documents.change_document(change, told) for change, told in weighing.changes]
+    documents = [report.documents.change_document(change, at) for change, at in weighing.changes]
     files.write_json(lambda: report.documents.live_document(robot.name, robot.payload_frame, last, documents))

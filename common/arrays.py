@@ -26,7 +26,7 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     array = values if _is_locked(values) else np.array(values, dtype=np.float64)
     expected = tuple(shape)
     if array.ndim != len(expected) or any(
-        want is not None and want != got for want, got in zip(expected, array.shape, strict=True)
+        want is not None and want != count for want, count in zip(expected, array.shape, strict=True)
     ):
         sizes = " x ".join("any" if size is None else str(size) for size in expected)
         raise ValueError(f"{name} has shape {array.shape}, expected {sizes}")

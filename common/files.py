@@ -41,11 +41,11 @@ def write_bytes(path: str | Path, content: bytes) -> None:
     Raises:
         InputError: if it cannot be written, or was read or written in this run already; names the file.
     """
-    place, kept = Path(path).resolve(), _kept.get()
-    if kept is not None and not is_device(place):
-        if place in kept:
+    place, pending = Path(path).resolve(), _kept.get()
+    if pending is not None and not is_device(place):
+        if place in pending:
             raise InputError(f"{path}: this run has read or written it already: give another name or folder")
-        kept.add(place)
+        pending.add(place)
     try:
         _write(place, content)
     except BrokenPipeError:  # whoever reads has seen enough

@@ -10,10 +10,10 @@ _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 def versions() -> dict[str, str]:
     """Versions of dynident, Python, and the packages that decide numbers and figures."""
-    found = {"dynident": __version__, "Python": platform.python_version()}
+    by_package = {"dynident": __version__, "Python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            found[package] = version(package)
+            by_package[package] = version(package)
         except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+            by_package[package] = "not installed"
+    return by_package

@@ -40,9 +40,9 @@ pose = ca.vertcat(0.0, angles, np.zeros(3))
 weight = gravity(robot)(pose, chi)[1]
 quiet: dict[str, Any] = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0}
 solver = ca.nlpsol("heaviest", "ipopt", {"x": angles, "f": -(weight**2)}, quiet)
-found = solver(x0=[0.1, 1.0])
-worst = np.degrees(np.array(found["x"])).ravel().round(1)
-print(f"heaviest pose: {worst} deg, {abs(float(found['f'])) ** 0.5:.1f} N·m on joint 2")
+solution = solver(x0=[0.1, 1.0])
+worst = np.degrees(np.array(solution["x"])).ravel().round(1)
+print(f"heaviest pose: {worst} deg, {abs(float(solution['f'])) ** 0.5:.1f} N·m on joint 2")
 
 with TemporaryDirectory() as folder:
     for path in generate_code(robot, "base_regressor", folder):

@@ -163,13 +163,13 @@ def _wrong(about: Mapping[str, str]) -> str:
 
 def same_time(entries: Iterable[Entry]) -> dict[str, str]:
     """Logs of one arm at one time: path -> what is wrong with it."""
-    taken: dict[tuple[str, str], str] = {}
+    owners: dict[tuple[str, str], str] = {}
     wrong = {}
     for entry in entries:
         if entry.wrong or not {"arm", "day"} <= set(entry.about):
             continue
         key = entry.about["arm"], entry.about["day"]
-        if key in taken:
-            wrong[entry.path] = f"{taken[key]} is of arm {key[0]!r} at {key[1]} too: give times, or another name"
-        taken.setdefault(key, entry.path)
+        if key in owners:
+            wrong[entry.path] = f"{owners[key]} is of arm {key[0]!r} at {key[1]} too: give times, or another name"
+        owners.setdefault(key, entry.path)
     return wrong

@@ -165,11 +165,13 @@ class Decoder:
         if name not in KINDS:
             raise InputError(f"holds a {name!r}, which this version does not know")
         values = {key: self.value(tree) for key, tree in fields.items()}
-        made = KINDS[name](**values)
-        if isinstance(made, Equations) and isinstance(made.leave_one_out, WithoutEach):
-            blocks = [dataclasses.replace(block, columns=made.columns) for block in made.leave_one_out.blocks]
-            made = dataclasses.replace(made, leave_one_out=WithoutEach(blocks))
-        return made
+        instance = KINDS[name](**values)
+        if isinstance(instance, Equations) and isinstance(instance.leave_one_out, WithoutEach):
+            blocks = [
+                dataclasses.replace(block, columns=instance.columns) for block in instance.leave_one_out.blocks
+            ]
+            instance = dataclasses.replace(instance, leave_one_out=WithoutEach(blocks))
+        return instance
 
 
 def _number(value: Any) -> Any:

@@ -46,8 +46,10 @@ def drawn(
     """
     parts = passport.equations.leave_one_out
     blocks = parts.blocks if isinstance(parts, WithoutEach) else (passport.equations,)
-    made = [_drawn_block(block, values, noise, draw) for block in blocks]
-    equations = replace(merged(made), leave_one_out=WithoutEach(made), block_length=passport.equations.block_length)
+    drawn_blocks = [_drawn_block(block, values, noise, draw) for block in blocks]
+    equations = replace(
+        merged(drawn_blocks), leave_one_out=WithoutEach(drawn_blocks), block_length=passport.equations.block_length
+    )
     log = Log("without payload", name, f"{draw.integers(2**63):064x}")
     return replace(passport, equations=equations, logs=(log,), about=dict(about))
 
@@ -56,13 +58,13 @@ def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.
     """One block of time: white noise stays white in a factor's rows; what is left over goes to its last row."""
     factors = []
     for factor, rows, sigma in zip(block.factors, block.rows, noise, strict=True):
-        made, y = np.array(factor), factor[:, :-1] @ values
+        drawn_rows, y = np.array(factor), factor[:, :-1] @ values
         there = min(len(y), rows)  # of fewer rows than the factor has the rest is empty
         y[:there] += sigma * draw.standard_normal(there)
         over = rows - len(y)
         if over > 0:
             y[-1] = np.hypot(y[-1] - factor[-1, :-1] @ values, sigma * np.sqrt(draw.chisquare(over)))
             y[-1] += factor[-1, :-1] @ values
-        made[:, -1] = y
-        factors.append(made)
+        drawn_rows[:, -1] = y
+        factors.append(drawn_rows)
     return replace(block, factors=tuple(factors))

@@ -29,10 +29,10 @@ def passport_bytes(passport: Passport) -> bytes:
     return packed(passport, robot=passport.robot_fingerprint, recipe=passport.recipe.fingerprint)
 
 
-def packed(value: Any, **told: str) -> bytes:
-    """A value of ``codec.KINDS``, or several, as bytes; ``told``: what stands beside it for other programs."""
+def packed(value: Any, **labels: str) -> bytes:
+    """A value of ``codec.KINDS``, or several, as bytes; ``labels``: what stands beside it for other programs."""
     encoder = Encoder()
-    tree = {"format": FORMAT, **told, "value": encoder.tree(value)}
+    tree = {"format": FORMAT, **labels, "value": encoder.tree(value)}
     numbers, places = encoder.numbers()
     text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     content = io.BytesIO()
@@ -74,10 +74,10 @@ def passport_of(content: bytes) -> Passport:
     Raises:
         InputError: if they are not what was written.
     """
-    made = unpacked(content)
-    if not isinstance(made, Passport):
+    passport = unpacked(content)
+    if not isinstance(passport, Passport):
         raise InputError("no passport: give a file that --passport or 'dynident fleet reduce' wrote")
-    return made
+    return passport
 
 
 def unpacked(content: bytes) -> Any:

@@ -77,9 +77,9 @@ def exchange_of(arm: str, days: Sequence[str], nights: Sequence[Estimate], expla
 def named(exchange: Exchange, arms: Sequence[tuple[str, Estimate]]) -> Exchange:
     """An exchange with the arm that its recordings may be of; ``arms``: inertial parameters by name."""
     for arm, pooled in arms:
-        other = _freed(pooled, exchange.left)
-        change = exchange.bodies.values - other.values
-        size = change @ np.linalg.solve(exchange.bodies.covariance + other.covariance, change)
+        without = _freed(pooled, exchange.left)
+        change = exchange.bodies.values - without.values
+        size = change @ np.linalg.solve(exchange.bodies.covariance + without.covariance, change)
         if arm != exchange.arm and chi_squared.sf(size, len(change)) > CHANCE:
             return replace(exchange, like=arm)
     return exchange
@@ -119,5 +119,7 @@ def _chi2(change: Array, covariance: Array) -> float:
 def _pooled(nights: Sequence[Bodies]) -> Bodies:
     information = [np.linalg.inv(night.covariance) for night in nights]
     covariance = np.linalg.inv(np.sum(information, axis=0))
-    told = np.sum([inverse @ night.values for inverse, night in zip(information, nights, strict=True)], axis=0)
-    return Bodies(covariance @ told, covariance)
+    weighted_sum = np.sum(
+        [inverse @ night.values for inverse, night in zip(information, nights, strict=True)], axis=0
+    )
+    return Bodies(covariance @ weighted_sum, covariance)

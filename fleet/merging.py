@@ -197,7 +197,7 @@ def _pooled(tilts: Sequence[Tilt | None]) -> Tilt | None:
 def _common(several: Sequence[dict[str, str]]) -> dict[str, str]:
     """What all say alike."""
     first, *others = several
-    return {key: value for key, value in first.items() if all(other.get(key) == value for other in others)}
+    return {key: value for key, value in first.items() if all(entry.get(key) == value for entry in others)}
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,12 @@ class Compared:
         apart = self.apart
         worst = [(int(np.argmax(np.abs(apart[:, c]))), c) for c in range(len(self.names))]
         far = [(self.sources[k], self.names[c], float(apart[k, c])) for k, c in worst]
-        return tuple(sorted((one for one in far if abs(one[2]) > self.bound), key=lambda one: -abs(one[2])))
+        return tuple(
+            sorted(
+                (deviation for deviation in far if abs(deviation[2]) > self.bound),
+                key=lambda deviation: -abs(deviation[2]),
+            )
+        )
 
 
 def compared(passports: Sequence[Passport]) -> Compared:
@@ -265,8 +270,8 @@ def compared(passports: Sequence[Passport]) -> Compared:
     """
     if len(passports) < 2:
         raise InputError("one recording: give two or more to compare")
-    for other in passports[1:]:
-        passports[0].check_alike(other)
+    for second in passports[1:]:
+        passports[0].check_alike(second)
     estimates = [free_estimate(answered(passport)) for passport in passports]
     return side_by_side([passport.name for passport in passports], estimates)
 

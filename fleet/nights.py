@@ -81,11 +81,11 @@ def arm_of(passports: Sequence[RobotPassport]) -> Arm:
         if not {"arm", "day"} <= set(passport.about):
             raise InputError(f"{passport.name}: its arm and day are not known: give --pattern or --table to reduce")
     ordered = sorted(passports, key=lambda passport: passport.about["day"])
-    told = [float(passport.about.get("payload", "0")) for passport in ordered]
-    usual = Counter(told).most_common(1)[0][0]
-    same = [passport.equations for passport, mass in zip(ordered, told, strict=True) if mass == usual]
+    masses = [float(passport.about.get("payload", "0")) for passport in ordered]
+    usual = Counter(masses).most_common(1)[0][0]
+    same = [passport.equations for passport, mass in zip(ordered, masses, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
-    nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, told, strict=True))
+    nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, masses, strict=True))
     sigma = compared_sigma(weighted(same[-1]), robust_sigma(same[-1]))
     excess = sigma / np.maximum(weighted(same[-1]).sigma, np.finfo(float).tiny ** 0.25)
     wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
@@ -112,13 +112,13 @@ def _exchange(passports: Sequence[RobotPassport], whole: Estimate, excess: Array
     return exchange_of(first.about["arm"], [passport.about["day"] for passport in passports], nights, explained)
 
 
-def night_of(passport: RobotPassport, whole: Estimate, told: float, usual: float) -> Night:
+def night_of(passport: RobotPassport, whole: Estimate, stated_mass: float, usual: float) -> Night:
     """One recording: friction and a change of payload together, then each drive's scale beside its friction.
 
     Args:
         passport: of the recording.
         whole: the arm's base parameters by all recordings that were told ``usual``.
-        told: mass that the controller was told [kg].
+        stated_mass: mass that the controller was told [kg].
         usual: that it was told most often [kg].
     """
     names, equations = whole.names, passport.equations
@@ -131,16 +131,16 @@ def night_of(passport: RobotPassport, whole: Estimate, told: float, usual: float
     both = _measured(equations.substituted(columns, np.column_stack([own, change]), rest))
     numbers = {names[k]: both[names[k]] for k in frictions}
     mass, sigma = both["M_L"]
-    numbers[MASS] = Measured(usual + mass - told, sigma)
+    numbers[MASS] = Measured(usual + mass - stated_mass, sigma)
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
         rest = rest + change @ np.array([both[name].value for name in PAYLOAD])
     for j in range(passport.robot.n):
-        mine = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
-        M = np.column_stack([rest, np.eye(len(names))[:, mine]])
-        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in mine)], M, rest)
+        own_columns = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
+        M = np.column_stack([rest, np.eye(len(names))[:, own_columns]])
+        alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in own_columns)], M, rest)
         numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
     temperature = float(passport.about.get("temperature", "nan"))
-    return Night(passport.about["arm"], passport.about["day"], temperature, told, numbers)
+    return Night(passport.about["arm"], passport.about["day"], temperature, stated_mass, numbers)
 
 
 def _measured(equations: Equations) -> dict[str, Measured]:

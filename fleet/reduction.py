@@ -117,17 +117,19 @@ def _tasks(
     again = {entry.path for entry in entries}
     earlier = [row for file, row in before.items() if file not in again]
     refused = _wrong([*(Entry(row.file, row.about) for row in earlier), *entries])
-    tasks, seen = list[Task](), {row.sha256: row.file for row in earlier}
-    for entry in sorted((one for one in entries if one.path not in refused), key=lambda entry: entry.path):
+    tasks, first_files = list[Task](), {row.sha256: row.file for row in earlier}
+    for entry in sorted(
+        (candidate for candidate in entries if candidate.path not in refused), key=lambda entry: entry.path
+    ):
         try:
             digest = _digest(entry.path)
         except InputError as error:
             refused[entry.path] = str(error)
             continue
-        if digest in seen:
-            refused[entry.path] = f"holds the same bytes as {seen[digest]}: a recording counts once"
+        if digest in first_files:
+            refused[entry.path] = f"holds the same bytes as {first_files[digest]}: a recording counts once"
             continue
-        seen[digest] = entry.path
+        first_files[digest] = entry.path
         tasks.append(Task(entry, digest, key_of(digest, entry.about, recipe)))
     return tasks, refused
 

@@ -89,13 +89,13 @@ def series_of(arm: Arm, first: str) -> list[Series]:
     """All quantities of an arm; ``first``: day of the fleet's first night, ISO."""
     days = np.array([days_since(first, night.day) for night in arm.nights])
     temperature = _centred(arm.nights)
-    made = []
+    series = []
     for name in arm.nights[0].numbers:
         numbers = np.array([night.numbers[name] for night in arm.nights])
         relative = " " not in name and name != MASS and parameter_kind(name) in RELATIVE
         usual = float(np.median(numbers[:, 0])) if name != MASS else 0.0
         size = max(abs(usual), 1e-12) if relative else 1.0
-        made.append(
+        series.append(
             Series(
                 arm.name,
                 name,
@@ -107,27 +107,27 @@ def series_of(arm: Arm, first: str) -> list[Series]:
                 temperature,
             )
         )
-    return made
+    return series
 
 
 def _centred(nights: Sequence[Night]) -> Array:
     """Temperatures less their mean; zeros where one is not known."""
-    told = np.array([night.temperature for night in nights])
-    return told - told.mean() if np.isfinite(told).all() else np.zeros(len(told))
+    temperatures = np.array([night.temperature for night in nights])
+    return temperatures - temperatures.mean() if np.isfinite(temperatures).all() else np.zeros(len(temperatures))
 
 
 def scatter_of(series: Sequence[Series]) -> Scatter:
     """How one quantity of all arms varies where nothing changed: medians, so that few changes do not count."""
     slope, slope_sigma = _per_kelvin(series)
-    left = [one.values - slope * one.temperature for one in series]
+    left = [line.values - slope * line.temperature for line in series]
     # Differences of neighbouring nights hold the variance 2 (1 - phi) times, own errors apart.
     whole, step = _whole(left), _spread(_apart(left, 1))
-    told = float(np.median(np.concatenate([one.sigma for one in series]) ** 2))
-    own = min(told, 0.5 * step**2)  # which holds a night's own error and more
+    own_variance = float(np.median(np.concatenate([line.sigma for line in series]) ** 2))
+    own = min(own_variance, 0.5 * step**2)  # which holds a night's own error and more
     variance = max(whole**2 - own, 0.0)
     covariance = max(whole**2 - 0.5 * step**2, 0.0)  # of neighbouring nights
     memory = min(covariance / variance, _LONGEST) if variance > 0.05 * own else 0.0
-    share = float(np.sqrt(own / told)) if told > 0.0 else 1.0
+    share = float(np.sqrt(own / own_variance)) if own_variance > 0.0 else 1.0
     return Scatter(float(np.sqrt(variance)), float(memory), share, slope, slope_sigma)
 
 
@@ -153,10 +153,10 @@ def _spread(x: Array) -> float:
 def _per_kelvin(series: Sequence[Series]) -> tuple[float, float]:
     """The temperature's share, by the median of the arms' own slopes between neighbouring nights."""
     slopes = []
-    for one in series:
-        warm = np.diff(one.temperature)
+    for line in series:
+        warm = np.diff(line.temperature)
         if warm @ warm > 0.0 and len(warm) >= FEWEST:
-            slopes.append(float(warm @ np.diff(one.values) / (warm @ warm)))
+            slopes.append(float(warm @ np.diff(line.values) / (warm @ warm)))
     if not slopes:
         return 0.0, 0.0
     spread = _MAD * float(np.median(np.abs(np.array(slopes) - np.median(slopes))))

@@ -137,32 +137,32 @@ def simulated_arms(robot: Robot, scenario: Scenario) -> tuple[TrueArm, ...]:
     """
     changes = ["wear"] * scenario.worn + ["payload"] * scenario.laden + ["replaced"] * scenario.replaced
     order = _draw(robot, scenario, 0).permutation(scenario.arms)
-    what = {int(arm): change for arm, change in zip(order, changes, strict=False)}
-    return tuple(_arm(robot, scenario, k, what.get(k, "")) for k in range(scenario.arms))
+    events = {int(arm): change for arm, change in zip(order, changes, strict=False)}
+    return tuple(_arm(robot, scenario, k, events.get(k, "")) for k in range(scenario.arms))
 
 
 def _draw(robot: Robot, scenario: Scenario, which: int) -> np.random.Generator:
     return np.random.default_rng([scenario.seed, which, *robot.name.encode()])
 
 
-def _arm(robot: Robot, scenario: Scenario, k: int, what: str) -> TrueArm:
+def _arm(robot: Robot, scenario: Scenario, k: int, kind: str) -> TrueArm:
     draw = _draw(robot, scenario, k + 1)
     days = [(scenario.first + timedelta(days=d)).isoformat() for d in range(scenario.days)]
-    own, other = (_twin(robot, scenario.apart, draw) for _ in range(2))
+    own, successor = (_twin(robot, scenario.apart, draw) for _ in range(2))
     rubbing = [name for name in own if parameter_kind(name) in (*COULOMB, *VISCOUS)]
     since = int(draw.integers(int(_EARLIEST * scenario.days), scenario.days))
-    event = _event(robot, scenario, what, days[since], draw)
+    event = _event(robot, scenario, kind, days[since], draw)
     warm = np.round(USUAL + _WARMTH * draw.standard_normal(scenario.days), 1)
     scatter = _scatter(scenario, rubbing, draw)
     logs = _logs(scenario, draw)
     nights = []
     for d, day in enumerate(days):
-        parameters = dict(other if what == "replaced" and d >= since else own)
+        parameters = dict(successor if kind == "replaced" and d >= since else own)
         for name, share in zip(rubbing, scatter[d], strict=True):
             parameters[name] *= max(1.0 + share - scenario.per_kelvin * (warm[d] - USUAL), 0.0)
         if event is not None and event.quantity and d >= since:
             parameters[event.quantity] *= 1.0 + event.size
-        carried = scenario.load if what == "payload" and d >= since else 0.0
+        carried = scenario.load if kind == "payload" and d >= since else 0.0
         nights.append(TrueNight(day, float(warm[d]), carried, logs[d], parameters))
     return TrueArm(f"arm{k + 1:03d}", event, own, tuple(nights))
 
@@ -179,13 +179,13 @@ def _twin(robot: Robot, apart: float, draw: np.random.Generator) -> dict[str, fl
     return parameters
 
 
-def _event(robot: Robot, scenario: Scenario, what: str, day: str, draw: np.random.Generator) -> Event | None:
-    if what == "wear":
+def _event(robot: Robot, scenario: Scenario, kind: str, day: str, draw: np.random.Generator) -> Event | None:
+    if kind == "wear":
         dry = [name for name, value in robot.parameters.items() if parameter_kind(name) == "FS" and value > 0.0]
         if not dry:
             raise InputError(f"robot {robot.name!r} has no Coulomb friction that could change: give --worn 0")
-        return Event(what, day, str(draw.choice(dry)), scenario.wear)
-    return Event(what, day, "", scenario.load if what == "payload" else 0.0) if what else None
+        return Event(kind, day, str(draw.choice(dry)), scenario.wear)
+    return Event(kind, day, "", scenario.load if kind == "payload" else 0.0) if kind else None
 
 
 def _scatter(scenario: Scenario, names: list[str], draw: np.random.Generator) -> Array:

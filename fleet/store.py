@@ -42,19 +42,19 @@ class Store:
         Raises:
             InputError: if it is of another robot or recipe, or cannot be made.
         """
-        told = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
+        labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
         store = Store(Path(root))
         path = store.root / _ABOUT
         if path.exists():
             there = json.loads(read_text(path))
-            if there != told:
-                other = "recipe" if there.get("fingerprint") == told["fingerprint"] else "robot"
-                raise InputError(f"{root}: a store of another {other} ({there.get('robot')}): give another folder")
+            if there != labels:
+                kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
+                raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
         elif store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
         made_folder(store.root / _PASSPORTS)
         if not path.exists():
-            write_text(path, json.dumps(told, indent=1) + "\n")
+            write_text(path, json.dumps(labels, indent=1) + "\n")
         return store
 
     @staticmethod
@@ -117,8 +117,8 @@ class Store:
 
 def key_of(sha256: str, about: Mapping[str, str], recipe: Recipe) -> str:
     """Name of a passport: by the log's bytes, what is known of it, and the recipe."""
-    told = json.dumps([sha256, sorted(about.items()), recipe.fingerprint])
-    return hashlib.sha256(told.encode()).hexdigest()[:32]
+    identity = json.dumps([sha256, sorted(about.items()), recipe.fingerprint])
+    return hashlib.sha256(identity.encode()).hexdigest()[:32]
 
 
 def write_parquet(path: Path, names: Sequence[str], rows: Sequence[Sequence[str | float]]) -> bool:

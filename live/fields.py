@@ -56,7 +56,7 @@ class Recipe:
     def places(self) -> dict[str, slice]:
         """Where the numbers of a field stand in a sample."""
         widths = [struct.Struct(">" + FORMATS[kind]) for kind in self.types]
-        counts = [len(one.unpack(bytes(one.size))) for one in widths]
+        counts = [len(width.unpack(bytes(width.size))) for width in widths]
         ends = list(accumulate(counts))
         return {name: slice(end - count, end) for name, count, end in zip(self.fields, counts, ends, strict=True)}
 

@@ -79,7 +79,7 @@ class Recorder:
         Raises:
             LinkError: if time runs back or stands still; what came before is kept.
         """
-        size, kept = self.recipe.layout.size, len(self._kept)
+        size, count = self.recipe.layout.size, len(self._kept)
         time = struct.Struct(">d")
         for start in range(0, len(samples.packed), size):
             if self.over:
@@ -88,7 +88,7 @@ class Recorder:
             if self._new(now):
                 self._kept += samples.packed[start : start + size]
                 self.count += 1
-        new = Samples(self.recipe, bytes(self._kept[kept:]))
+        new = Samples(self.recipe, bytes(self._kept[count:]))
         self._watch(new)
         if not self._keep:
             self._kept.clear()

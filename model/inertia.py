@@ -152,20 +152,21 @@ def inertia_matrix(values: ArrayLike, rounding: float = 0.0) -> Array:
     Raises:
         InputError: for another shape, a number that is not finite, and a matrix that is not symmetric.
     """
-    given = _numbers(values, "inertia")
-    if given.shape == (3,):
-        return np.diag(given)
-    if given.shape == (6,):
+    numbers = _numbers(values, "inertia")
+    if numbers.shape == (3,):
+        return np.diag(numbers)
+    if numbers.shape == (6,):
         matrix = np.empty((3, 3))
-        matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = given
+        matrix[_ROWS, _COLUMNS] = matrix[_COLUMNS, _ROWS] = numbers
         return matrix
-    if given.shape != (3, 3):
+    if numbers.shape != (3, 3):
         raise InputError(
-            f"inertia of shape {given.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 matrix"
+            f"inertia of shape {numbers.shape}: give three moments, six entries XX XY XZ YY YZ ZZ, or a 3 x 3 "
+            "matrix"
         )
-    if np.abs(given - given.T).max() > 1e-6 * np.abs(given).max() + rounding:
+    if np.abs(numbers - numbers.T).max() > 1e-6 * np.abs(numbers).max() + rounding:
         raise InputError("inertia: the 3 x 3 matrix is not symmetric: check the products of inertia")
-    return np.asarray(0.5 * (given + given.T))
+    return np.asarray(0.5 * (numbers + numbers.T))
 
 
 def _point(values: ArrayLike) -> Array:

@@ -210,11 +210,11 @@ class Robot:
         """The gravity spring, if there is one."""
         return self.drives.spring
 
-    def assumed(self, *what: str) -> dict[str, str]:
-        """How the numbers were assumed that no source gives: of ``what``, or of all that is ``SOURCED``."""
+    def assumed(self, *parts: str) -> dict[str, str]:
+        """How the numbers were assumed that no source gives: of ``parts``, or of all that is ``SOURCED``."""
         return {
             name: self.sources[name].removeprefix(ASSUMED).lstrip(": ")
-            for name in what or SOURCED
+            for name in parts or SOURCED
             if self.sources.get(name, "").startswith(ASSUMED)
         }
 

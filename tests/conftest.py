@@ -80,13 +80,13 @@ ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
-    kept = [item for item in items if _worth_it(item)]
+    selection = [item for item in items if _worth_it(item)]
     further = {*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH)
-    for item in kept:
+    for item in selection:
         if further.intersection(str(getattr(value, "name", value)) for value in _values_of(item).values()):
             item.add_marker(pytest.mark.long)
-    config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
-    items[:] = kept
+    config.hook.pytest_deselected(items=[item for item in items if item not in set(selection)])
+    items[:] = selection
 
 
 def _worth_it(item: pytest.Item) -> bool:

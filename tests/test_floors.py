@@ -82,14 +82,14 @@ MODULES = modules()
 def imported(name: str) -> set[str]:
     """Modules that one imports, in functions and type checks too."""
     package = name.split(".") if MODULES[name].name == "__init__.py" else name.split(".")[:-1]
-    found = set()
+    targets = set()
     for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = [*package[: len(package) + 1 - node.level], *(node.module.split(".") if node.module else ())]
             for alias in node.names:
                 full = ".".join([*base, alias.name])
-                found.add(full if full in MODULES else ".".join(base))
-    return found & set(MODULES)
+                targets.add(full if full in MODULES else ".".join(base))
+    return targets & set(MODULES)
 
 
 @pytest.mark.parametrize("room", FLOORS)

@@ -3,7 +3,6 @@
 import ast
 import importlib
 import inspect
-import re
 import subprocess
 import sys
 import tomllib
@@ -34,11 +33,6 @@ MAY_IMPORT: dict[str, set[str]] = {
 FILES = sorted(
     [*ROOT.glob("*.py"), *(path for room in (*ROOMS, "commands") for path in (ROOT / room).rglob("*.py"))],
 )
-WRITTEN = sorted(
-    [*FILES, *(path for room in ("tests", "benchmarks", "examples") for path in (ROOT / room).rglob("*.py"))]
-)
-LEANING = re.compile(r"(Of|The same|Same|As|Those|These|Its|Their)\b")
-"""How a docstring begins that needs the text before it."""
 PACKAGES = sorted({"dynident", *(".".join(("dynident", *path.parent.relative_to(ROOT).parts)) for path in FILES)})
 PUBLIC = [f"dynident.{room}" for room in ("model", "estimation", "trajectories")]
 
@@ -79,26 +73,6 @@ def test_rooms_import_each_other_relatively(path: Path) -> None:
     assert not absolute & {"dynident", "tests", *ROOMS}
 
 
-@pytest.mark.parametrize("folder", sorted({path.relative_to(ROOT).parts[0] for path in WRITTEN}))
-def test_first_lines_of_docstrings_stand_alone(folder: str) -> None:
-    """A first line that leans on what was said before cannot be read in a list or in a tooltip."""
-    leaning = []
-    for path in WRITTEN:
-        if path.relative_to(ROOT).parts[0] != folder:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and LEANING.match(
-                ast.get_docstring(node) or ""
-            ):
-                leaning.append(f"{path.relative_to(ROOT)}: {ast.get_docstring(node)}")
-    assert not leaning
-
-
-@pytest.mark.parametrize("words", ["Of each joint.", "The same, turned.", "As ``fit``.", "Their sum."])
-def test_a_leaning_line_is_seen(words: str) -> None:
-    assert LEANING.match(words)
-
-
 def test_nobody_imports_the_hands() -> None:
     users = {
         path.relative_to(ROOT).parts[0]
@@ -111,8 +85,8 @@ def test_nobody_imports_the_hands() -> None:
 
 def test_import_checker_sees_what_it_should() -> None:
     """The two tests above would pass without a word if it saw nothing."""
-    seen = {module[0] for path in FILES for level, module in imported(path) if level}
-    assert set(ROOMS) <= seen
+    rooms = {module[0] for path in FILES for level, module in imported(path) if level}
+    assert set(ROOMS) <= rooms
     heavy = {module[0] for path in FILES for level, module in imported(path) if not level}
     assert {"numpy", "casadi", "scipy", "matplotlib"} <= heavy
 

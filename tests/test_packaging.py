@@ -113,10 +113,10 @@ def test_every_module_imports_from_the_wheel(wheel: Path, installed: Path, tmp_p
         "from dynident.model import load_robot, robot_names\n"
         "print(dynident.__file__, [load_robot(name).n for name in robot_names()])"
     )
-    told = run(installed / "python", "-c", code, *modules, cwd=tmp_path)
-    place = Path(told.split(" [")[0])
+    printed = run(installed / "python", "-c", code, *modules, cwd=tmp_path)
+    place = Path(printed.split(" [")[0])
     assert place.is_relative_to(installed.parent)
-    assert "[7, 6, 6" in told
+    assert "[7, 6, 6" in printed
     assert len(modules) > 60
 
 

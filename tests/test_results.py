@@ -34,14 +34,14 @@ def test_tables_and_equations(
     command: str, logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The CSV and the LaTeX hold what the terminal shows; the NPZ gives the estimate of the JSON."""
-    given = {
+    inputs = {
         "identify": ["--data", logs["bare"]],
         # The equations (30), whose friction is the same with and without payload.
         "payload": ["--unloaded", logs["bare"], "--loaded", logs["loaded"], "--friction-change", "0"],
     }
     files = {option: tmp_path / f"out.{option}" for option in ("json", "csv", "latex", "npz")}
     options = [part for option, path in files.items() for part in (f"--{option}", str(path))]
-    assert main([command, "--robot", "rx90", *given[command], *options, "--details"]) == 0
+    assert main([command, "--robot", "rx90", *inputs[command], *options, "--details"]) == 0
     printed = capsys.readouterr().out
     with files["csv"].open(encoding="utf-8", newline="") as stream:
         records = list(csv.DictReader(stream))
@@ -54,10 +54,10 @@ def test_tables_and_equations(
         named = {record["name"]: record for record in reversed(records)}  # base parameters stand first
         for parameter, column in zip(document["base_parameters"], document["columns"], strict=True):
             record = named[parameter["name"]]
-            larger = max(parameter["sigma"], parameter["sigma_robust"])
+            sigma = max(parameter["sigma"], parameter["sigma_robust"])
             # Two digits of sigma, the value to the same place.
-            assert float(record["value"]) == pytest.approx(parameter["value"], abs=0.051 * larger)
-            assert float(record["value sigma"]) == pytest.approx(larger, rel=0.051)
+            assert float(record["value"]) == pytest.approx(parameter["value"], abs=0.051 * sigma)
+            assert float(record["value sigma"]) == pytest.approx(sigma, rel=0.051)
             assert solved[column] == pytest.approx(parameter["value"], rel=1e-6, abs=1e-7)
     else:
         (fourth,) = (e for e in document["estimates"] if (e["method"], e["estimator"]) == (4, "wls"))
@@ -83,11 +83,11 @@ def test_version_names_the_solvers(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["--version"])
     assert stop.value.code == 0
-    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
-    assert next(iter(told)) == "dynident"
+    versions = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert next(iter(versions)) == "dynident"
     for package in ("casadi", "clarabel", "numpy", "scipy"):
-        assert told[package] == version(package)
-    assert told["python"] == ".".join(map(str, sys.version_info[:3]))
+        assert versions[package] == version(package)
+    assert versions["python"] == ".".join(map(str, sys.version_info[:3]))
 
 
 def test_version_and_help_load_nothing_heavy() -> None:

@@ -128,8 +128,8 @@ class GoalOptions(NoiseOptions):
         if self.payload_only:
             parts = [part.of_payload(model.regressors.payload_columns(robot)) for part in parts]
         columns = parts[0].columns
-        for path, other in zip(paths, parts, strict=True):
-            if set(other.columns) != set(columns):
+        for path, information in zip(paths, parts, strict=True):
+            if set(information.columns) != set(columns):
                 raise InputError(f"{path}: has other columns than {paths[0]}: give files of one model")
         rows = [part.factor[:, [part.columns.index(name) for name in columns]] for part in parts]
         return trajectories.Earlier(columns, np.vstack(rows))

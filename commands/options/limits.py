@@ -124,14 +124,16 @@ class LimitOptions(Options):
 
     def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
         """Limits of the joints."""
-        given: list[float] | None = None
+        acceleration: list[float] | None = None
         if isinstance(self.acceleration, float):
-            given = [self.acceleration * joint.limits.speed for joint in robot.joints]
+            acceleration = [self.acceleration * joint.limits.speed for joint in robot.joints]
         elif self.acceleration is not None:
-            given = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
+            acceleration = in_si(each_joint(self.acceleration, robot, "--acceleration"), robot).tolist()
         torque = (math.inf,) * robot.n if isinstance(self.torque_limits, str) else self.torque_limits
         torque = torque and each_joint(torque, robot, "--torque-limits")
-        return trajectories.JointBounds.of(robot, override=self.speed_override, acceleration=given, torque=torque)
+        return trajectories.JointBounds.of(
+            robot, override=self.speed_override, acceleration=acceleration, torque=torque
+        )
 
     def read_scene(self) -> trajectories.Scene | None:
         """What the motion keeps clear of."""

@@ -47,8 +47,8 @@ class MotionFiles(PageOptions):
             ("controller_rate", ("urscript",)),
             ("sample_rate", ("samples", "ros2", *more_sampled)),
         ):
-            if not any(self.has(other) for other in needs):
-                self.refuse(name, f"has no effect without {' or '.join(f'--{other}' for other in needs)}")
+            if not any(self.has(need) for need in needs):
+                self.refuse(name, f"has no effect without {' or '.join(f'--{need}' for need in needs)}")
         if self.ros2:
             report.motions.check_joint_names(self.joint_names or (), robot.n)
         if self.urscript:

@@ -108,12 +108,12 @@ class PageOptions(ResultOptions):
         """Write report and figures; the page is made only if one of them was asked for."""
         if not (self.report or self.plots):
             return
-        made = page()
+        content = page()
         if self.report:
-            report.write_report(self.report, made)
+            report.write_report(self.report, content)
             self._write_settings()
         if self.plots:
-            report.write_plots(self.plots, made)
+            report.write_plots(self.plots, content)
 
     def _write_settings(self) -> None:
         """Write the file that repeats the run."""

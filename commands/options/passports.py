@@ -35,9 +35,9 @@ class PassportOptions(Options):
             fleet.write_passport(self.passport, passport())
 
 
-def logs_of(asked: Options) -> tuple[fleet.Log, ...]:
+def logs_of(options: Options) -> tuple[fleet.Log, ...]:
     """The logs that options name, with their checksums."""
-    return tuple(fleet.Log(role, path, checksum(path)) for _, role, path in asked.named("reads") if role in _LOGS)
+    return tuple(fleet.Log(role, path, checksum(path)) for _, role, path in options.named("reads") if role in _LOGS)
 
 
 def recipe_of(kind: fleet.passport.Kind, setup: Setup, gains: estimation.Gains | None, **more: Any) -> fleet.Recipe:

@@ -79,8 +79,8 @@ class Options:
     @classmethod
     def of(cls, arguments: argparse.Namespace) -> Self:
         """Take them from the parsed command line."""
-        given = {entry.name: getattr(arguments, entry.name, None) for entry in fields(cls)}
-        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
+        values = {entry.name: getattr(arguments, entry.name, None) for entry in fields(cls)}
+        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
 
     def has(self, option: str) -> bool:
         """Whether an option was given; "joint_names" stands for --joint-names."""
@@ -162,16 +162,16 @@ def check_targets(parts: Sequence[Options]) -> None:
     Raises:
         InputError: names the option.
     """
-    taken = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
+    owners = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
     for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":
             continue
         place = Path(path).resolve()
         _check_place(name, kind, path)
-        if place in taken and not is_device(place):  # a pipe or a terminal may be named twice
-            raise InputError(f"{name} {path!r}: {taken[place]} names this file too: give another one")
+        if place in owners and not is_device(place):  # a pipe or a terminal may be named twice
+            raise InputError(f"{name} {path!r}: {owners[place]} names this file too: give another one")
         if kind != "folder":
-            taken[place] = name
+            owners[place] = name
 
 
 def _check_place(name: str, kind: str, path: str) -> None:

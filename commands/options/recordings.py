@@ -62,13 +62,13 @@ class Setup:
         robot, processing = self.robot, self.processing
         rate = f"{processing.rate:g} Hz" if processing.rate else "the recording's own"
         cutoff = f"{processing.cutoff:g} Hz" if processing.cutoff else "none"
-        kept = processing.equation_rate
+        grid_rate = processing.equation_rate
         gains = ", ".join(f"{gain:g}" for gain in self.gains) if self.gains else "torques were read"
         words = {
             "robot": f"{robot.title or robot.name} ({robot.name})",
             "sampling rate": rate,
             "low-pass (Butterworth, 4th order, zero phase)": cutoff,
-            "decimation": str(processing.decimate) if kept is None else f"to {kept:g} Hz",
+            "decimation": str(processing.decimate) if grid_rate is None else f"to {grid_rate:g} Hz",
             "slow rows left out below": _slow(processing),
             "drive gains [N·m/A]": gains,
             "offset of each joint": "identified" if robot.drives.offsets else "none",
@@ -103,8 +103,10 @@ class LogOptions(Options):
 
     def how(self) -> estimation.LogMap:
         """The map of ``--log-map`` with what the other options change."""
-        given = estimation.read_log_map(self.log_map) if self.log_map else estimation.LogMap(source="command line")
-        return estimation.recordings.with_flags(given, self.joints, self.units, self.signs, self.topic)
+        log_map = (
+            estimation.read_log_map(self.log_map) if self.log_map else estimation.LogMap(source="command line")
+        )
+        return estimation.recordings.with_flags(log_map, self.joints, self.units, self.signs, self.topic)
 
     def gains(self, robot: model.Robot) -> tuple[tuple[float, ...] | None, estimation.Gains | None]:
         """Torque per current, and what a file of gains says besides."""
@@ -165,8 +167,8 @@ class ProcessingOptions(LogOptions):
             raise InputError("--equation-rate and --decimate say the same: give one of them")
         # What is given takes the place of either in the robot's file.
         either = {"decimate": 1, "equation_rate": None}
-        given = either if self.has("equation_rate") or self.has("decimate") else {}
-        return given | {entry.name: getattr(self, entry.name) for entry in fields(self)
+        rates = either if self.has("equation_rate") or self.has("decimate") else {}
+        return rates | {entry.name: getattr(self, entry.name) for entry in fields(self)
                 if entry.name in settings and self.has(entry.name)}  # fmt: skip
 
 

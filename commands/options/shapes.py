@@ -73,13 +73,13 @@ class ShapeOptions(Options):
         if not self.start:
             return None
         pose = in_si(self.start, robot)
-        for j, (joint, given, position) in enumerate(zip(robot.joints, self.start, pose, strict=True), 1):
+        for j, (joint, value, position) in enumerate(zip(robot.joints, self.start, pose, strict=True), 1):
             low, high = joint.limits.position
             if not low <= position <= high:
                 unit = "deg" if joint.revolute else "m"
                 shown = [math.degrees(limit) if joint.revolute else limit for limit in (low, high)]
                 raise InputError(
-                    f"--start: joint {j} at {given:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
+                    f"--start: joint {j} at {value:g} {unit} is outside {shown[0]:g} to {shown[1]:g} {unit}"
                 )
         return pose
 

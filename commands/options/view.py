@@ -35,8 +35,8 @@ class ViewOptions(Options):
         if not (self.view or self.show):
             return
         with status("drawing the view"):
-            made = view()
+            scene = view()
             if self.view:
-                report.view.write_view(self.view, made)
+                report.view.write_view(self.view, scene)
         if self.show:
-            note(f"the view is open in the browser: {report.view.show_view(self.view, made)}")
+            note(f"the view is open in the browser: {report.view.show_view(self.view, scene)}")

@@ -63,9 +63,9 @@ def elimination_warnings(problem: PayloadProblem, elimination: Elimination) -> t
 
 def _on_axis(kind: str, left: Sequence[str]) -> str:
     """What it means that a moment of inertia was eliminated."""
-    other = [name for name in left if name in _OFF_AXIS[kind]]
+    beside = [name for name in left if name in _OFF_AXIS[kind]]
     line = f"{kind}_L is eliminated, which only a payload on its frame's {kind[0].lower()} axis has zero"
-    return f"{line}: {', '.join(other)} must then be zero too, and remain" if other else line
+    return f"{line}: {', '.join(beside)} must then be zero too, and remain" if beside else line
 
 
 def _payload_too_far(estimate: Estimate, gone: Sequence[str], left: tuple[str, ...]) -> tuple[str, ...]:
@@ -118,12 +118,12 @@ def _held_at_zero(base: BaseParameters, full: Estimate, essential: Estimate, lef
     return Estimate(base.columns, values, covariance, essential.degrees_of_freedom, full.fit, full.weights)
 
 
-def _too_far(what: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
+def _too_far(body: str, gone: Sequence[str], chi2: float, p_value: float) -> tuple[str, ...]:
     if p_value >= _UNLIKELY:
         return ()
     zeros = ", ".join(gone) if len(gone) <= 6 else f"the {len(gone)} eliminated parameters"
     return (
-        f"no {what} that can exist has {zeros} zero and the others as estimated: the nearest is "
+        f"no {body} that can exist has {zeros} zero and the others as estimated: the nearest is "
         f"{np.sqrt(chi2):.1f} standard deviations away ({_p(p_value)})",
     )
 

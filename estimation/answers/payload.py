@@ -250,9 +250,9 @@ def _without_friction(problem: PayloadProblem) -> list[Agreement]:
 
 def _other_ways(problems: Sequence[PayloadProblem], scale: KnownMass | None) -> list[Agreement]:
     ways = []
-    for other in problems:
-        (method,) = usable_methods(other)
-        ten = identify_payload(other, method, scale=scale).ten
+    for alternative in problems:
+        (method,) = usable_methods(alternative)
+        ten = identify_payload(alternative, method, scale=scale).ten
         name = "robot's parameters (method 1)" if method == 1 else "torque difference (method 3)"
         ways.append(Agreement(name, float(ten[9]), ten[6:9] / ten[9]))
     return ways

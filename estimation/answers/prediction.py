@@ -147,8 +147,8 @@ def _prediction(
 ) -> TorquePrediction:
     """Prediction by equations in consecutive pieces: their torques are kept, W is not."""
     columns = [(p.t, p.Y, *(tuple(W @ chi for W in p.W) for _, chi in curves)) for p in pieces]
-    t, measured, *made = (
+    t, measured, *predictions = (
         tuple(np.concatenate(joint) for joint in zip(*arrays, strict=True)) for arrays in zip(*columns, strict=True)
     )
-    predicted = tuple(Curve(label, torques) for (label, _), torques in zip(curves, made, strict=True))
+    predicted = tuple(Curve(label, torques) for (label, _), torques in zip(curves, predictions, strict=True))
     return TorquePrediction(source, loaded, held_out, t, measured, predicted)

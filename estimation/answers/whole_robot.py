@@ -35,9 +35,9 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
         )
     if stored.estimate.names != base.columns or set(nearest.standard) != set(base.standard):
         raise InputError(f"{path}: other parameters than this robot's: identify the robot again")
-    what = f"{len(base.columns)} base parameters identified ({path})"
+    words = f"{len(base.columns)} base parameters identified ({path})"
     return identified_whole_robot(
-        robot, base, stored.estimate, nearest.standard, nearest.chi2_rise, nearest.source, what
+        robot, base, stored.estimate, nearest.standard, nearest.chi2_rise, nearest.source, words
     )
 
 

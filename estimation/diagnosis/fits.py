@@ -69,19 +69,21 @@ def robot_fits(path: str | Path, log_map: LogMap | None = None) -> RobotFits:
     for name in robot_names():
         robot = load_robot(name)
         try:
-            taken = _taken(raw, robot, log_map, read)
+            reading = _taken(raw, robot, log_map, read)
         except InputError as refusal:
             faults.append(str(refusal))
             continue
         # The size of a current says nothing.
         scaled = (
-            replace(taken.recording, torque=_SCALE * taken.recording.torque) if taken.currents else taken.recording
+            replace(reading.recording, torque=_SCALE * reading.recording.torque)
+            if reading.currents
+            else reading.recording
         )
         mistake = next(implausible(robot, scaled), "")
         if mistake:
             others.append((name, mistake))
         else:
-            fitting.append(RobotFit(name, _residual(robot, taken)))
+            fitting.append(RobotFit(name, _residual(robot, reading)))
     fitting.sort(key=lambda fit: (fit.residual is None, fit.residual or 0.0))
     fault = "" if fitting else f"{path}: {others[0][1]}" if others else _first_fault(faults)
     return RobotFits(raw.names, tuple(fitting), tuple(others), fault)
@@ -105,17 +107,17 @@ def _taken(raw: RawLog, robot: Robot, log_map: LogMap, read: dict[_Key, _Taken |
             read[key] = _Taken(max(pieces, key=lambda piece: float(piece.t[-1] - piece.t[0])), currents)
         except InputError as refusal:
             read[key] = str(refusal)
-    taken = read[key]
-    if isinstance(taken, str):
-        raise InputError(taken)
-    return taken
+    reading = read[key]
+    if isinstance(reading, str):
+        raise InputError(reading)
+    return reading
 
 
-def _residual(robot: Robot, taken: _Taken) -> float | None:
+def _residual(robot: Robot, reading: _Taken) -> float | None:
     """Relative residual of the robot's own model; None where there is too little motion."""
     try:
-        data = measurement(taken.recording, robot.processing)
-        if taken.currents:
+        data = measurement(reading.recording, robot.processing)
+        if reading.currents:
             data = to_scale(robot, data, robot.processing)
         return weighted(reduced(robot, data, robot.processing)).fit.relative
     except InputError:

@@ -85,12 +85,12 @@ def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
     alone = np.eye(len(along))[:, :, None] * along[:, None]
     pulls, free = np.array(system.pulls), range(system.payload.stop, len(system.pulls))
     pulls[free, free] = 0.0
-    asked = replace(system, pulls=pulls).with_columns(np.concatenate([along[:, None], alone], axis=1))
+    question = replace(system, pulls=pulls).with_columns(np.concatenate([along[:, None], alone], axis=1))
     scales = []
     for joint in range(len(along) + 1):
-        answer = asked.of(joint)
+        answer = question.of(joint)
         value, sigma = float(answer.values[0]), float(np.sqrt(answer.covariance[0, 0]))
-        plain, effect = float(asked.shares[9, -1]), float(answer.effect[9, 0])
+        plain, effect = float(question.shares[9, -1]), float(answer.effect[9, 0])
         scales.append(Scale(joint, 1.0 + value, sigma, (plain + effect * value) / (1.0 + value), plain - effect))
     return tuple(scales)
 

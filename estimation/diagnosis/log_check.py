@@ -172,12 +172,12 @@ def _joint_findings(joints: tuple[JointFacts, ...], currents: bool) -> list[Find
     if still and len(still) < len(joints):
         text = f"Joint {', '.join(still)} never moves: its parameters cannot be seen"
         findings.append(warning(text, f"joint {', '.join(still)}"))
-    what, unit = ("current", "A") if currents else ("torque", "N·m")
+    quantity, unit = ("current", "A") if currents else ("torque", "N·m")
     for j, joint in enumerate(joints, 1):
         span = joint.torque[1] - joint.torque[0]
         if span > 0.0 and joint.torque_step > _COARSE * span:
             text = (
-                f"The {what} of joint {j} comes in steps of {joint.torque_step:.3g} {unit}, "
+                f"The {quantity} of joint {j} comes in steps of {joint.torque_step:.3g} {unit}, "
                 f"{100 * joint.torque_step / span:.0f} % of its range: too coarse"
             )
             findings.append(warning(text, f"joint {j}"))

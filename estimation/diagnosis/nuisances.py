@@ -111,8 +111,8 @@ def tilt(system: Thinned) -> Tilt | None:
     if not any(system.robot.gravity):
         return None
     own, heavy, free = _leaning(system)
-    asked = system.with_columns(np.concatenate([own + heavy, free], axis=1))
-    answer = asked.of(0, 1, beside=tuple(range(2, 2 + free.shape[1])))
+    question = system.with_columns(np.concatenate([own + heavy, free], axis=1))
+    answer = question.of(0, 1, beside=tuple(range(2, 2 + free.shape[1])))
     if not (np.diag(answer.covariance) > 0.0).all():
         return None
     alone = system.of_difference().with_columns(heavy).of(0, 1) if system.states.loaded.any() else answer
@@ -166,16 +166,16 @@ def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
     columns = [slope * shares[k] for k in there]
     late = (np.cumsum(loaded) > 0.5 * loaded.sum()) * loaded
     moved = system.columns[:, system.payload][:, 6:9] * late
-    asked = system.with_columns(np.concatenate([np.stack(columns, axis=1), moved], axis=1))
-    delay = _late(asked, there)
+    question = system.with_columns(np.concatenate([np.stack(columns, axis=1), moved], axis=1))
+    delay = _late(question, there)
     if not loaded.any() or not system.values[system.payload][9] > 0.0:
         return (delay,)
-    return (delay, _slip(asked.of(*range(len(there), len(there) + 3)), system.values[system.payload][9]))
+    return (delay, _slip(question.of(*range(len(there), len(there) + 3)), system.values[system.payload][9]))
 
 
-def _late(asked: Asked, there: list[int]) -> Nuisance:
+def _late(question: Asked, there: list[int]) -> Nuisance:
     """The delay in the recordings in which it stands out most."""
-    answers = [(WHERE[k], asked.of(place)) for place, k in enumerate(there)]
+    answers = [(WHERE[k], question.of(place)) for place, k in enumerate(there)]
     where, answer = max(answers, key=lambda entry: entry[1].z)
     sigma = float(np.sqrt(answer.covariance[0, 0]))
     return Nuisance("late", where, -float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values)

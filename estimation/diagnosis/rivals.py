@@ -117,9 +117,9 @@ def _parts(loaded: Mask) -> Iterator[tuple[str, Mask]]:
 
 def _read(states: States, reading: Reading, rows: Mask) -> States:
     """Some of the states with their joints read in another way."""
-    sample, other = states.sample, reading.of(states.sample)
+    sample, changed = states.sample, reading.of(states.sample)
     parts = {
-        name: np.where(rows[:, None], getattr(other, name), getattr(sample, name))
+        name: np.where(rows[:, None], getattr(changed, name), getattr(sample, name))
         for name in ("q", "qd", "qdd", "torque", "keep")
     }
     return states._replace(sample=replace(sample, **parts))
@@ -138,10 +138,10 @@ def _tried(robot: Robot, states: States, others: _Others, free_gains: bool = Fal
     except InputError:  # a joint leaves the table of its spring: there is nothing to compare with
         return ()
     tried = []
-    for kind, name, other, taken in others(robot, states):
+    for kind, name, rival_robot, rival_states in others(robot, states):
         try:
-            rival = rough.compared(kind, name, other, taken.thinned())
-            tried.append(rival if rival.fall < _FAR else close.compared(kind, name, other, taken))
+            rival = rough.compared(kind, name, rival_robot, rival_states.thinned())
+            tried.append(rival if rival.fall < _FAR else close.compared(kind, name, rival_robot, rival_states))
         except InputError:
             continue
     return tuple(tried)
@@ -162,8 +162,8 @@ class _Described(NamedTuple):
             equations = _with_gains(equations, weights)
         return _Described(weights, _fit(equations, states, weights).squares, free_gains)
 
-    def compared(self, kind: str, name: str, other: Robot, states: States) -> Rival:
-        equations = _equations(other, states)
+    def compared(self, kind: str, name: str, robot: Robot, states: States) -> Rival:
+        equations = _equations(robot, states)
         if self.free_gains:
             equations = _with_gains(equations, self.weights)
         squares = _fit(equations, states, self.weights).squares
@@ -183,12 +183,12 @@ def _others(robot: Robot, states: States) -> Iterator[_Other]:
         )
         yield "turned", str(j + 1), robot, states._replace(sample=turned)
     for name in robot_names():
-        other = load_robot(name)
-        if other.n == robot.n and _geometry(other) != _geometry(robot):
-            spring = other.drives.spring
-            coupling = other.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
+        candidate = load_robot(name)
+        if candidate.n == robot.n and _geometry(candidate) != _geometry(robot):
+            spring = candidate.drives.spring
+            coupling = candidate.drives.coupling if robot.drives.rotor_inertia and robot.drives.friction else None
             drives = replace(robot.drives, coupling=coupling, spring=spring)
-            yield "robot", name, replace(other, gravity=robot.gravity, drives=drives), states
+            yield "robot", name, replace(candidate, gravity=robot.gravity, drives=drives), states
 
 
 def _geometry(robot: Robot) -> list[tuple[str, float, float, float, float]]:

@@ -132,9 +132,9 @@ def _mounted(model: Model, g: Array, words: str) -> Suspect:
     return _described(model, replace(model.robot, gravity=(float(g[0]), float(g[1]), float(g[2]))), words)
 
 
-def _described(model: Model, other: Robot, words: str) -> Suspect:
+def _described(model: Model, robot: Robot, words: str) -> Suspect:
     """The sample seen as another robot's."""
-    return Suspect(words, model.beside(other, model.sample).misfit())
+    return Suspect(words, model.beside(robot, model.sample).misfit())
 
 
 def coupled(model: Model) -> Iterator[Suspect]:
@@ -142,9 +142,9 @@ def coupled(model: Model) -> Iterator[Suspect]:
     robot = model.robot
     if robot.coupling is None and robot.n > 1 and robot.drives.rotor_inertia and robot.drives.friction:
         pair = (robot.n - 1, robot.n)
-        other = replace(robot, drives=replace(robot.drives, coupling=Coupling(pair)))
+        variant = replace(robot, drives=replace(robot.drives, coupling=Coupling(pair)))
         words = f"the drives of joints {pair[0]} and {pair[1]} are coupled, which the description leaves out"
-        yield _described(model, other, words)
+        yield _described(model, variant, words)
 
 
 def lengths(model: Model) -> Iterator[Suspect]:
@@ -155,33 +155,33 @@ def lengths(model: Model) -> Iterator[Suspect]:
             length = getattr(joint, name)
             for factor, word in ((0.9, "shorter"), (1.1, "longer")) if length != 0.0 else ():
                 changed = replace(joint, **{name: factor * length})
-                other = replace(robot, joints=(*robot.joints[:j], changed, *robot.joints[j + 1 :]))
+                variant = replace(robot, joints=(*robot.joints[:j], changed, *robot.joints[j + 1 :]))
                 words = f"the length {name}{j + 1} is {word} than the {length:g} m of the description"
-                yield _described(model, other, words)
+                yield _described(model, variant, words)
 
 
 def other_robots(model: Model) -> Iterator[Suspect]:
     """The recording of another robot that comes with the package."""
     for name in robot_names():
-        other = load_robot(name)
-        if name != model.robot.name and other.n == model.robot.n:
-            yield _described(model, other, f"it is a recording of robot {name!r}")
+        candidate = load_robot(name)
+        if name != model.robot.name and candidate.n == model.robot.n:
+            yield _described(model, candidate, f"it is a recording of robot {name!r}")
 
 
 def backwards(model: Model) -> Iterator[Suspect]:
     """A joint that turns the other way, in position alone or in torque too."""
     for j in range(model.robot.n):
-        other = _read(model, Reading.as_recorded(model.robot.n).turned(j))
-        yield Suspect(f"the sign of q{j + 1} is wrong", other.misfit(model.sample.torque))
-        yield Suspect(f"joint {j + 1} is counted the other way, in position and torque", other.misfit())
+        variant = _read(model, Reading.as_recorded(model.robot.n).turned(j))
+        yield Suspect(f"the sign of q{j + 1} is wrong", variant.misfit(model.sample.torque))
+        yield Suspect(f"joint {j + 1} is counted the other way, in position and torque", variant.misfit())
 
 
 def exchanged(model: Model) -> Iterator[Suspect]:
     """Two joints that changed places."""
     for i, j in combinations(range(model.robot.n), 2):
-        other = _read(model, Reading.as_recorded(model.robot.n).swapped(i, j))
-        yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", other.misfit())
-        misfit = other.misfit(model.sample.torque)
+        variant = _read(model, Reading.as_recorded(model.robot.n).swapped(i, j))
+        yield Suspect(f"joints {i + 1} and {j + 1} are exchanged", variant.misfit())
+        misfit = variant.misfit(model.sample.torque)
         yield Suspect(f"the positions of joints {i + 1} and {j + 1} are exchanged", misfit)
 
 

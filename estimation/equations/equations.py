@@ -134,7 +134,7 @@ class Equations:
         """
         gone = [self.columns.index(name) for name in columns]
         rest = [k for k in range(len(self.columns)) if k not in gone]
-        factors, taken, shared = [], [], list[SharedTorque]()
+        factors, ranks, shared = [], [], list[SharedTorque]()
         for j, factor in enumerate(self.factors):
             others = beside(self.shared, j, len(factor))
             remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
@@ -142,12 +142,12 @@ class Equations:
             left, others, count = _eliminated(remaining, eliminated, others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
-            taken.append(rank(factor[:, gone]) if anchors else count)
+            ranks.append(rank(factor[:, gone]) if anchors else count)
         return Equations(
             (*(self.columns[k] for k in rest), *(anchor.level for anchor in anchors)),
             tuple(factors),
-            tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, taken, strict=True)),
-            tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, taken, strict=True)),
+            tuple(max(rows - gone, 0) for rows, gone in zip(self.rows, ranks, strict=True)),
+            tuple(max(rows - gone, 0.0) for rows, gone in zip(self.effective_rows, ranks, strict=True)),
             tuple(shared),
             tuple(part.eliminate(columns, anchors) for part in self.leave_one_out),
             self.block_length,
@@ -232,25 +232,27 @@ class Equations:
         return condition(W), condition(scaled(W))
 
 
-def _eliminated(kept: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
+def _eliminated(remaining: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
     """Triangular factor of some columns less what others explain, the last ones beside it, and the others' rank.
 
     Of clearly independent columns one QR of all that are not zero says it.
 
     Args:
-        kept: N x c.
+        remaining: N x c.
         off: what is taken out, N x k.
-        beside: number of the last columns of ``kept`` that take no part in the factor.
+        beside: number of the last columns of ``remaining`` that take no part in the factor.
     """
-    off, width = off[:, off.any(axis=0)], kept.shape[1] - beside
-    if not len(kept):
-        return kept[:, :width], kept[:, width:], 0
-    touched = np.append(np.flatnonzero(kept[:, : width - 1].any(axis=0)), np.arange(width - 1, kept.shape[1]))
+    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
+    if not len(remaining):
+        return remaining[:, :width], remaining[:, width:], 0
+    touched = np.append(
+        np.flatnonzero(remaining[:, : width - 1].any(axis=0)), np.arange(width - 1, remaining.shape[1])
+    )
     k, c = off.shape[1], len(touched) - beside
-    R = upper(lapack.dgeqrf(np.column_stack([off, kept[:, touched]]))[0][: k + c])
+    R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, touched]]))[0][: k + c])
     if not independent(off, R):
-        return *compressed(without(kept, off), beside), rank(off)
-    factor = np.zeros((len(R) - k, kept.shape[1]))
+        return *compressed(without(remaining, off), beside), rank(off)
+    factor = np.zeros((len(R) - k, remaining.shape[1]))
     factor[:, touched] = R[k:, k:]
     return factor[:, :width], factor[:, width:], k
 
@@ -280,7 +282,7 @@ def _left_out_in_turn(parts: Sequence[Equations]) -> tuple[Equations, ...]:
     """Each part without each of its blocks, beside all other parts."""
     less: list[Equations] = []
     for k, part in enumerate(parts):
-        others = [replace(other, leave_one_out=()) for other in (*parts[:k], *parts[k + 1 :])]
+        others = [replace(equations, leave_one_out=()) for equations in (*parts[:k], *parts[k + 1 :])]
         less += [stacked([*others, left]) for left in part.leave_one_out]
     return tuple(less)
 
@@ -307,8 +309,8 @@ def stacked(parts: Sequence[Equations], compress: bool = True) -> Equations:
 def _check_alike(parts: Sequence[Equations]) -> None:
     """Refuse parts that are not of the same parameters of the same drives."""
     first, *others = parts
-    if any(other.columns != first.columns for other in others):
+    if any(part.columns != first.columns for part in others):
         raise ValueError("equations with different columns cannot be merged")
     joints = [torque[:2] for torque in first.shared]
-    if any([torque[:2] for torque in other.shared] != joints for other in others):
+    if any([torque[:2] for torque in part.shared] != joints for part in others):
         raise ValueError("equations of robots with different coupled drives or springs cannot be merged")

@@ -32,8 +32,8 @@ class WithoutEach(Sequence[_Part]):
     @cached_property
     def blocks(self) -> tuple[_Part, ...]:
         """The equations of each block."""
-        given = self._given.blocks if isinstance(self._given, WithoutEach) else self._given
-        return tuple(given) if self._change is None else tuple(map(self._change, given))
+        blocks = self._given.blocks if isinstance(self._given, WithoutEach) else self._given
+        return tuple(blocks) if self._change is None else tuple(map(self._change, blocks))
 
     @overload
     def __getitem__(self, place: int) -> _Part: ...

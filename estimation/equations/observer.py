@@ -209,11 +209,11 @@ def used_pieces(data: Measurement, processing: Processing, partner: Motion | Non
 def _used(data: Measurement, processing: Processing, partner: Motion | None) -> Iterator[tuple[Measurement, Mask]]:
     """Pieces, each with its rows to use."""
     motion, rows = data.motion, used_rows(data.motion, processing)
-    other = used_rows(partner, processing) if partner is not None else None
+    partner_rows = used_rows(partner, processing) if partner is not None else None
     for part in parts(len(motion.t)):
         keep = rows.of(motion.qd[part], part)
-        if partner is not None and other is not None:
-            keep &= other.of(partner.qd[part], part)
+        if partner is not None and partner_rows is not None:
+            keep &= partner_rows.of(partner.qd[part], part)
         yield data.between(part.start, part.stop), keep
 
 

@@ -76,8 +76,8 @@ class Recorded:
 
 def recorded(observer: Observer, recordings: Iterable[Pieces]) -> tuple[Equations, list[Recorded]]:
     """All recordings of one load reduced, and the equations of each."""
-    made = [Recorded(observer, pieces) for pieces in recordings]
-    return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in made), made
+    parts = [Recorded(observer, pieces) for pieces in recordings]
+    return merged(recording.cut(np.array([-np.inf, np.inf]))[0] for recording in parts), parts
 
 
 def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]], decimate: int = 1) -> Equations:

@@ -102,9 +102,9 @@ class Gains:
         heavy = self.recordings.get("loaded", ())
         again = [recording.source for recording in loaded if recording.fingerprint in heavy]
         if again:
-            given = f", {self.mass:g} kg as given then" if self.mass is not None else ""
+            mass = f", {self.mass:g} kg as given then" if self.mass is not None else ""
             return (
-                f"These gains come from this same pair ({_named(again)}{given}): the mass is "
+                f"These gains come from this same pair ({_named(again)}{mass}): the mass is "
                 "what was typed in, it confirms nothing. The intervals take the gains' errors and the recordings' "
                 "for unrelated, which they are not. Record another payload.",
             )

@@ -205,5 +205,7 @@ def _check_determined(null: Array, moving: Sequence[int]) -> None:
     if null.size:
         missing = np.abs(null[-len(moving) :]).max(axis=1)
         joints = [str(j + 1) for j, weight in zip(moving, missing, strict=True) if weight > 1e-3]
-        what = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
-        raise InputError(f"the recordings do not determine {what}: move more joints, faster and over a wider range")
+        unknown = f"the gain of joint {', '.join(joints)}" if joints else "the robot's parameters"
+        raise InputError(
+            f"the recordings do not determine {unknown}: move more joints, faster and over a wider range"
+        )

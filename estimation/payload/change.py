@@ -115,10 +115,10 @@ class ChangeWatch:
             return None
         rows = _weighted(window.less, usual.held)
         tried = _tried(rows, [block.start for block in window.blocks], ends, _near(window.less.columns, usual.held))
-        if not any(one.fall > self._limit(one, rows, usual) for one in tried):
-            self._falls.extend(one.fall for one in tried[:2])
+        if not any(trial.fall > self._limit(trial, rows, usual) for trial in tried):
+            self._falls.extend(trial.fall for trial in tried[:2])
             return None
-        best = max(tried, key=lambda one: one.fall)
+        best = max(tried, key=lambda trial: trial.fall)
         mass, half = float(best.delta[3]), _NORMAL95 * float(np.sqrt(self.scale * best.covariance[3, 3]))
         if best.blocks < _SURE and half > _VAGUE * abs(mass):
             return None
@@ -153,21 +153,22 @@ _Rows = list[tuple[Array, Array]]
 
 def _usual(window: MovingWindow, blocks: int) -> _Usual:
     """The errors by all blocks of the window; each joint's friction and part of the payload took some freedom."""
-    held = window.held
+    friction = window.held
     rows = np.array([len(Y) for Y in window.less.Y], dtype=float)
-    return _Usual(held, np.maximum(rows / held.memory - 5.0, 4.0), blocks)
+    return _Usual(friction, np.maximum(rows / friction.memory - 5.0, 4.0), blocks)
 
 
-def _weighted(less: Observation, held: HeldFriction) -> _Rows:
-    sizes = held.noise * np.sqrt(held.memory)
+def _weighted(less: Observation, friction: HeldFriction) -> _Rows:
+    sizes = friction.noise * np.sqrt(friction.memory)
     parts = zip(less.t, less.W, less.Y, sizes, strict=True)
     return [(t, np.column_stack([W, Y]) / size) for t, W, Y, size in parts if size > 0.0]
 
 
-def _near(columns: Sequence[str], held: HeldFriction) -> Array:
+def _near(columns: Sequence[str], friction: HeldFriction) -> Array:
     """Equations that keep friction near the robot's, and the payload within reason, [W Y]."""
     sigmas = [
-        held.held[name].sigma if (name := column.removeprefix(FREE)) in held.held else 0.0 for column in columns
+        friction.held[name].sigma if (name := column.removeprefix(FREE)) in friction.held else 0.0
+        for column in columns
     ]
     rows = [np.eye(1, len(columns), k) / sigma for k, sigma in enumerate(sigmas) if sigma > 0.0]
     payload = np.zeros((10, len(columns)))

@@ -41,7 +41,7 @@ class JointEquations(NamedTuple):
     def of(problem: LinearProblem, weights: Array) -> "JointEquations":
         """The payload's ten alone, for weights of the joints."""
         unknown = problem.unknown.select(PAYLOAD)
-        taken = problem.equations.select([name for group in problem.known for name in group.names]).factors
+        factors = problem.equations.select([name for group in problem.known for name in group.names]).factors
         lasting = _together([group.lasting for group in problem.known])
         # What an earlier identification's jackknife says counts instead of its formula.
         covariance = _together(
@@ -49,7 +49,7 @@ class JointEquations(NamedTuple):
         )
         return JointEquations(
             tuple(w * factor for w, factor in zip(weights, unknown.factors, strict=True)),
-            tuple(w * factor[:, :-1] for w, factor in zip(weights, taken, strict=True)),
+            tuple(w * factor[:, :-1] for w, factor in zip(weights, factors, strict=True)),
             covariance,
             lasting,
             unknown.effective_rows,

@@ -81,8 +81,8 @@ def from_difference(problem: PayloadProblem, names: Sequence[str] | None = None)
     """
     if problem.difference is None:
         raise InputError(f"method 3 cannot be used: {problem.without_difference}")
-    taken = known_path(problem.difference.columns, problem.robot.n)
-    return _posed(problem, problem.difference, (*_levels(problem), *taken), names)
+    path = known_path(problem.difference.columns, problem.robot.n)
+    return _posed(problem, problem.difference, (*_levels(problem), *path), names)
 
 
 def _levels(problem: PayloadProblem) -> tuple[Known, ...]:
@@ -98,12 +98,12 @@ def _posed(
     roles: Mapping[str, Held] | None = None,
 ) -> LinearProblem:
     """Equations in the payload's frame, of its parameters ``names`` alone."""
-    asked = problem.chosen if names is None else tuple(names)
-    columns = [name for name in equations.columns if name in asked or name not in PAYLOAD]
+    payload_names = problem.chosen if names is None else tuple(names)
+    columns = [name for name in equations.columns if name in payload_names or name not in PAYLOAD]
     # Beside the robot's torque the payload's own is what the joints of a short motion are compared by.
     alone = problem.short is not None
     posed = in_payload_frame(problem.robot, equations).select(columns)
-    return LinearProblem(posed, asked, known, roles or {}, alone=alone)
+    return LinearProblem(posed, payload_names, known, roles or {}, alone=alone)
 
 
 def global_fit(problem: PayloadProblem, names: Sequence[str] = PAYLOAD) -> LinearProblem:

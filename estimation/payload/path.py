@@ -74,7 +74,7 @@ def less_path(robot: Robot, change: Measurement, path: Array) -> tuple[Measureme
 
 def with_path(change: Observation, path: Observation) -> Observation:
     """Equations with one more column: the torque that was taken off."""
-    W = tuple(np.column_stack([own, taken]) for own, taken in zip(change.W, path.Y, strict=True))
+    W = tuple(np.column_stack([own, path_column]) for own, path_column in zip(change.W, path.Y, strict=True))
     return replace(change, columns=(*change.columns, PATH), W=W)
 
 

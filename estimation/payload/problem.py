@@ -244,8 +244,8 @@ def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
         InputError: names the parameters in which they differ.
     """
     if known.names != base.columns:
-        other = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
+        missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(
             f"the stored robot parameters are of another model of {robot.name}: they differ in "
-            f"{', '.join(other[:8])}: identify the robot again with the same options"
+            f"{', '.join(missing[:8])}: identify the robot again with the same options"
         )

@@ -173,12 +173,14 @@ class MovingWindow:
     @property
     def held(self) -> HeldFriction:
         """How friction is held, and the size and memory of the errors, by all blocks."""
-        made = self._equations
-        if made.held is None:
-            made = made._replace(held=held_friction([made.less], self.sigmas, [unreduced(made.less)]))
-            self._made = made
-        assert made.held is not None
-        return made.held
+        equations = self._equations
+        if equations.held is None:
+            equations = equations._replace(
+                held=held_friction([equations.less], self.sigmas, [unreduced(equations.less)])
+            )
+            self._made = equations
+        assert equations.held is not None
+        return equations.held
 
     @property
     def _equations(self) -> "_Made":

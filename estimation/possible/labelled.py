@@ -115,17 +115,20 @@ class WholeRobot:
         """Names of numbers that no drive can have, as a description may hold them: ``joint1 damping``."""
         drives = [*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)]
         return tuple(
-            f"{name} {what}"
+            f"{name} {quantity}"
             for name, drive in drives
-            for what in SIGNED
-            if what in drive and drive[what].value < 0.0
+            for quantity in SIGNED
+            if quantity in drive and drive[quantity].value < 0.0
         )
 
     def at_bound(self) -> tuple[str, ...]:
         """Numbers of drives at the bound of what can exist: ``joint3 armature``."""
         drives = [*zip(self.joint_names, self.drives, strict=True), ("coupled drive", self.coupled)]
         return tuple(
-            f"{name} {what}" for name, drive in drives for what in SIGNED if what in drive and drive[what].bound
+            f"{name} {quantity}"
+            for name, drive in drives
+            for quantity in SIGNED
+            if quantity in drive and drive[quantity].bound
         )
 
     def heavier_than_the_arm(self) -> tuple[str, ...]:

@@ -112,11 +112,14 @@ class _Labels:
         ]
         if self._known is None:
             return drives
-        largest = {what: max((abs(d[what].value) for d in drives if what in d), default=0.0) for what in SIGNED}
+        largest = {
+            quantity: max((abs(d[quantity].value) for d in drives if quantity in d), default=0.0)
+            for quantity in SIGNED
+        }
         return [
             {
-                what: label._replace(bound=what in SIGNED and _bounded(label, largest[what]))
-                for what, label in d.items()
+                quantity: label._replace(bound=quantity in SIGNED and _bounded(label, largest[quantity]))
+                for quantity, label in d.items()
             }
             for d in drives
         ]
@@ -133,14 +136,14 @@ def _bounded(label: Labelled, largest: float) -> bool:
 def _drive_slopes(robot: Robot, known: Container[str]) -> tuple[list[dict[str, Slopes]], dict[str, Slopes]]:
     """Numbers of each joint's drive, and of the one that turns with two joints, as far as they are known."""
     rows = [
-        {what: {f"{kind}{j}": 1.0} for what, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in known}
+        {quantity: {f"{kind}{j}": 1.0} for quantity, kind in DRIVE_NUMBERS.items() if f"{kind}{j}" in known}
         for j in range(1, robot.n + 1)
     ]
     if robot.coupling is None:
         return rows, {}
     k = robot.coupling.joints[1]
     both = {"armature": f"IA{k}", "damping": f"FVM{k}", "friction": f"FSM{k}"}
-    return rows, {what: {name: 1.0} for what, name in both.items() if name in known}
+    return rows, {quantity: {name: 1.0} for quantity, name in both.items() if name in known}
 
 
 def _coupled_apart(

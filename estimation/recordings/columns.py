@@ -141,8 +141,8 @@ def _as_known(names: Sequence[str], own: Sequence[str]) -> Iterator[tuple[str, .
     """A log's joints in the order of an arm's own names, for each prefix under which it has all of them."""
     for name in names:
         prefix = name.removesuffix(own[0])
-        if name.endswith(own[0]) and all(f"{prefix}{other}" in names for other in own):
-            yield tuple(f"{prefix}{other}" for other in own)
+        if name.endswith(own[0]) and all(f"{prefix}{ending}" in names for ending in own):
+            yield tuple(f"{prefix}{ending}" for ending in own)
 
 
 def choose(raw: RawLog, log_map: LogMap, robot: Robot, gains: Sequence[float] | None) -> Columns:

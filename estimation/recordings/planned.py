@@ -68,9 +68,9 @@ def _check_planned(raw: RawLog, t: Array) -> None:
     steps = np.diff(t)
     k = int(np.argmax(steps <= 0.0))
     if steps[k] <= 0.0:
-        what = "stands still" if steps[k] == 0.0 else "runs back"
+        fault = "stands still" if steps[k] == 0.0 else "runs back"
         raise InputError(
-            f"{raw.path}: {raw.place(k + 1)}, column 't': time {what} ({t[k]:g} s, then {t[k + 1]:g} s): remove "
+            f"{raw.path}: {raw.place(k + 1)}, column 't': time {fault} ({t[k]:g} s, then {t[k + 1]:g} s): remove "
             "the repeated rows"
         )
     check_rate(raw, "t", t)

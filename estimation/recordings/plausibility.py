@@ -34,11 +34,11 @@ def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
     if not recordings:
         raise InputError("no recordings: give at least one")
     for k, recording in enumerate(recordings):
-        for other in recordings[:k]:
-            if _same(recording, other):
+        for earlier in recordings[:k]:
+            if _same(recording, earlier):
                 raise InputError(
-                    f"{recording.source} holds the same numbers as {other.source}: given twice it would only seem "
-                    "more certain; give it once"
+                    f"{recording.source} holds the same numbers as {earlier.source}: given twice it would only "
+                    "seem more certain; give it once"
                 )
         mistake = next(implausible(robot, recording), None)
         if mistake is not None:

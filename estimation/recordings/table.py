@@ -136,7 +136,7 @@ def spread(names: Texts) -> tuple[str, ...]:
     return tuple(result)
 
 
-def extra(module: str, what: str) -> Any:
+def extra(module: str, content: str) -> Any:
     """Import a library that only some formats need, of the extra ``dynident[logs]``.
 
     Raises:
@@ -146,4 +146,4 @@ def extra(module: str, what: str) -> Any:
         return import_module(module)
     except ImportError:
         package = module.split(".")[0]
-        raise InputError(f"reading {what} needs {package}: install dynident[logs]") from None
+        raise InputError(f"reading {content} needs {package}: install dynident[logs]") from None

@@ -166,15 +166,15 @@ def roll_out(
     measured = measurement(recording, processing)
     motion, step = measured.motion, float(measured.motion.t[1] - measured.motion.t[0])
     duration = step * (len(motion.t) - 1)
-    asked = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
-    if not asked:
+    lengths = [seconds for seconds in sorted(horizons) if seconds <= 0.5 * duration]
+    if not lengths:
         raise InputError(
             f"{recording.source}: {duration:.3g} s are too short for a horizon of {min(horizons):g} s: record at "
             "least twice the horizon"
         )
-    count = round(asked[-1] / step) + 1
-    curve = np.linspace(0.0, asked[-1], _CURVE + 1)[1:]
-    samples = np.unique(np.clip(np.rint(np.concatenate([curve, asked]) / step).astype(int), 1, count - 1))
+    count = round(lengths[-1] / step) + 1
+    curve = np.linspace(0.0, lengths[-1], _CURVE + 1)[1:]
+    samples = np.unique(np.clip(np.rint(np.concatenate([curve, lengths]) / step).astype(int), 1, count - 1))
     starts = _starts(len(motion.t), count, step, processing.cutoff)
     windows = starts[:, None] + np.arange(count)
     q, qd, torque = motion.q[starts], motion.qd[starts], measured.torque[windows]
@@ -190,7 +190,7 @@ def roll_out(
     growth = _growth(arm, q, qd, torque, step)
     replay = _replay(arm, measured, processing, recording.source)
     turning = all(joint.revolute for joint in arm.robot.joints)
-    return Rollout(recording.source, turning, tuple(asked), step * samples, errors, resting, growth, replay)
+    return Rollout(recording.source, turning, tuple(lengths), step * samples, errors, resting, growth, replay)
 
 
 def _starts(size: int, count: int, step: float, cutoff: float | None) -> NDArray[np.intp]:
@@ -237,11 +237,11 @@ def _replay(arm: IdentifiedArm, measured: Measurement, processing: Processing, s
     strayed = (q - motion.q[windows])[:, lead:]
     speeds = np.abs(motion.qd)
     fast = speeds[joined] >= least_speed(speeds.max(axis=0), processing)
-    given, followed = (
+    measured_q, followed = (
         np.where(fast, lowpass(torques, step, processing.cutoff, source), 0.0)
         for torques in (measured.torque[joined], predicted)
     )
-    errors, norms = np.linalg.norm(followed - given, axis=0), np.linalg.norm(given, axis=0)
+    errors, norms = np.linalg.norm(followed - measured_q, axis=0), np.linalg.norm(measured_q, axis=0)
     with np.errstate(all="ignore"):
         joints = np.where(norms > 0.0, errors / norms, np.nan)
         relative = float(np.linalg.norm(errors) / np.linalg.norm(norms))

@@ -98,17 +98,17 @@ def best_aligned(
     """
     loaded = resampled(loaded, rate)
     step = float(loaded.t[1] - loaded.t[0])
-    other = resampled(unloaded, 1.0 / step)
-    thin = 1 + max(len(other.t), len(loaded.t)) // _MOST
+    reference = resampled(unloaded, 1.0 / step)
+    thin = 1 + max(len(reference.t), len(loaded.t)) // _MOST
     if near is None:
-        near = thin * step * _coarse_lag(_thinned(other.q, thin), _thinned(loaded.q, thin))
-        near += loaded.t[0] - other.t[0]
+        near = thin * step * _coarse_lag(_thinned(reference.q, thin), _thinned(loaded.q, thin))
+        near += loaded.t[0] - reference.t[0]
         give_back()
     lag = _fine_lag(unloaded, loaded, near, step, thin)
     low = max(loaded.t[0], unloaded.t[0] + lag)
     high = min(loaded.t[-1], unloaded.t[-1] + lag)
     inside = slice(*np.searchsorted(loaded.t, [low, np.nextafter(high, np.inf)]))
-    if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(other.t)):
+    if inside.stop - inside.start < 0.5 * min(len(loaded.t), len(reference.t)):
         raise _different(unloaded, loaded, "they overlap by less than half")
     common = loaded.t[inside]
     a = on_grid(unloaded, _earlier(common, lag))

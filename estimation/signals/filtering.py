@@ -106,15 +106,15 @@ def _locked(array: Array) -> Array:
 def on_grid(recording: Recording, t: Array) -> Recording:
     """The recording at other times within its own, by monotone cubic interpolation (PCHIP)."""
     recorded = [recording.q, recording.torque] + ([recording.qd] if recording.qd is not None else [])
-    made = [empty((len(t), values.shape[1])) for values in recorded]
+    curves = [empty((len(t), values.shape[1])) for values in recorded]
     at_once = max(1, min(ROWS, ROWS * len(t) // len(recording.t)))  # so that the samples in between are few as well
     for part in parts(len(t), at_once):
         times = np.clip(t[part], recording.t[0], recording.t[-1])
         low, high = np.searchsorted(recording.t, times[[0, -1]])
         near = slice(max(int(low) - NEIGHBOURS, 0), int(high) + NEIGHBOURS)
-        for values, new in zip(recorded, made, strict=True):
+        for values, new in zip(recorded, curves, strict=True):
             new[part] = between(recording.t[near], values[near])(times)
-    q, torque, *speeds = map(_locked, made)
+    q, torque, *speeds = map(_locked, curves)
     return Recording(t, q, torque, speeds[0] if speeds else None, recording.source, recording.notes)
 
 

@@ -25,8 +25,8 @@ def measurement(recording: Recording, processing: Processing) -> Measurement:
     Raises:
         InputError: as ``measured``.
     """
-    asked = _Asked(id(recording), grid_rate(recording, processing), processing.cutoff)
-    if asked not in _made:
-        _made[asked] = measured(recording, processing)
-        finalize(recording, _made.pop, asked, None)
-    return _made[asked]
+    key = _Asked(id(recording), grid_rate(recording, processing), processing.cutoff)
+    if key not in _made:
+        _made[key] = measured(recording, processing)
+        finalize(recording, _made.pop, key, None)
+    return _made[key]

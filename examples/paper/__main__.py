@@ -33,8 +33,8 @@ def main() -> None:
     parser.add_argument("--seed", type=whole, default=0, help="of the first one (default: 0)")
     parser.add_argument("--trajectories", type=positive, default=TRAJECTORIES, metavar="N", help="default: 18")
     parser.add_argument("--gain-error", type=share, default=0.02, metavar="SHARE", help="default: 0.02")
-    asked = parser.parse_args()
-    run_repeated(asked.out, asked.seed, asked.trajectories, asked.count, asked.gain_error)
+    arguments = parser.parse_args()
+    run_repeated(arguments.out, arguments.seed, arguments.trajectories, arguments.count, arguments.gain_error)
 
 
 def run_repeated(folder: Path, seed: int, trajectories: int, count: int, gain_error: float) -> None:

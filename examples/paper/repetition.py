@@ -126,21 +126,21 @@ def outcome_of(experiment: trajectories.Experiment, robot: bool = True) -> Outco
     assert problem.unloaded is not None
     truth = true_values(experiment, problem)
     answer = estimation.answer_payload(problem)
-    found: dict[str, Answer] = {}
+    answers: dict[str, Answer] = {}
     if robot:
         joint = robust_joint(problem)
-        found["robot"] = answer_of(joint, _of(truth, joint.names))
+        answers["robot"] = answer_of(joint, _of(truth, joint.names))
     for estimate in answer.estimates:
-        found[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, estimation.PAYLOAD))
+        answers[f"method {estimate.method}"] = answer_of(estimate.estimate, _of(truth, estimation.PAYLOAD))
     for payload in answer.constrained:
         low, high = payload.intervals.parameters.T
         body = Answer(
             estimation.PAYLOAD, _of(truth, estimation.PAYLOAD), payload.body.vector, low, high, payload.sigma
         )
-        found[f"method {payload.method}, constrained"] = body
+        answers[f"method {payload.method}, constrained"] = body
     alone = estimation.fit.weighted(problem.unloaded).fit
     return Outcome(
-        found,
+        answers,
         alone.relative,
         tuple(alone.relative_per_joint.tolist()),
         problem.unloaded.equations,
@@ -163,4 +163,4 @@ def one_experiment(
         "slow": experiment.again(levels("slow")),
         "gains": experiment.again(levels("paper", gain_error)),
     }
-    return {name: outcome_of(one, robot=name == "paper") for name, one in recorded.items()}
+    return {name: outcome_of(result, robot=name == "paper") for name, result in recorded.items()}

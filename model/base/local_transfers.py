@@ -87,20 +87,20 @@ def _across(joint: Joint, parent: _Link, robot: Robot) -> tuple[Array, _Link]:
     velocities = _span(*_orbit(X @ parent.velocities, moving, joint))
     swings = _span(*_orbit(X @ parent.swings, moving, joint), *_orbit(gravity[:, None], moving, joint)[1:])
     turned = _tens(-moving.T @ _UNITS - _UNITS @ moving)
-    seen = _orbit((parent.detectable @ _transfer(joint)).T, turned, joint)
-    invariant = _span(*seen[1:]).T
+    visible = _orbit((parent.detectable @ _transfer(joint)).T, turned, joint)
+    invariant = _span(*visible[1:]).T
 
     coupled = _functionals(np.column_stack([velocities, swings]), axis)
     own = _functionals(np.column_stack([axis, gravity]), axis)
-    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*seen, coupled.T, own.T).T)
+    link = _Link(np.column_stack([velocities, axis]), gravity, swings, _span(*visible, coupled.T, own.T).T)
     return _unseen(np.vstack([coupled, invariant]), own, robot), link
 
 
 def _unseen(hidden: Array, own: Array, robot: Robot) -> Array:
     """What meets the conditions: rows of ``hidden`` give zero, the two of ``own`` are balanced by IA and OFF."""
     conditions = np.block([[hidden, np.zeros((len(hidden), 2))], [own, np.eye(2)]])
-    kept = [*range(10)] + [10] * robot.drives.rotor_inertia + [11] * robot.drives.offsets
-    return _nullspace(conditions[:, kept])
+    columns = [*range(10)] + [10] * robot.drives.rotor_inertia + [11] * robot.drives.offsets
+    return _nullspace(conditions[:, columns])
 
 
 def _velocity_transform(joint: Joint) -> Array:
@@ -177,11 +177,11 @@ def _nullspace(rows: Array) -> Array:
 
 
 def _from_nullspace(columns: tuple[str, ...], nullspace: Array, dropped: list[int]) -> BaseParameters:
-    kept = np.setdiff1d(np.arange(len(columns)), dropped)
-    grouping = np.zeros((len(kept), len(columns)))
-    grouping[:, kept] = np.eye(len(kept))
-    grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, kept]).T
-    return BaseParameters(columns, tuple(kept.tolist()), grouping, "local transfers")
+    basis = np.setdiff1d(np.arange(len(columns)), dropped)
+    grouping = np.zeros((len(basis), len(columns)))
+    grouping[:, basis] = np.eye(len(basis))
+    grouping[:, dropped] = -np.linalg.solve(nullspace[:, dropped], nullspace[:, basis]).T
+    return BaseParameters(columns, tuple(basis.tolist()), grouping, "local transfers")
 
 
 def _last_entries(unseen: Array) -> list[int]:

@@ -58,12 +58,12 @@ class JointTable(Table, frozen=True):
     def of(joint: Joint, number: int) -> "JointTable":
         """Table of a joint; limits that are infinite are left out."""
         shown = degrees if joint.revolute else float
-        given: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         for name, key in _LIMITS.items():
             value = getattr(joint.limits, name)
             if all(map(math.isfinite, value if name == "position" else [value])):
                 shorter = [shown(end) for end in value] if name == "position" else shown(value)
-                given[key.format(_UNITS[joint.kind])] = shorter
+                values[key.format(_UNITS[joint.kind])] = shorter
         names = length_names(joint, number)
         return JointTable(
             kind=joint.kind,
@@ -72,23 +72,23 @@ class JointTable(Table, frozen=True):
             theta_deg=degrees(joint.theta),
             r=names[1] if joint.r else 0.0,
             torque=joint.limits.torque if math.isfinite(joint.limits.torque) else None,
-            **given,
+            **values,
         )
 
     def joint(self, lengths: Mapping[str, float]) -> Joint:
         """The joint."""
-        unit, other = ("deg", "m") if self.kind == "revolute" else ("m", "deg")
+        unit, other_unit = ("deg", "m") if self.kind == "revolute" else ("m", "deg")
         scale = math.pi / 180.0 if unit == "deg" else 1.0
-        given: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
+        limits: dict[str, Any] = {} if self.torque is None else {"torque": self.torque}
         for name, key in _LIMITS.items():
-            if getattr(self, key.format(other)) is not None:
-                raise WrongKeyError(key.format(other), f"a {self.kind} joint takes {key.format(unit)}")
+            if getattr(self, key.format(other_unit)) is not None:
+                raise WrongKeyError(key.format(other_unit), f"a {self.kind} joint takes {key.format(unit)}")
             value = getattr(self, key.format(unit))
             if value is not None:
-                given[name] = tuple(end * scale for end in value) if name == "position" else value * scale
+                limits[name] = tuple(end * scale for end in value) if name == "position" else value * scale
         (d, d_name), (r, r_name) = self._length("d", lengths), self._length("r", lengths)
         alpha, theta = math.radians(self.alpha_deg), math.radians(self.theta_deg)
-        return Joint(self.kind, alpha, d, theta, r, Limits(**given), (d_name, r_name))
+        return Joint(self.kind, alpha, d, theta, r, Limits(**limits), (d_name, r_name))
 
     def _length(self, key: str, lengths: Mapping[str, float]) -> tuple[float, str]:
         value = getattr(self, key)

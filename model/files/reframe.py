@@ -128,15 +128,15 @@ def _perpendicular(direction: Array, wish: Array) -> Array:
 
 def _frame(x: Array, direction: Array, point: Array, foot: Array, after: tuple[Array, Array]) -> _Frame:
     """Frame on an axis with x along the common normal to the next one."""
-    other, there = after
-    normal = np.cross(direction, other)
+    next_direction, there = after
+    normal = np.cross(direction, next_direction)
     size = float(np.linalg.norm(normal))
     if size < SNAP_ANGLE:
         across = there - point - ((there - point) @ direction) * direction
         apart = float(np.linalg.norm(across))
         return _Frame(x if apart < SNAP_LENGTH else _turned(across, x, direction, apart), direction, foot)
     # Nearest point of this axis to the next one.
-    along = float(np.cross(there - point, other) @ normal) / size**2
+    along = float(np.cross(there - point, next_direction) @ normal) / size**2
     distance = float((there - point) @ normal) / size
     return _Frame(_turned(normal, x, direction, distance), direction, point + along * direction)
 

@@ -60,12 +60,12 @@ class DrivesTable(Table, frozen=True):
     def of(drives: Drives) -> "DrivesTable":
         """Table of the drives."""
         usual, coupling = _usual(drives.side), drives.coupling
-        given = {name: getattr(drives, name) for name in ("rotor_inertia", "friction", "offsets")}
+        values = {name: getattr(drives, name) for name in ("rotor_inertia", "friction", "offsets")}
         return DrivesTable(
             side=drives.side,
             coupling=CouplingTable(joints=coupling.joints, coulomb=coupling.coulomb) if coupling else None,
             spring=SpringTable.of(drives.spring) if drives.spring else None,
-            **{name: value for name, value in given.items() if value != getattr(usual, name)},
+            **{name: value for name, value in values.items() if value != getattr(usual, name)},
         )
 
     def drives(self) -> Drives:
@@ -73,8 +73,8 @@ class DrivesTable(Table, frozen=True):
         for key in ("rotor_inertia", "coupling"):
             if self.side == "link" and getattr(self, key):
                 raise WrongKeyError(key, "sensors on the link side do not see it: leave it out")
-        given = {name: getattr(self, name) for name in ("rotor_inertia", "friction", "offsets")}
-        drives = replace(_usual(self.side), **{key: value for key, value in given.items() if value is not None})
+        values = {name: getattr(self, name) for name in ("rotor_inertia", "friction", "offsets")}
+        drives = replace(_usual(self.side), **{key: value for key, value in values.items() if value is not None})
         if self.coupling:
             with at("coupling"):
                 drives = replace(drives, coupling=Coupling(self.coupling.joints, self.coupling.coulomb))
@@ -99,8 +99,8 @@ class ProcessingTable(Table, frozen=True):
     def processing(self, turning: Sequence[bool]) -> Processing:
         """The settings; where nothing is said of slow rows, the usual speed of joints that turn or slide."""
         slow = usual_slow_speed(turning) if self.slow_fraction is None else 0.0
-        given = {**structs.asdict(self), "slow_fraction": self.slow_fraction or 0.0}
-        return Processing(**given | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
+        values = {**structs.asdict(self), "slow_fraction": self.slow_fraction or 0.0}
+        return Processing(**values | {"slow_speed": slow if self.slow_speed is None else self.slow_speed})
 
 
 class SourcesTable(Table, frozen=True):

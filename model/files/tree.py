@@ -121,12 +121,12 @@ class _Reader:
         return UrdfTree(name, self._source, links, joints, tuple(self._notes))
 
     def _unique(self, root: ElementTree.Element, tag: str) -> Iterator[ElementTree.Element]:
-        seen: set[str] = set()
+        known_names: set[str] = set()
         for element in root.findall(tag):
             name = self._name(element, tag)
-            if name in seen:
+            if name in known_names:
                 raise self._error(f"{tag} {name!r}", "given twice")
-            seen.add(name)
+            known_names.add(name)
             yield element
 
     def _joint(self, element: ElementTree.Element) -> UrdfJoint:
@@ -169,16 +169,16 @@ class _Reader:
     def _limits(self, element: ElementTree.Element | None, kind: str, where: str) -> Limits:
         if element is None:
             return Limits()
-        given = {
+        bounds = {
             name: self._optional(element, key, where)
             for name, key in (("speed", "velocity"), ("torque", "effort"), ("low", "lower"), ("high", "upper"))
         }
         # Many descriptions write 0 for what they do not know, or a torque that no joint has.
-        speed, torque = (given[name] or math.inf for name in ("speed", "torque"))
+        speed, torque = (bounds[name] or math.inf for name in ("speed", "torque"))
         torque = torque if torque < _UNKNOWN_EFFORT else math.inf
         if speed < 0.0 or torque < 0.0:
             raise self._error(where, "velocity and effort limits must not be negative")
-        return Limits(self._range(given["low"] or 0.0, given["high"] or 0.0, kind, where), speed, torque=torque)
+        return Limits(self._range(bounds["low"] or 0.0, bounds["high"] or 0.0, kind, where), speed, torque=torque)
 
     def _range(self, low: float, high: float, kind: str, where: str) -> tuple[float, float]:
         """Position limits, infinite where the file gives no range."""

@@ -110,8 +110,10 @@ class Kernel:
             for shape, size in zip(shapes, self._sizes, strict=False)
         )
         if len(shapes) != len(self._sizes) or state.ndim != 2 or len(steps) != 1 or not fits:
-            given = ", ".join(str(x.shape) for x in (state, *inputs))
-            raise ValueError(f"inputs of shapes {given} do not fit: sizes must be {self._sizes}, steps one number")
+            input_shapes = ", ".join(str(x.shape) for x in (state, *inputs))
+            raise ValueError(
+                f"inputs of shapes {input_shapes} do not fit: sizes must be {self._sizes}, steps one number"
+            )
         out = np.empty((steps.pop(), self._outputs, len(state)))
         self._path.chain(np.array(state, dtype=np.float64), ready, out)
         return out

@@ -41,8 +41,8 @@ class Program:
     def last_use(self) -> dict[int, int]:
         """Value index -> step after which nobody reads it; values that are output are not in it."""
         uses = {argument: k for k, step in enumerate(self.steps) for argument in step.arguments}
-        kept = set(self.outputs)
-        return {value: k for value, k in uses.items() if value not in kept}
+        outputs = set(self.outputs)
+        return {value: k for value, k in uses.items() if value not in outputs}
 
 
 def read_program(function: ca.Function) -> Program:

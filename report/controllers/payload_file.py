@@ -79,19 +79,19 @@ def _with_flange(load: ControllerLoad, document: StoredPayload) -> ControllerLoa
 def _half_widths(estimate: FreeEstimate | PossibleEstimate) -> HalfWidths | None:
     """Half of the narrowest intervals; None where the document holds none of the mass."""
     if isinstance(estimate, PossibleEstimate):
-        given: tuple[Any, ...] = (
+        spreads: tuple[Any, ...] = (
             (present(estimate.interval95) or {}).get("M"),
             estimate.com_interval95,
             estimate.inertia_com_interval95,
         )
-        halves = [_known(bounds, lambda ends: np.ptp(ends, axis=-1) / 2.0) for bounds in given]
+        halves = [_known(bounds, lambda ends: np.ptp(ends, axis=-1) / 2.0) for bounds in spreads]
     else:
-        given = (
+        spreads = (
             (present(estimate.sigma_robust) or present(estimate.sigma) or {}).get("M"),
             present(estimate.com_sigma_robust) or estimate.com_sigma,
             present(estimate.inertia_com_sigma_robust) or estimate.inertia_com_sigma,
         )
-        halves = [_known(sigma, lambda ends: 2.0 * ends) for sigma in given]
+        halves = [_known(sigma, lambda ends: 2.0 * ends) for sigma in spreads]
     return HalfWidths(*halves) if np.isfinite(halves[0]) else None
 
 
@@ -126,10 +126,12 @@ def _chosen(
     estimates: tuple[FreeEstimate | PossibleEstimate, ...], method: int | None, name: str
 ) -> FreeEstimate | PossibleEstimate:
     there = sorted({estimate.method for estimate in estimates})
-    asked = next((m for m in PREFERRED if m in there), None) if method is None else method
-    of_method = [estimate for estimate in estimates if estimate.method == asked]
+    number = next((m for m in PREFERRED if m in there), None) if method is None else method
+    of_method = [estimate for estimate in estimates if estimate.method == number]
     if not of_method:
-        raise InputError(f"{name}: no estimate of method {asked}; there are {', '.join(map(str, there)) or 'none'}")
+        raise InputError(
+            f"{name}: no estimate of method {number}; there are {', '.join(map(str, there)) or 'none'}"
+        )
     return next((estimate for estimate in of_method if isinstance(estimate, PossibleEstimate)), of_method[0])
 
 

@@ -32,9 +32,9 @@ class LiveDocument(Document, frozen=True):
     changes: tuple[ChangeDocument, ...]
 
 
-def change_document(change: Change, told: float) -> ChangeDocument:
-    """A line of ``--watch``; ``told``: when it was known [s]."""
-    return ChangeDocument(change.time, change.mass, (change.low, change.high), told)
+def change_document(change: Change, at: float) -> ChangeDocument:
+    """A line of ``--watch``; ``at``: when it was known [s]."""
+    return ChangeDocument(change.time, change.mass, (change.low, change.high), at)
 
 
 def live_document(robot: str, frame: str, weighed: Weighed, changes: Sequence[ChangeDocument]) -> LiveDocument:

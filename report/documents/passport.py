@@ -72,7 +72,9 @@ def passport_document(passport: Passport, answer: Identification | PayloadAnswer
         versions=dict(passport.versions),
         about=dict(passport.about),
         headline=answer.headline,
-        parameters=tuple(PassportParameter(one.name, one.value, (one.low, one.high)) for one in numbers_of(answer)),
+        parameters=tuple(
+            PassportParameter(number.name, number.value, (number.low, number.high)) for number in numbers_of(answer)
+        ),
         verdict=verdict_document(answer.verdict),
     )
 

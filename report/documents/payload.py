@@ -222,11 +222,11 @@ def _intervals_by(robust: RobustCovariance | None) -> Literal["jackknife", "memo
     return "memory" if robust.by_memory else "jackknife"
 
 
-def mass_by_joints(seen: ByJoints) -> tuple[JointsMassDocument, ...]:
+def mass_by_joints(by_joints: ByJoints) -> tuple[JointsMassDocument, ...]:
     """The mass by some joints' torques; null where they do not see it."""
-    shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in seen.shares}
+    shares: dict[tuple[int, ...], JointShare] = {(share.joint,): share for share in by_joints.shares}
     rows = []
-    for mass in seen.masses:
+    for mass in by_joints.masses:
         share = shares.get(mass.joints)
         alone = {"share": share.share, "share_sigma": None if share.share is None else share.sigma} if share else {}
         rows.append(JointsMassDocument.of(mass, visible=mass.mass is not None, **alone))

@@ -24,11 +24,11 @@ def joints_figure(by_joints: ByJoints, mass: float, interval: tuple[float, float
         mass: recommended [kg].
         interval: its 95 % interval [kg]; nan where there is none.
     """
-    if all(seen.mass is None for seen in by_joints.masses):
+    if all(group.mass is None for group in by_joints.masses):
         return None
     text = "; ".join(
-        f"{seen.name} {seen.mass:.4g} kg" if seen.mass is not None else f"{seen.name} does not see it"
-        for seen in by_joints.masses
+        f"{group.name} {group.mass:.4g} kg" if group.mass is not None else f"{group.name} does not see it"
+        for group in by_joints.masses
     )
     caption = (
         "Left: the mass by the torques of some joints alone, with 95 % intervals; the dashed line and the band are "
@@ -53,29 +53,29 @@ def _drawn(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> F
 def _masses(axis: Axes, masses: Sequence[JointsMass], mass: float) -> None:
     axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
     reaches = []
-    for row, seen in enumerate(masses):
-        if seen.mass is None or seen.interval95 is None:
+    for row, group in enumerate(masses):
+        if group.mass is None or group.interval95 is None:
             _words(axis, "not visible", mass, row)
             continue
-        axis.plot(seen.interval95, [row, row], color=BLUE, linewidth=2.0)
-        axis.plot(seen.mass, row, "s" if len(seen.joints) > 1 else "o", color=BLUE, markersize=6)
-        reaches.append(float(np.abs(np.array(seen.interval95) - mass).max()))
+        axis.plot(group.interval95, [row, row], color=BLUE, linewidth=2.0)
+        axis.plot(group.mass, row, "s" if len(group.joints) > 1 else "o", color=BLUE, markersize=6)
+        reaches.append(float(np.abs(np.array(group.interval95) - mass).max()))
     # One joint that hardly sees the mass must not squeeze the others to a line.
     reach = min(max(reaches), max(6.0 * float(np.median(reaches)), 0.1 * abs(mass)))
     axis.set_xlim(mass - 1.1 * reach, mass + 1.1 * reach)
-    axis.set_yticks(range(len(masses)), [seen.name for seen in masses])
+    axis.set_yticks(range(len(masses)), [group.name for group in masses])
     axis.set_title("mass [kg]", fontsize=10)
 
 
 def _shares(axis: Axes, shares: Sequence[JointShare]) -> None:
     axis.axvline(1.0, color="black", linestyle="--", linewidth=1.0)
-    for row, seen in enumerate(shares):
-        if seen.share is None:
+    for row, entry in enumerate(shares):
+        if entry.share is None:
             _words(axis, "not determined", 1.0, row)
             continue
-        axis.plot(seen.share + 2.0 * seen.sigma * np.array([-1.0, 1.0]), [row, row], color=BLUE, linewidth=2.0)
-        axis.plot(seen.share, row, "o", color=BLUE, markersize=6)
-    axis.set_yticks(range(len(shares)), [f"joint {seen.joint}" for seen in shares])
+        axis.plot(entry.share + 2.0 * entry.sigma * np.array([-1.0, 1.0]), [row, row], color=BLUE, linewidth=2.0)
+        axis.plot(entry.share, row, "o", color=BLUE, markersize=6)
+    axis.set_yticks(range(len(shares)), [f"joint {entry.joint}" for entry in shares])
     axis.set_title("share of the others' payload", fontsize=10)
 
 

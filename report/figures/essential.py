@@ -33,9 +33,9 @@ def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, 
         title: above the figure.
         labels: name of a parameter -> how the figure calls it ("MX2" -> "MX2R").
     """
-    kept, count = len(elimination.essential), len(elimination.path.order)
+    essential, count = len(elimination.essential), len(elimination.path.order)
     text = (
-        f"{kept} of {count} parameters are essential: {elimination.rule.description}. With them the error's "
+        f"{essential} of {count} parameters are essential: {elimination.rule.description}. With them the error's "
         f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
         f"deviation is {100.0 * elimination.largest_relative_sigma:.3g} %."
     )
@@ -87,14 +87,20 @@ def _curve(axis: Axes, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
     steps = np.arange(len(values))
     # Data without noise reach any number: what no axis can show is left out.
     finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
-    seen = finite[np.isfinite(finite)]
-    if len(seen) and np.ptp(seen) == 0.0:
-        axis.set_ylim(0.5 * seen[0], 2.0 * seen[0])
+    visible = finite[np.isfinite(finite)]
+    if len(visible) and np.ptp(visible) == 0.0:
+        axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
     axis.plot(steps, finite, color="0.5", linewidth=1.0)
-    taken = steps <= gone
-    axis.plot(steps[taken], finite[taken], "o", color="black", markersize=4, label="taken")
+    in_path = steps <= gone
+    axis.plot(steps[in_path], finite[in_path], "o", color="black", markersize=4, label="taken")
     axis.plot(
-        steps[~taken], finite[~taken], "o", color="black", markerfacecolor="white", markersize=4, label="not taken"
+        steps[~in_path],
+        finite[~in_path],
+        "o",
+        color="black",
+        markerfacecolor="white",
+        markersize=4,
+        label="not taken",
     )
     axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
     axis.grid(visible=True, alpha=0.3)

@@ -43,7 +43,14 @@ def _drawing(fleet: Fleet, arms: Sequence[str], kind: str, name: str, words: str
 
 
 def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
-    rows = {arm: [one for one in fleet.series if one.arm == arm and one.quantity.startswith(kind)] for arm in arms}
+    rows = {
+        arm: [
+            one_series
+            for one_series in fleet.series
+            if one_series.arm == arm and one_series.quantity.startswith(kind)
+        ]
+        for arm in arms
+    }
     columns = max(len(row) for row in rows.values())
     size = (1.1 + 1.05 * columns, 0.55 + 0.48 * len(arms))
     figure, axes = panels(size, len(arms), columns, (1.0, 0.1, 0.3, 0.25), (0.1, 0.08), sharex=True, sharey="col")

@@ -62,10 +62,10 @@ def check_urscript(robot: Robot, rate: float) -> None:
         raise InputError(f"a URScript controller runs at 500 Hz (e-Series) or 125 Hz (CB3), not at {rate:g} Hz")
 
 
-def _check(what: str, limit: float, message: str) -> list[str]:
+def _check(label: str, limit: float, message: str) -> list[str]:
     """Stop unless every joint is within ``limit`` [rad] of the first pose."""
     return [
-        f"  # {what}",
+        f"  # {label}",
         "  here = get_actual_joint_positions()",
         "  k = 0",
         "  while k < 6:",

@@ -139,8 +139,10 @@ def _rounded(distance: Array) -> Array:
 def _apart(written: WrittenMotion, points: Array, others: Array) -> Array:
     """Distance of the last frame's origin between two poses [mm], for each of (count, n)."""
     kinematics = forward_kinematics(written.robot)
-    place, other = (np.array([kinematics(q)[1].full().ravel() for q in x]).reshape(-1, 3) for x in (points, others))
-    return np.asarray(1000.0 * np.linalg.norm(other - place, axis=1))
+    place, other_place = (
+        np.array([kinematics(q)[1].full().ravel() for q in x]).reshape(-1, 3) for x in (points, others)
+    )
+    return np.asarray(1000.0 * np.linalg.norm(other_place - place, axis=1))
 
 
 def _percent(fraction: float) -> int:

@@ -52,14 +52,14 @@ class WrittenMotion:
         return Motion(t, *self.plan.at(t))
 
 
-def require_six_turning(robot: Robot, what: str) -> None:
+def require_six_turning(robot: Robot, form: str) -> None:
     """Refuse a robot that a format has no place for.
 
     Raises:
         InputError: unless there are six joints that turn.
     """
     if robot.n != 6 or not all(joint.revolute for joint in robot.joints):
-        raise InputError(f"{what} is for six joints that turn; robot {robot.name!r} has others")
+        raise InputError(f"{form} is for six joints that turn; robot {robot.name!r} has others")
 
 
 def design_head(design: Design) -> tuple[str, ...]:

@@ -73,10 +73,10 @@ def screen_text(screen: Screen, details: bool = False) -> str:
     return stream.getvalue().rstrip("\n")
 
 
-def _more(what: str, left_out: int) -> str:
+def _more(content: str, left_out: int) -> str:
     """The last line of a screen."""
     notes = f"{left_out} more note{'s' * (left_out > 1)}" if left_out else ""
-    return f"--details: {'; '.join(text for text in (notes, what) if text)}"
+    return f"--details: {'; '.join(text for text in (notes, content) if text)}"
 
 
 def _terminal(stream: IO[str] | None) -> Console:

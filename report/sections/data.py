@@ -26,12 +26,12 @@ def report_page(
     """
     files = _files(provenance)
     data: list[Block] = [Notes(notes), *files]
-    for what, heading, words in (
+    for name, heading, words in (
         ("Settings", "value", provenance.settings),
         ("Versions", "version", provenance.versions),
     ):
         if words:
-            data.append(Table(what, columns(("",), (heading,)), list(words.items()), style="plain"))
+            data.append(Table(name, columns(("",), (heading,)), list(words.items()), style="plain"))
     data += [Text("Command that repeats it", "heading"), Code("command", provenance.command)]
     last = Section("data", "Data, settings and how to repeat it", data)
     return Page(title, subtitle, lead, [*sections, last], provenance.foot)

@@ -93,10 +93,10 @@ def _sources(robot: Robot) -> Iterable[str]:
     return (f"{_sentence(', '.join(names))}: {source}." for source, names in by_source.items())
 
 
-def assumed_notes(robot: Robot, *what: str) -> list[str]:
-    """What was assumed of a robot, and how; ``what``: of ``model.robot.SOURCED``, all without."""
+def assumed_notes(robot: Robot, *parts: str) -> list[str]:
+    """What was assumed of a robot, and how; ``parts``: of ``model.robot.SOURCED``, all without."""
     by_assumption: dict[str, list[str]] = {}
-    for name, how in robot.assumed(*what).items():
+    for name, how in robot.assumed(*parts).items():
         by_assumption.setdefault(how, []).append(SOURCED[name])
     return [f"Assumed, not published: {', '.join(names)} ({how})." for how, names in by_assumption.items()]
 

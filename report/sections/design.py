@@ -75,9 +75,9 @@ def design_screen(
         Notes([*lines, *([after] if designed else [])]),
         Remarks(notes),
     ]
-    held = holding_tables(problem, score)
-    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels), *held]
-    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if held else ''}")
+    brakes = holding_tables(problem, score)
+    details = [score_table(problem, score, title), *sigma_tables(score, reference, labels), *brakes]
+    return Screen(first, details, f"condition numbers, every parameter{', what brakes hold' if brakes else ''}")
 
 
 def limits_in_words(score: Score) -> str:

@@ -7,12 +7,12 @@ from ..blocks import Block, Notes, Section, Text
 from ..figures.essential import essential_figure
 
 
-def elimination_notes(elimination: Elimination | None, warnings: Sequence[str], what: str = "") -> list[str]:
+def elimination_notes(elimination: Elimination | None, warnings: Sequence[str], prefix: str = "") -> list[str]:
     """Lines on essential parameters; none where nothing was eliminated."""
     if elimination is None:
         return []
     line = (
-        f"{what}{len(elimination.essential)} of {len(elimination.path.order)} parameters essential "
+        f"{prefix}{len(elimination.essential)} of {len(elimination.path.order)} parameters essential "
         f"({elimination.rule.description}): error's sigma {elimination.sigma_ratio:.4f} times, largest relative "
         f"sigma {100.0 * elimination.largest_relative_sigma:.3g} %."
     )
@@ -34,10 +34,10 @@ def essential_section(
     if elimination is None:
         words = "Parameters are eliminated for method 4 only, robot and payload together; it was not used here."
         return Section("essential", heading, [Text(words)])
-    kept = ", ".join(labels.get(name, name) for name in elimination.essential)
+    names = ", ".join(labels.get(name, name) for name in elimination.essential)
     blocks: list[Block] = [
         Text(elimination_notes(elimination, ())[0]),
-        Text(f"Essential: {kept}."),
+        Text(f"Essential: {names}."),
         Notes(warnings),
         essential_figure(elimination, title, labels),
     ]

@@ -109,11 +109,11 @@ def _alarms(fleet: Fleet) -> Table:
 
 
 def _today(fleet: Fleet, arm: str) -> float:
-    return float(max(one.days[-1] for one in fleet.series if one.arm == arm))
+    return float(max(line.days[-1] for line in fleet.series if line.arm == arm))
 
 
 def _step(fleet: Fleet, alarm: Alarm) -> str:
-    series = next(one for one in fleet.series if (one.arm, one.quantity) == (alarm.arm, alarm.quantity))
+    series = next(line for line in fleet.series if (line.arm, line.quantity) == (alarm.arm, alarm.quantity))
     return _amount(series, alarm.step)
 
 
@@ -143,8 +143,8 @@ def _arms(fleet: Fleet) -> Table:
     rows = []
     for arm in fleet.arms:
         night = arm.nights[-1]
-        mine = [one for one in fleet.series if one.arm == arm.name and one.relative]
-        farthest = max(mine, key=lambda one: abs(one.values[-1]) / max(float(one.sigma[-1]), 1e-12))
+        own_series = [line for line in fleet.series if line.arm == arm.name and line.relative]
+        farthest = max(own_series, key=lambda line: abs(line.values[-1]) / max(float(line.sigma[-1]), 1e-12))
         count = sum(alarm.arm == arm.name for alarm in fleet.alarms)
         mass = night.numbers["mass"]
         rows.append(
@@ -167,7 +167,7 @@ def _words(fleet: Fleet) -> str:
 def _scatter(fleet: Fleet) -> Table:
     rows = []
     for name, scatter in fleet.scatter.items():
-        unit = 100.0 if next(one.relative for one in fleet.series if one.quantity == name) else 1.0
+        unit = 100.0 if next(line.relative for line in fleet.series if line.quantity == name) else 1.0
         slope = f"{unit * scatter.per_kelvin:+.2g}±{unit * scatter.per_kelvin_sigma:.1g}"
         rows.append(
             (
@@ -185,7 +185,7 @@ def _scatter(fleet: Fleet) -> Table:
 def _drifts(fleet: Fleet) -> list[Block]:
     steady = [drift for drift in fleet.drifts if abs(drift.per_month) > _STEADY * drift.sigma]
     steady.sort(key=lambda drift: -abs(drift.per_month / drift.sigma))
-    by_name = {(one.arm, one.quantity): one for one in fleet.series}
+    by_name = {(line.arm, line.quantity): line for line in fleet.series}
     rows = [
         (drift.arm, meaning(drift.quantity), _amount(by_name[drift.arm, drift.quantity], drift.per_month),
          f"{drift.per_month / drift.sigma:+.1f}")

@@ -69,9 +69,9 @@ def _weights(gains: DriveGains) -> list[Section]:
     sections: list[Section] = []
     if not gains.by_joints:  # recordings of which none was looked at joint by joint
         return sections
-    for name, load, seen in zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True):
-        drawn = joints_figure(seen, load.mass, (load.mass, load.mass))
-        section = joints_section(seen, [replace(drawn, name=f"{drawn.name}_{name}")] if drawn else ())
+    for name, load, by_joints in zip(gains.mountings.names, gains.loads, gains.by_joints, strict=True):
+        drawn = joints_figure(by_joints, load.mass, (load.mass, load.mass))
+        section = joints_section(by_joints, [replace(drawn, name=f"{drawn.name}_{name}")] if drawn else ())
         title = f"The known weight as each joint sees it{_mounted(gains, name)}"
         sections.append(section._replace(name=f"{section.name}_{name}", title=title))
     return sections

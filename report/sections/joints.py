@@ -12,34 +12,34 @@ from ..numbers import with_interval
 def by_joints_table(by_joints: ByJoints) -> Table:
     """The mass by groups of joints with intervals, and each joint's share of the payload that the others show."""
     rows: list[tuple[Cell, ...]] = []
-    for seen, share in _with_shares(by_joints):
+    for group, share in _with_shares(by_joints):
         cells = ["not visible", "", ""]
-        if seen.mass is not None and seen.interval95 is not None:
-            cells = [f"{x:.4g}" for x in (seen.mass, *seen.interval95)]
+        if group.mass is not None and group.interval95 is not None:
+            cells = [f"{x:.4g}" for x in (group.mass, *group.interval95)]
         last = Spread(f"{share.share:.3f}", f"{share.sigma:.2g}") if share and share.share is not None else ""
-        rows.append((seen.name, "kg", *cells, last))
+        rows.append((group.name, "kg", *cells, last))
     title = "The mass as each joint sees it, and its torque over what the other joints' payload demands"
     return Table(title, columns(("", "unit"), ("mass", "95 %", "interval", "share")), rows)
 
 
 def mass_by_joints_note(by_joints: ByJoints) -> str:
     """One line below the payload's tables."""
-    visible = [seen for seen in by_joints.masses if seen.mass is not None]
-    hidden = ", ".join(seen.name for seen in by_joints.masses if seen.mass is None)
+    visible = [group for group in by_joints.masses if group.mass is not None]
+    hidden = ", ".join(group.name for group in by_joints.masses if group.mass is None)
     if not visible:
         return "Mass: no joint sees it alone."
-    masses = ", ".join(f"{seen.name} {seen.mass:.4g} ± {seen.sigma:.2g}" for seen in visible)
+    masses = ", ".join(f"{group.name} {group.mass:.4g} ± {group.sigma:.2g}" for group in visible)
     return f"Mass [kg] by the torques of {masses}" + (f"; not visible to {hidden}." if hidden else ".")
 
 
 def joints_section(by_joints: ByJoints, drawings: Sequence[Block] = ()) -> Section:
     """Mass by groups of joints, and each joint's share; ``drawings``: its figure, unless it stands elsewhere."""
     rows = []
-    for seen, share in _with_shares(by_joints):
+    for group, share in _with_shares(by_joints):
         mass = ("not visible", "-")
-        if seen.mass is not None and seen.interval95 is not None:
-            mass = with_interval(seen.mass, *seen.interval95)
-        rows.append((seen.name, *mass, _share(share)))
+        if group.mass is not None and group.interval95 is not None:
+            mass = with_interval(group.mass, *group.interval95)
+        rows.append((group.name, *mass, _share(share)))
     headings = columns(("",), ("mass [kg]", "95 % interval", "share of the others' payload"))
     words = (
         "Each joint weighs the payload with its own torque: where they differ, a drive gain, a friction model or "
@@ -52,8 +52,8 @@ def joints_section(by_joints: ByJoints, drawings: Sequence[Block] = ()) -> Secti
 def _with_shares(by_joints: ByJoints) -> Iterator[tuple[JointsMass, JointShare | None]]:
     """Each group of joints; a single joint with its share."""
     shares = {share.joint: share for share in by_joints.shares}
-    for seen in by_joints.masses:
-        yield seen, shares.get(seen.joints[0]) if len(seen.joints) == 1 else None
+    for group in by_joints.masses:
+        yield group, shares.get(group.joints[0]) if len(group.joints) == 1 else None
 
 
 def _share(share: JointShare | None) -> str:

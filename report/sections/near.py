@@ -87,18 +87,18 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
     """
     title = result.robot.title or result.robot.name
     joints = ", ".join(map(str, result.shape.joints))
-    kept = limits_in_words(result.design.score)
+    limits = limits_in_words(result.design.score)
     after = "Next: add --samples, --ros2 or --urscript, run it without and with the payload, then 'dynident weigh'."
     first: list[Block] = [
-        Notes([f"Motion of joints {joints} of {title}: {kept}"]),
+        Notes([f"Motion of joints {joints} of {title}: {limits}"]),
         prediction_table(result.spread, expected),
         *ladder_tables(result.ladder),
         Notes([after]),
         Remarks([*hints, *near_notes(result)]),
     ]
-    held = holding_tables(result.design.problem, result.design.score)
-    what = f"which parameters these joints show{', what brakes hold' if held else ''}"
-    return Screen(first, [visibility_table(result.visibility), *held], what)
+    brakes = holding_tables(result.design.problem, result.design.score)
+    details = f"which parameters these joints show{', what brakes hold' if brakes else ''}"
+    return Screen(first, [visibility_table(result.visibility), *brakes], details)
 
 
 def near_notes(result: NearResult) -> list[str]:

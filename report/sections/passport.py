@@ -19,9 +19,9 @@ _LINES = 12
 def passport_screen(passport: Passport, answer: Identification | PayloadAnswer) -> Screen:
     """The answer by the passport alone; then all parameters, logs and versions."""
     numbers, verdict = numbers_of(answer), answer.verdict
-    rows = [(one.name, f"{one.value:.5g}", f"{one.low:.5g}", f"{one.high:.5g}") for one in numbers]
+    rows = [(number.name, f"{number.value:.5g}", f"{number.low:.5g}", f"{number.high:.5g}") for number in numbers]
     headings = columns(("parameter",), ("value", "95 % from", "to"))
-    width = [(one.high - one.low) / max(abs(one.value), 1e-300) for one in numbers]
+    width = [(number.high - number.low) / max(abs(number.value), 1e-300) for number in numbers]
     order = np.argsort(width, kind="stable")[:_SHOWN]
     title = f"The {len(order)} surest of {len(rows)} parameters (SI units)"
     about = [f"{key}: {value}" for key, value in passport.about.items()]

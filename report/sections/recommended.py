@@ -29,10 +29,10 @@ def recommended_table(answer: PayloadAnswer) -> Table:
     rows = []
     for k, ((name, unit), (low, high)) in enumerate(zip(_names(), bounds, strict=True)):
         digits = interval_digits(high - low)
-        numbers = (_values(best)[k], low, high, *(_values(other)[k] for other in others))
+        numbers = (_values(best)[k], low, high, *(_values(estimate)[k] for estimate in others))
         # Zero has no sign.
         rows.append((name, unit, *(or_dash(np.round(number, digits) + 0.0, f".{digits}f") for number in numbers)))
-    headings = [f"method {best.method}", "95 %", "interval", *(f"method {other.method}" for other in others)]
+    headings = [f"method {best.method}", "95 %", "interval", *(f"method {estimate.method}" for estimate in others)]
     title = f"Recommended payload (method {best.method}) in {best.frame}"
     return Table(title, columns(("", "unit"), headings), rows, ENDS)
 

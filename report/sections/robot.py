@@ -74,13 +74,13 @@ def joint_table(result: Identification) -> Table:
 def _what_it_is(result: Identification, constrained: Constrained) -> list[str]:
     """The residual in words, what is known, and the next command."""
     estimate, held_out = result.estimate, result.validation
-    other = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
+    on_held_out = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
     possible = "A robot that can exist has these parameters within their uncertainty."
     if constrained is not None and constrained.p_value < CONFLICT:
         possible = f"No robot that can exist comes near them (p {constrained.p_value:.2g})."
     return [
-        f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{other}.",
+        f"The model leaves {percent(estimate.fit.relative)} of the torque unexplained{on_held_out}.",
         f"{len(result.base.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
         *([possible] if constrained is not None else []),

@@ -76,14 +76,14 @@ class SimulatorFormat:
 
     def _lost_drives(self, whole: WholeRobot) -> Iterator[str]:
         drives = whole.drives if "coupled" in self.holds else whole.apart
-        for what, unit in _UNITS.items():
+        for quantity, unit in _UNITS.items():
             values = [
-                f"{name} {drive[what].value:.6g}"
+                f"{name} {drive[quantity].value:.6g}"
                 for name, drive in zip(whole.joint_names, drives, strict=True)
-                if what in drive and drive[what].value
+                if quantity in drive and drive[quantity].value
             ]
-            if what not in self.holds and values:
-                yield f"No place for {what} [{unit}]: {', '.join(values)}."
+            if quantity not in self.holds and values:
+                yield f"No place for {quantity} [{unit}]: {', '.join(values)}."
 
     def _lost_limits(self, whole: WholeRobot) -> Iterator[str]:
         robot = whole.robot
@@ -91,9 +91,9 @@ class SimulatorFormat:
             "speed": [joint.limits.speed for joint in robot.joints],
             "acceleration": [joint.limits.acceleration for joint in robot.joints],
         }
-        for what, bounds in limited.items():
-            if what not in self.holds and any(map(math.isfinite, bounds)):
-                yield f"No place for limits of {what}: {', '.join(f'{bound:.6g}' for bound in bounds)}."
+        for quantity, bounds in limited.items():
+            if quantity not in self.holds and any(map(math.isfinite, bounds)):
+                yield f"No place for limits of {quantity}: {', '.join(f'{bound:.6g}' for bound in bounds)}."
 
     def _lost_coupling(self, whole: WholeRobot) -> Iterator[str]:
         coupling = whole.robot.coupling
@@ -101,7 +101,7 @@ class SimulatorFormat:
             return
         names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
         if "coupled" not in self.holds:
-            values = ", ".join(f"{what} {label.value:.6g}" for what, label in whole.coupled.items())
+            values = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
             yield (
                 f"No place for the drive that turns with the sum of {names} ({values}): each joint has its own "
                 "share, what acts from one on the other is left out, and so is this friction."
@@ -157,9 +157,9 @@ def written(label: Labelled | None) -> float:
     return max(label.value, 0.0) if label is not None else 0.0
 
 
-def drive_value(drive: Mapping[str, Labelled], what: str) -> float:
+def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
     """``written`` for a drive's number by its word."""
-    return written(drive.get(what))
+    return written(drive.get(quantity))
 
 
 def fields(label: Labelled) -> dict[str, str]:

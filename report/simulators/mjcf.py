@@ -95,7 +95,7 @@ def inertial(body: InertialParameters) -> str:
 def drive_attributes(drive: dict[str, Labelled]) -> dict[str, str]:
     """Attributes of a joint or a tendon for its drive, as far as it is known."""
     names = {"armature": "armature", "damping": "damping", "friction": "frictionloss"}
-    return {name: exact(drive_value(drive, what)) for what, name in names.items() if what in drive}
+    return {name: exact(drive_value(drive, quantity)) for quantity, name in names.items() if quantity in drive}
 
 
 def _joint(whole: WholeRobot, j: int) -> str:
@@ -137,7 +137,9 @@ def coupled_tendon(whole: WholeRobot, joints: tuple[str, ...]) -> Iterator[str]:
     if coupling is None or not whole.coupled:
         return
     drive = {
-        what: label for what, label in whole.coupled.items() if what != "friction" or coupling.coulomb == "sum"
+        quantity: label
+        for quantity, label in whole.coupled.items()
+        if quantity != "friction" or coupling.coulomb == "sum"
     }
     yield f"<fixed {attributes({'name': 'coupled_drive'} | drive_attributes(drive))}>"
     yield from (f'  <joint joint={quoteattr(joints[joint - 1])} coef="1"/>' for joint in coupling.joints)

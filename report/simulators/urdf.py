@@ -79,7 +79,9 @@ def inertia_entries(body: InertialParameters) -> dict[str, str]:
 
 def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:
     """Attributes of <dynamics>, as far as they are known."""
-    return {what: exact(drive_value(drive, what)) for what in ("damping", "friction") if what in drive}
+    return {
+        quantity: exact(drive_value(drive, quantity)) for quantity in ("damping", "friction") if quantity in drive
+    }
 
 
 def _joint(whole: WholeRobot, j: int) -> Iterator[str]:

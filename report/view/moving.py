@@ -157,8 +157,8 @@ def _surroundings(problem: DesignProblem, robot: Robot) -> list[Shape]:
 
 def _bounds(payloads: PayloadSet, frame: int) -> list[Shape]:
     """The region in which payloads lie."""
-    made = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
-    return [Shape("payloads within bounds", frame, *made, _BALL, 0.25)]
+    mesh = (box if payloads.region == "cube" else ellipsoid)(payloads.centre, payloads.axes)
+    return [Shape("payloads within bounds", frame, *mesh, _BALL, 0.25)]
 
 
 def _payload(payload: ShownPayload, frame: int) -> list[Shape]:

@@ -419,7 +419,9 @@ def make_store(folder: Path, passport: fleet.RobotPassport) -> None:
     for arm in ("left", "right"):
         for night in range(1, 4):
             about, name = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}.csv"
-            made = fleet.drawing.drawn(passport, values, fleet.drawing.noise_of(passport), draw, name, about)
-            rows[name] = fleet.store.Row(name, made.logs[0].sha256, about, f"{arm}{night}")
-            store.put(f"{arm}{night}", fleet.passport_bytes(made))
+            night_passport = fleet.drawing.drawn(
+                passport, values, fleet.drawing.noise_of(passport), draw, name, about
+            )
+            rows[name] = fleet.store.Row(name, night_passport.logs[0].sha256, about, f"{arm}{night}")
+            store.put(f"{arm}{night}", fleet.passport_bytes(night_passport))
     store.finish(rows, {})

@@ -38,14 +38,15 @@ def runner(capsys: pytest.CaptureFixture[str], *before: str) -> Run:
 
 def document(path: Path) -> dict[str, Any]:
     """What ``--json`` wrote."""
-    found: dict[str, Any] = json.loads(path.read_text())
-    return found
+    content: dict[str, Any] = json.loads(path.read_text())
+    return content
 
 
 def by_estimator(data: dict[str, Any]) -> tuple[list[Any], list[Any]]:
     """Free and constrained estimates."""
     free, constrained = (
-        [one for one in data["estimates"] if one["estimator"] == name] for name in ("wls", "constrained")
+        [estimate for estimate in data["estimates"] if estimate["estimator"] == name]
+        for name in ("wls", "constrained")
     )
     return free, constrained
 

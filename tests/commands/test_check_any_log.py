@@ -60,12 +60,12 @@ def mutants(count: int, seed: int) -> Iterator[tuple[str, bytes]]:
 
 def survives(run: Run, path: Path, name: str) -> None:
     status, out, err = run("check", str(path))
-    told = [line for line in err.splitlines() if not line.startswith("dynident: note:")]
-    assert status in (0, 1, 2), f"{name}: {told}"
+    lines = [line for line in err.splitlines() if not line.startswith("dynident: note:")]
+    assert status in (0, 1, 2), f"{name}: {lines}"
     if status == 2:
-        assert len(told) == 1, f"{name}: {told}"
+        assert len(lines) == 1, f"{name}: {lines}"
     else:
-        assert told == [], name
+        assert lines == [], name
         assert "Good:" in out or "Mend first:" in out, name
 
 
@@ -88,8 +88,8 @@ def test_it_survives_next_to_nothing(run: Run, tmp_path: Path, content: bytes) -
 def test_robots_that_fit_are_told(run: Run, tmp_path: Path) -> None:
     """Joints' number, their names and ranges say which; the one that recorded it is among them."""
     robot = ARMS["panda"]
-    made = signals(robot, 600, 0.01)
-    sheet = sheet_of(LAYOUTS["plain columns"], robot, made)
+    data = signals(robot, 600, 0.01)
+    sheet = sheet_of(LAYOUTS["plain columns"], robot, data)
     path, target = tmp_path / "log.csv", tmp_path / "check.json"
     path.write_bytes(_text(_lines(sheet)))
     status, out, _ = run("check", str(path), "--json", str(target))

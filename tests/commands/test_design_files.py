@@ -174,14 +174,14 @@ def write_log(path: Path, noise: float) -> None:
 @pytest.mark.long
 def test_a_log_is_judged(score: Run, tmp_path: Path) -> None:
     """Filtered like a recording: noise on positions does not count as motion."""
-    target, found = tmp_path / "log.csv", []
+    target, conditions = tmp_path / "log.csv", []
     for noise in (0.0, 1e-4):
         write_log(target, noise)
         status, _, _ = score(str(target), "--criterion", "cond", "--json", str(tmp_path / "e.json"))
         assert status == 0
-        found.append(document(tmp_path / "e.json")["condition_number"])
-    assert 20.0 < found[0] < 500.0
-    assert found[1] == pytest.approx(found[0], rel=0.1)
+        conditions.append(document(tmp_path / "e.json")["condition_number"])
+    assert 20.0 < conditions[0] < 500.0
+    assert conditions[1] == pytest.approx(conditions[0], rel=0.1)
 
 
 def test_a_log_in_other_words_is_judged(score: Run, tmp_path: Path) -> None:
@@ -195,10 +195,10 @@ def test_a_log_in_other_words_is_judged(score: Run, tmp_path: Path) -> None:
     (tmp_path / "map.toml").write_text(
         '[time]\ncolumn = "s"\n[position]\ncolumns = "deg_{0}"\nunit = "deg"\n[current]\ncolumns = "amp_{0}"\n'
     )
-    found = []
+    conditions = []
     for options in (("log.csv",), ("own.csv", "--log-map", str(tmp_path / "map.toml"))):
         log, *more = options
         status, _, err = score(str(tmp_path / log), *more, "--json", str(tmp_path / "e.json"))
         assert status == 0, err
-        found.append(document(tmp_path / "e.json")["condition_number"])
-    assert found[1] == pytest.approx(found[0], rel=1e-6)
+        conditions.append(document(tmp_path / "e.json")["condition_number"])
+    assert conditions[1] == pytest.approx(conditions[0], rel=1e-6)

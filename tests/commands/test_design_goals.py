@@ -118,27 +118,27 @@ def test_data_from_earlier_recordings(run: Run, score: Run, tmp_path: Path, iden
     shape = ("--fourier", "2", "--duration", "4", "--starts", "1", "--samples", motion, "--sample-rate", "1000")
     judge = (motion, "--data-length", "4")
     npz = ("--data-from", identified["npz"])
-    found: dict[str, dict[str, Any]] = {}
+    documents: dict[str, dict[str, Any]] = {}
     for name, options in {
         "designed": (*npz, *shape),
         "npz": (*npz, *judge),
         "json": ("--data-from", identified["json"], "--robot-parameters", identified["json"], *judge),
         "alone": (*shape, "--data-length", "4"),
     }.items():
-        noise = () if name != "alone" else ("--torque-noise", ",".join(map(str, found["npz"]["torque_noise"])))
+        noise = () if name != "alone" else ("--torque-noise", ",".join(map(str, documents["npz"]["torque_noise"])))
         command = run if "--samples" in options else score
         status, _, err = command(*options, *noise, "--json", str(target))
         assert status == 0, err
-        found[name] = document(target)
-    assert found["json"]["torque_noise"] == pytest.approx(found["npz"]["torque_noise"])
-    assert found["npz"]["criterion_value"] == pytest.approx(found["designed"]["criterion_value"], abs=2e-3)
+        documents[name] = document(target)
+    assert documents["json"]["torque_noise"] == pytest.approx(documents["npz"]["torque_noise"])
+    assert documents["npz"]["criterion_value"] == pytest.approx(documents["designed"]["criterion_value"], abs=2e-3)
     # The noise is that of the ordinary solution's errors, the covariance that of the weighted one's.
-    assert found["json"]["criterion_value"] == pytest.approx(found["npz"]["criterion_value"], abs=0.03)
+    assert documents["json"]["criterion_value"] == pytest.approx(documents["npz"]["criterion_value"], abs=0.03)
     before = [entry["sigma"] for entry in document(Path(identified["json"]))["base_parameters"]]
-    after, alone = (list(found[name]["predicted_sigma"].values()) for name in ("designed", "alone"))
+    after, alone = (list(documents[name]["predicted_sigma"].values()) for name in ("designed", "alone"))
     assert (np.array(after) <= 1.0001 * np.array(before)).all()
     # Two motions: one parameter or another may be shown better by the one that has everything to show.
-    assert found["designed"]["criterion_value"] < found["alone"]["criterion_value"] - 0.3
+    assert documents["designed"]["criterion_value"] < documents["alone"]["criterion_value"] - 0.3
     assert np.median(np.array(after) / np.array(alone)) < 0.9
 
 

@@ -114,7 +114,7 @@ def weighed_mass(document: dict[str, object]) -> float:
     estimates, recommended = document["estimates"], document["recommended"]
     assert isinstance(estimates, list)
     assert isinstance(recommended, dict)
-    found = [one for one in estimates if one["method"] == recommended["method"]]
-    mass = found[-1]["parameters"]["M"]
+    candidates = [estimate for estimate in estimates if estimate["method"] == recommended["method"]]
+    mass = candidates[-1]["parameters"]["M"]
     assert math.isfinite(mass)
     return float(mass)

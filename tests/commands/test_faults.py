@@ -173,7 +173,7 @@ def test_an_output_overwrites_no_input(name: str, option: str, folder: Path) -> 
 
 @pytest.mark.parametrize("name", dict.fromkeys(name for name, _ in FILES))
 def test_no_two_outputs_are_one_file(name: str, folder: Path) -> None:
-    options = [option for other, option in FILES if other == name]
+    options = [option for command, option in FILES if command == name]
     before, line = contents(folder), words(name)
     for option in options:
         line = without(line, option)
@@ -189,17 +189,17 @@ def test_the_options_beside_a_report_overwrite_nothing(name: str, folder: Path) 
     """An input or another output of that name, or a file that no run has written, is refused before any work."""
     before, line, beside = contents(folder), words(name), folder / "page.run.toml"
     inputs = [word for word in line if (folder / word).is_file()]
-    other = next((option for other, option in FILES if (other, option) == (name, "--latex")), "--plots")
-    for given in inputs:
-        beside.symlink_to(folder / given)
+    second = next((option for command, option in FILES if (command, option) == (name, "--latex")), "--plots")
+    for source in inputs:
+        beside.symlink_to(folder / source)
         status, out, err = run([*line, "--report", "page.html"])
         beside.unlink()
         assert (status, out) == (2, "")
         assert "page.run.toml" in err
-    if other == "--latex":
-        status, out, err = run([*line, "--report", "page.html", other, "page.run.toml"])
+    if second == "--latex":
+        status, out, err = run([*line, "--report", "page.html", second, "page.run.toml"])
         assert (status, out) == (2, "")
-        assert f"--report's options 'page.run.toml': {other} names this file too" in err
+        assert f"--report's options 'page.run.toml': {second} names this file too" in err
     beside.write_text("mine = true\n")
     status, out, err = run([*line, "--report", "page.html"])
     assert (status, out) == (2, "")
@@ -213,17 +213,17 @@ def test_a_run_overwrites_the_options_of_an_earlier_one(folder: Path) -> None:
     (folder / "page.run.toml").write_text("# Options of a run, repeated by: dynident verify --config THIS_FILE\n")
     assert run([*words("verify"), "--report", "page.html", "--details"])[0] < 2
     assert "details = true" in (folder / "page.run.toml").read_text()
-    for made in ("page.html", "page.run.toml"):
-        (folder / made).unlink()
+    for output in ("page.html", "page.run.toml"):
+        (folder / output).unlink()
 
 
 def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
     """Names within a folder are known late: the write itself refuses."""
-    mine, link = tmp_path / "mine.csv", tmp_path / "link.csv"
-    mine.write_text("mine")
-    link.symlink_to(mine)
-    with keeping([mine]):
-        for path in (mine, link, tmp_path / "x" / ".." / "mine.csv"):
+    target, link = tmp_path / "mine.csv", tmp_path / "link.csv"
+    target.write_text("mine")
+    link.symlink_to(target)
+    with keeping([target]):
+        for path in (target, link, tmp_path / "x" / ".." / "mine.csv"):
             with pytest.raises(InputError, match="read or written it already"):
                 write_text(path, "other")
         write_text(tmp_path / "new", "first")
@@ -231,10 +231,10 @@ def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
             write_text(tmp_path / "new", "second")
         write_text(os.devnull, "as often")
         write_text(os.devnull, "as one likes")
-    assert mine.read_text() == "mine"
+    assert target.read_text() == "mine"
     assert (tmp_path / "new").read_text() == "first"
-    write_text(mine, "another run")
-    assert mine.read_text() == "another run"
+    write_text(target, "another run")
+    assert target.read_text() == "another run"
 
 
 def test_a_drawing_beside_a_file_does_not_overwrite_it(folder: Path) -> None:
@@ -280,17 +280,17 @@ def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path: Path, monkeypatc
 
 
 def test_titles_and_frames_are_never_markup(folder: Path) -> None:
-    made = Path("markup.toml")
-    line = [*words("robot new"), "--name", "[/n]", "--title", "[/t] [red]", "--source", "[/s]", "--out", str(made)]
+    sheet = Path("markup.toml")
+    line = [*words("robot new"), "--name", "[/n]", "--title", "[/t] [red]", "--source", "[/s]", "--out", str(sheet)]
     status, _, err = run(line)
     assert status == 0
     assert err.startswith("dynident: note: to rehearse on it")
-    made.write_text(made.read_text().replace("the bare flange", "[/f] \\\\[b]"))
-    status, out, err = run(["robot", "show", "--robot", str(made), "--drawing", "d.png"])
+    sheet.write_text(sheet.read_text().replace("the bare flange", "[/f] \\\\[b]"))
+    status, out, err = run(["robot", "show", "--robot", str(sheet), "--drawing", "d.png"])
     assert (status, err) == (0, "")
     assert "[/t] [red]: modified DH" in out
     assert "[/f] \\[b]" in out
-    for path in (made, Path("markup.svg"), Path("d.png")):
+    for path in (sheet, Path("markup.svg"), Path("d.png")):
         path.unlink()
 
 
@@ -318,8 +318,8 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
         shutil.copytree(folder, ODD, dirs_exist_ok=True)
         line = [str(ODD / word) if (ODD / word).exists() else word for word in words(name)]
         outputs = {}
-        for other, option, _ in OUTPUTS:
-            if other == name and option != "--watch":  # it belongs to a stream, all others to recordings
+        for command, option, _ in OUTPUTS:
+            if command == name and option != "--watch":  # it belongs to a stream, all others to recordings
                 ending = "csv" if name == "record" else "svg"
                 outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.{ending}")
                 line = [*without(line, option), option, str(outputs[option])]

@@ -15,13 +15,18 @@ def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp
         status, out, _ = run(*identify_arguments(logs, *option, "--json", str(target)))
         assert status == 0
         data = json.loads(target.read_text())
-        found = data["elimination"]
+        elimination = data["elimination"]
         essential = [entry["name"] for entry in data["base_parameters"] if entry["essential"]]
-        assert [entry["name"] for entry in found["parameters"]] == essential
+        assert [entry["name"] for entry in elimination["parameters"]] == essential
         assert f"{len(essential)} of 54 parameters essential" in " ".join(out.split())
-        assert len(found["path"]) == 55
+        assert len(elimination["path"]) == 55
         counts.append(
-            (len(essential), found["rule"], found["largest_relative_sigma_percent"], found["sigma_ratio"])
+            (
+                len(essential),
+                elimination["rule"],
+                elimination["largest_relative_sigma_percent"],
+                elimination["sigma_ratio"],
+            )
         )
     assert [rule for _, rule, _, _ in counts] == ["ratio", "ratio", "sigma"]
     assert counts[0][3] < 1.02 < counts[1][3] < 1.1
@@ -33,17 +38,17 @@ def test_essential_parameters_by_either_rule(run: Run, logs: dict[str, str], tmp
 
 def test_a_robot_that_can_exist(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     target = tmp_path / "robot.json"
-    found = {}
+    by_gauge = {}
     for gauge in ("none", "base", "prior"):
         status, out, _ = run(*identify_arguments(logs, "--constrained", gauge, "--details", "--json", str(target)))
         assert status == 0
-        found[gauge] = json.loads(target.read_text())["constrained"]
+        by_gauge[gauge] = json.loads(target.read_text())["constrained"]
         assert ("Constrained: the nearest robot that can exist" in " ".join(out.split())) == (gauge != "none")
         assert ("prior within MX2R" in out) == (gauge == "prior")
-    assert found["none"] is None
-    assert found["prior"]["chi2_rise"] == pytest.approx(found["base"]["chi2_rise"] + 1.0, rel=1e-6)
-    assert {entry["kind"] for entry in found["prior"]["parameters"]} == {"identified", "combination", "prior"}
-    assert min(found["prior"]["min_eigenvalues"].values()) > 0.0
+    assert by_gauge["none"] is None
+    assert by_gauge["prior"]["chi2_rise"] == pytest.approx(by_gauge["base"]["chi2_rise"] + 1.0, rel=1e-6)
+    assert {entry["kind"] for entry in by_gauge["prior"]["parameters"]} == {"identified", "combination", "prior"}
+    assert min(by_gauge["prior"]["min_eigenvalues"].values()) > 0.0
     bounds = ("--constrained", "prior", "--prior-mass", "70", "--prior-budget", "4", "--total-mass", "30", "60")
     run(*identify_arguments(logs, *bounds, "--json", str(target)))
     document = json.loads(target.read_text())["constrained"]

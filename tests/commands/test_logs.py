@@ -94,10 +94,10 @@ def test_gains_flow_into_the_payload(
     status, out, _ = run(*command, str(path))
     assert status == 0
     assert "errors of the drive gains as they were identified" in out
-    found = json.loads(answer.read_text(encoding="utf-8"))
-    assert constrained_width(found) > 1.1 * without
-    assert found["processing"]["drive_gains"] == pytest.approx(values)
-    assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
+    content = json.loads(answer.read_text(encoding="utf-8"))
+    assert constrained_width(content) > 1.1 * without
+    assert content["processing"]["drive_gains"] == pytest.approx(values)
+    assert content["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.03)
 
 
 @pytest.mark.long
@@ -123,18 +123,18 @@ def test_gains_of_coupled_drives(run: Run, tmp_path: Path) -> None:
     assert (np.abs(np.array(gains["values"]) - GAINS) < 4.0 * np.array(gains["sigma"])).all()
     assert np.array(gains["values"]) == pytest.approx(GAINS, rel=0.02)
     answer, widths = tmp_path / "payload.json", []
-    for given in (",".join(map(str, gains["values"])), str(target)):
+    for value in (",".join(map(str, gains["values"])), str(target)):
         command = ("payload", "--robot", "rx90", *pair, "--method", "4", "--json", str(answer), "--drive-gains")
-        status, out, _ = run(*command, given)
+        status, out, _ = run(*command, value)
         assert status == 0
-        found = json.loads(answer.read_text(encoding="utf-8"))
-        widths.append(constrained_width(found))
-        assert found["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.02)
-        assert max(found["relative_residual"]["per_joint"]) < 0.1
+        content = json.loads(answer.read_text(encoding="utf-8"))
+        widths.append(constrained_width(content))
+        assert content["estimates"][0]["parameters"]["M"] == pytest.approx(6.0, rel=0.02)
+        assert max(content["relative_residual"]["per_joint"]) < 0.1
     assert widths[1] > 1.1 * widths[0]
-    told = " ".join(out.split())
-    assert "errors of the drive gains as they were identified" in told
-    assert "% per motor" in told
+    text = " ".join(out.split())
+    assert "errors of the drive gains as they were identified" in text
+    assert "% per motor" in text
 
 
 @pytest.mark.long
@@ -144,36 +144,36 @@ def test_gains_from_the_same_pair_confirm_nothing(
     """Told in text, JSON and report, whatever the file is called; a recording in common is told too."""
     gains, answer, report = (tmp_path / name for name in ("gains.json", "payload.json", "report.html"))
     gains.write_bytes(identified[0].read_bytes())
-    copy, other = tmp_path / "copy.csv.gz", tmp_path / "other.csv"
+    copy, second = tmp_path / "copy.csv.gz", tmp_path / "other.csv"
     copy.write_bytes(gzip.compress(Path(logs["loaded_si"]).read_bytes()))
     lines = Path(logs["loaded_si"]).read_text().splitlines()
-    other.write_text("\n".join([*lines[:-1], lines[-1] + "1"]) + "\n")
+    second.write_text("\n".join([*lines[:-1], lines[-1] + "1"]) + "\n")
 
     def notes(loaded: str, *more: str) -> list[str]:
         pair = ("--unloaded", logs["empty_si"], "--loaded", loaded, "--drive-gains", str(gains))
         status, out, err = run("payload", "--robot", "ur10e", *pair, "--method", "3", "--json", str(answer), *more)
         assert status in (0, 1), err
         constrained = json.loads(answer.read_text())["estimates"][-1]
-        told: list[str] = constrained["gain_sigma"].get("notes", [])
+        gain_notes: list[str] = constrained["gain_sigma"].get("notes", [])
         shown = "".join(out.split())  # a long path is broken anywhere
-        assert all("".join(note.split()) in shown for note in told)
-        return told
+        assert all("".join(note.split()) in shown for note in gain_notes)
+        return gain_notes
 
     (same,) = notes(str(copy), "--report", str(report))
     assert same.startswith(f"These gains come from this same pair ({copy}, 6 kg as given then)")
     assert "confirms nothing" in same
     assert "confirms nothing" in report.read_text()
-    (shared,) = notes(str(other))
+    (shared,) = notes(str(second))
     assert shared.startswith(f"{logs['empty_si']}: the gains were identified from it too")
-    status, out, _ = run("identify", "--robot", "ur10e", "--data", str(other), "--drive-gains", str(gains))
+    status, out, _ = run("identify", "--robot", "ur10e", "--data", str(second), "--drive-gains", str(gains))
     assert status == 0
     assert "as they were identified" in " ".join(out.split())
     assert "identified from it too" not in " ".join(out.split())
     stored = tmp_path / "robot.json"
-    run("identify", "--robot", "ur10e", "--data", str(other), "--drive-gains", str(gains), "--json", str(stored))
+    run("identify", "--robot", "ur10e", "--data", str(second), "--drive-gains", str(gains), "--json", str(stored))
     document = json.loads(gains.read_text())
-    told = json.loads(stored.read_text())["gain_sigma"]
-    assert (told["recordings"], told["mass"]) == (document["recordings"], 6.0)
+    gain_notes = json.loads(stored.read_text())["gain_sigma"]
+    assert (gain_notes["recordings"], gain_notes["mass"]) == (document["recordings"], 6.0)
     numbers = ",".join(map(repr, document["drive_gains"]["values"]))
     for more in ((), ("--gain-sigma", "1%")):
         weighed = ("payload", "--robot-parameters", str(stored), "--drive-gains", numbers, *more)
@@ -193,8 +193,8 @@ def test_log_map_gives_the_same_gains(
 ) -> None:
     path = tmp_path / "odd.json"
     assert run(*gains_command(logs, "odd", "--log-map", logs["map"], "--json", str(path)))[0] == 0
-    found = [json.loads(p.read_text(encoding="utf-8"))["drive_gains"]["values"] for p in (identified[0], path)]
-    assert found[0] == pytest.approx(found[1], rel=1e-4)
+    values = [json.loads(p.read_text(encoding="utf-8"))["drive_gains"]["values"] for p in (identified[0], path)]
+    assert values[0] == pytest.approx(values[1], rel=1e-4)
 
 
 @pytest.mark.long

@@ -96,8 +96,8 @@ def run(inputs: Path, line: str) -> dict[str, bytes]:
             except SystemExit as stop:
                 status = int(stop.code or 0)
         files = {str(path.relative_to(name)): path.read_bytes() for path in Path(name).rglob("*") if path.is_file()}
-    made = files | {"(status)": str(status).encode(), "(terminal)": printed.getvalue().encode()}
-    return {name: VARYING.sub(b"", content) for name, content in made.items()}
+    outputs = files | {"(status)": str(status).encode(), "(terminal)": printed.getvalue().encode()}
+    return {name: VARYING.sub(b"", content) for name, content in outputs.items()}
 
 
 def test_no_option_is_without_an_entry() -> None:

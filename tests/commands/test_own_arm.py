@@ -65,9 +65,9 @@ def test_what_is_known_stays_and_the_rest_can_exist(run: Run, tmp_path: Path, na
     assert set(robot.assumed()) == lacking
     assert known.parameters.items() <= robot.parameters.items()
     for link, (joint, before) in enumerate(zip(robot.joints, known.joints, strict=True), start=1):
-        numbers, given = (np.hstack(astuple(limits)) for limits in (joint.limits, before.limits))
+        numbers, stated = (np.hstack(astuple(limits)) for limits in (joint.limits, before.limits))
         assert np.isfinite(numbers).all()
-        np.testing.assert_array_equal(numbers[np.isfinite(given)], given[np.isfinite(given)])
+        np.testing.assert_array_equal(numbers[np.isfinite(stated)], stated[np.isfinite(stated)])
         body = InertialParameters(np.array([robot.parameters[f"{kind}{link}"] for kind in INERTIAL]))
         assert body.min_pseudo_inertia_eigenvalue > 0.0
         assert robot.parameters[f"IA{link}"] > 0.0
@@ -131,9 +131,9 @@ def test_own_arm_is_rehearsed(run: Run, tmp_path: Path, name: str) -> None:
         status, text, error = run(command, *words, *robot, *details)
         assert status == 0, f"{command}: {error}"
         plain = " ".join(text.split())
-        for what in lacking:
-            told = {"parameters": "links and drives of the stand-in"}.get(what, f"{what} limits")
-            assert re.search(f"Assumed, not published: [^.]*{told}", plain), (command, what)
+        for part in lacking:
+            assumption = {"parameters": "links and drives of the stand-in"}.get(part, f"{part} limits")
+            assert re.search(f"Assumed, not published: [^.]*{assumption}", plain), (command, part)
     truth = tomllib.loads((logs / "truth.toml").read_text())
     assert set(truth["assumed"]) == lacking
 

@@ -55,9 +55,9 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
         assert np.shape(estimate["inertia_com"]) == (3, 3)
         assert np.allclose(estimate["com"], [0.0, 0.0, 1.003 / 7.025], atol=0.01)
     assert data["verdict"]["level"] in ("use", "mass_and_com_only")
-    told = " ".join(out.split())
-    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in told
-    assert "Mass, sigma_robust/sigma" in told
+    text = " ".join(out.split())
+    assert "± the larger of the formula's (17)-(19) and the block jackknife's standard deviation." in text
+    assert "Mass, sigma_robust/sigma" in text
 
 
 def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
@@ -68,11 +68,11 @@ def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_pat
     gains = ("--gain-sigma", "2,2,1,1,1,3%", "--gain-sigma-common", "0.01")
     status, out, _ = run(*payload_arguments(logs, *known, *place, *gains, "--method", "4", "--json", str(target)))
     assert status == 0
-    told = " ".join(out.split())
-    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per motor and 1 % common" in told
-    assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in told
-    assert "sigma apart." in told
-    assert "drive gains taken as exact" not in told.split("Free estimates")[0]
+    text = " ".join(out.split())
+    assert "Intervals include errors of the drive gains: 2, 2, 1, 1, 1, 3 % per motor and 1 % common" in text
+    assert "Weighed 7.03 ± 0.01 kg; method 4 alone identifies 7.0" in text
+    assert "sigma apart." in text
+    assert "drive gains taken as exact" not in text.split("Free estimates")[0]
     _, (constrained,) = by_estimator(json.loads(target.read_text()))
     assert constrained["gain_sigma"] == {"per_joint": [0.02, 0.02, 0.01, 0.01, 0.01, 0.03], "common": 0.01}
     assert len(constrained["constraints"]) == 5
@@ -88,11 +88,11 @@ def test_a_bound_that_excludes_the_payload_is_named(run: Run, logs: dict[str, st
     target = tmp_path / "payload.json"
     status, out, _ = run(*payload_arguments(logs, "--mass-max", "6", "--json", str(target)))
     assert status == 1
-    told = " ".join(out.split())
-    assert "Contradicted by method 1, 2, 3, 4: mass from 0 to 6 kg" in told
-    assert "do not use" in told
+    text = " ".join(out.split())
+    assert "Contradicted by method 1, 2, 3, 4: mass from 0 to 6 kg" in text
+    assert "do not use" in text
     _, constrained = by_estimator(json.loads(target.read_text()))
-    assert all(one["conflict"] and one["interval95"]["M"] == [None, None] for one in constrained)
+    assert all(estimate["conflict"] and estimate["interval95"]["M"] == [None, None] for estimate in constrained)
 
 
 def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
@@ -101,10 +101,10 @@ def test_payload_without_jackknife(run: Run, logs: dict[str, str], tmp_path: Pat
     arguments = ("payload", "--robot", "rx90", "--unloaded", logs["bare0"], "--unloaded", logs["bare1"])
     status, out, _ = run(*arguments, "--loaded", logs["brief"], "--json", str(target))
     assert status in (0, 1)
-    told = " ".join(out.split())
-    assert "the larger of the formula's (17)-(19) and that by the memory of the errors" in told
-    assert "blocks are too few for a jackknife: intervals go by the memory of the errors" in told
-    assert "jackknife over" not in told
+    text = " ".join(out.split())
+    assert "the larger of the formula's (17)-(19) and that by the memory of the errors" in text
+    assert "blocks are too few for a jackknife: intervals go by the memory of the errors" in text
+    assert "jackknife over" not in text
     estimates, constrained = by_estimator(json.loads(target.read_text()))
     assert [estimate["method"] for estimate in estimates] == [1, 4]
     assert {estimate["interval95_by"] for estimate in constrained} == {"memory"}
@@ -130,8 +130,8 @@ def test_the_rate_of_the_equations(run: Run, logs: dict[str, str], tmp_path: Pat
     """Given once, by rate or by factor; it takes the place of the factor in the robot's file."""
     target = tmp_path / "identify.json"
     identify = ("identify", "--robot", "rx90", "--data", logs["bare0"], "--json", str(target))
-    status, _, told = run(*identify, "--equation-rate", "20", "--decimate", "5")
-    assert (status, "--equation-rate and --decimate say the same" in told) == (2, True)
+    status, _, err = run(*identify, "--equation-rate", "20", "--decimate", "5")
+    assert (status, "--equation-rate and --decimate say the same" in err) == (2, True)
     assert run(*identify, "--equation-rate", "20")[0] == 0
     used = json.loads(target.read_text())["processing"]
     assert (used["equations_hz"], used["decimate"]) == (20.0, 1)
@@ -151,9 +151,9 @@ def test_method_4_tells_the_essential_parameters(run: Run, logs: dict[str, str],
         *payload_arguments(logs, "--method", "4", "--essential-sigma", "10%", "--json", str(target))
     )
     assert status in (0, 1)
-    found = json.loads(target.read_text())["essential"]
-    assert f"Method 4: {found['essential']} of 64 parameters essential" in " ".join(out.split())
-    assert {"M_L", "MZ_L"} <= {entry["name"] for entry in found["parameters"]}
+    essential = json.loads(target.read_text())["essential"]
+    assert f"Method 4: {essential['essential']} of 64 parameters essential" in " ".join(out.split())
+    assert {"M_L", "MZ_L"} <= {entry["name"] for entry in essential["parameters"]}
     run(*payload_arguments(logs, "--method", "1", "--json", str(target)))
     assert json.loads(target.read_text())["essential"] is None
     status, _, err = run(*payload_arguments(logs, "--method", "1", "--essential-ratio", "1.05"))

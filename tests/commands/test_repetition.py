@@ -10,11 +10,11 @@ from dynident.examples.paper.repetition import Answer, Repetition, answer_of
 def answers(count: int, sigma: float, half: float, bias: float = 0.0) -> list[Answer]:
     draw = np.random.default_rng(0)
     truth = np.array([1.0, -2.0])
-    found = []
+    rows = []
     for _ in range(count):
         values = truth + bias + sigma * draw.standard_normal(2)
-        found.append(Answer(("a", "b"), truth, values, values - half, values + half, np.full(2, sigma)))
-    return found
+        rows.append(Answer(("a", "b"), truth, values, values - half, values + half, np.full(2, sigma)))
+    return rows
 
 
 def test_known_errors_are_found() -> None:

@@ -137,10 +137,10 @@ def test_a_question_comes_again_after_a_typo(
         "Names of the joints": ("a", "a,b"),
     }
     replies = iter([reply for pair in answers.values() for reply in pair])
-    asked: list[str] = []
+    questions: list[str] = []
 
     def reply(question: str) -> str:
-        asked.append(question)
+        questions.append(question)
         return next(replies)
 
     monkeypatch.setattr("builtins.input", reply)
@@ -148,8 +148,8 @@ def test_a_question_comes_again_after_a_typo(
     out = tmp_path / "arm.toml"
     status, text, error = run("robot", "new", "--out", str(out))
     assert status == 0, error
-    assert asked[::2] == asked[1::2]
-    assert all(question.startswith(begin) for question, begin in zip(asked[::2], answers, strict=True))
+    assert questions[::2] == questions[1::2]
+    assert all(question.startswith(begin) for question, begin in zip(questions[::2], answers, strict=True))
     assert text.count("Once more, please.") == len(answers)
     robot = load_robot(out)
     assert [np.degrees([limit.speed, limit.acceleration]).round(9).tolist() for limit in limits_of(robot)] == [

@@ -64,12 +64,12 @@ def test_pooled_is_what_merging_gives(folder: Path) -> None:
 
 def test_what_cannot_be_pooled_is_refused(folder: Path, capsys: Any) -> None:
     several = ("--robot-parameters", "a.json", "--robot-parameters", "b.json")
-    twice, other = passports(folder, "first", "first"), passports(folder, "first")
+    twice, single = passports(folder, "first", "first"), passports(folder, "first")
     refused = {
         "give --passport once for each": ("rx90", *several),
         "is in both passports": ("rx90", *twice),
-        "of robot 'rx90', which is not 'tx40'": ("tx40", *other),
-        "--robot-parameters or --passport": ("rx90", *several[:2], *other),
+        "of robot 'rx90', which is not 'tx40'": ("tx40", *single),
+        "--robot-parameters or --passport": ("rx90", *several[:2], *single),
         "--prior-mass belongs to --passport": ("rx90", "--prior-mass", "20"),
     }
     for why, (robot, *words) in refused.items():

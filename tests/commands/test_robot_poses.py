@@ -92,13 +92,13 @@ def test_pose_in_the_maps_units(run: Run, log: Recording, tmp_path: Path, form: 
     assert ("As recorded" in text) == torques
     assert "not used" not in error
     document = json.loads(out.read_text())
-    found = document["poses"][0]
-    assert found["rms_m"] < 1e-7
-    assert found["rms_angle_rad"] < 1e-6
-    assert found["base_and_tool_determined"]
+    first_pose = document["poses"][0]
+    assert first_pose["rms_m"] < 1e-7
+    assert first_pose["rms_angle_rad"] < 1e-6
+    assert first_pose["base_and_tool_determined"]
     for name, pose in (("base", WORLD), ("tool", TOOL)):
-        np.testing.assert_allclose(found[name]["xyz_m"], pose.p, atol=1e-6)
-        np.testing.assert_allclose(found[name]["rpy_rad"], pose.rpy, atol=1e-6)
+        np.testing.assert_allclose(first_pose[name]["xyz_m"], pose.p, atol=1e-6)
+        np.testing.assert_allclose(first_pose[name]["rpy_rad"], pose.rpy, atol=1e-6)
     assert ("ranked" in document) == torques
 
 
@@ -131,10 +131,10 @@ def test_a_turned_last_joint_is_found_by_the_axes(run: Run, log: Recording, tmp_
     assert "Suggested, not applied: joint" in text
     assert "joint 6 turned round" in text
     assert "joint 5 zero moved by 180 degrees" in text
-    (found,) = json.loads(out.read_text())["poses"]
-    assert found["rms_m"] < 1e-6
-    assert found["rms_angle_rad"] > 0.1
-    assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(one["sign"]) for one in found["readings"]["ranked"][:2]}
+    (pose,) = json.loads(out.read_text())["poses"]
+    assert pose["rms_m"] < 1e-6
+    assert pose["rms_angle_rad"] > 0.1
+    assert {(1, 1, 1, 1, 1, -1), (1,) * 6} == {tuple(reading["sign"]) for reading in pose["readings"]["ranked"][:2]}
 
 
 @pytest.mark.long

@@ -110,16 +110,16 @@ def test_who_decided_stands_in_every_output(run: Run, tmp_path: Path, bare_log: 
     document = json.loads(files["json"].read_text())
     stored = {entry["name"]: entry for entry in document["constrained"]["parameters"]}
     robot = load_robot("rx90")
-    told = origins(robot, base_parameters(robot))
+    by_name = origins(robot, base_parameters(robot))
     assert {name: entry["decided_by"] for name, entry in stored.items()} == {
-        name: origin.decided_by() for name, origin in told.items()
+        name: origin.decided_by() for name, origin in by_name.items()
     }
-    assert {"data", "prior", "prior within MX2R"} <= {origin.decided_by() for origin in told.values()}
+    assert {"data", "prior", "prior within MX2R"} <= {origin.decided_by() for origin in by_name.values()}
     with files["csv"].open(encoding="utf-8", newline="") as stream:
         rows = [row for row in csv.DictReader(stream) if row["table"].startswith("Standard parameters")]
-    assert {row["name"]: row["decided by"] for row in rows} == {n: o.decided_by() for n, o in told.items()}
+    assert {row["name"]: row["decided by"] for row in rows} == {n: o.decided_by() for n, o in by_name.items()}
     latex, html, terminal = files["latex"].read_text(), files["report"].read_text(), printed.split("decided by")[1]
-    for name, origin in told.items():
+    for name, origin in by_name.items():
         label = origin.decided_by()
         assert re.search(rf"^ *{name} & .* & {label} \\\\$", latex, flags=re.MULTILINE), name
         assert re.search(rf"<th[^>]*>{name}</th>(?:<td[^>]*>[^<]*</td>)*<td[^>]*>{label}</td></tr>", html), name

@@ -106,9 +106,11 @@ def test_simulated_recordings_give_the_robot_back(simulated: Path, run: Run, tmp
     assert result["relative_residual"]["all"] < 0.01
     robot = load_robot("rx90")
     base = base_parameters(robot)
-    for name, true, found in zip(base.names, base.value(robot.parameters), result["base_parameters"], strict=True):
-        assert found["name"] == name
-        assert found["value"] == pytest.approx(true, rel=0.02, abs=0.02), name
+    for name, true, parameter in zip(
+        base.names, base.value(robot.parameters), result["base_parameters"], strict=True
+    ):
+        assert parameter["name"] == name
+        assert parameter["value"] == pytest.approx(true, rel=0.02, abs=0.02), name
 
 
 @pytest.mark.long

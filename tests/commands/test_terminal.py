@@ -141,7 +141,7 @@ def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "what"),
+    ("table", "message"),
     [
         ({"robott": "rx90"}, "did you mean robot?"),
         ({"command": "weigh"}, "is for 'dynident weigh'"),
@@ -149,14 +149,14 @@ def test_the_file_of_a_run_repeats_it(words: list[str], tmp_path: Path) -> None:
         ({"robot": {"a": 1}}, "give a text"),
     ],
 )
-def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], what: str, tmp_path: Path) -> None:
+def test_a_wrong_file_of_options_is_one_line(table: dict[str, object], message: str, tmp_path: Path) -> None:
     path = tmp_path / "run.toml"
     path.write_text(
         "\n".join(f"{k} = {'{a = 1}' if isinstance(v, dict) else json.dumps(v)}" for k, v in table.items())
     )
     with pytest.raises(InputError, match=r"run\.toml") as error:
         with_settings(_parser(["payload"]), ["payload", "--config", str(path)])
-    assert what in str(error.value)
+    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -178,9 +178,9 @@ def test_a_full_disk_is_one_line(log: str, capsys: pytest.CaptureFixture[str]) -
     if not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")
     assert main(["check", "--robot", "rx90", log, "--quiet", "--json", "/dev/full"]) == 2
-    told = capsys.readouterr().err
-    assert "/dev/full" in told
-    assert told.count("\n") == 1
+    err = capsys.readouterr().err
+    assert "/dev/full" in err
+    assert err.count("\n") == 1
 
 
 @pytest.mark.long
@@ -193,11 +193,11 @@ def test_an_interruption_is_one_line(after: float, log: str) -> None:
             time.sleep(0.005)
         if process.poll() is None:
             os.kill(process.pid, signal.SIGINT)
-        told = process.communicate()[1]
+        err = process.communicate()[1]
     assert process.returncode in (0, 1, 130)
     if process.returncode == 130:
-        assert told.strip().splitlines()[-1:] == ["dynident: interrupted"]
-    assert "Traceback" not in told
+        assert err.strip().splitlines()[-1:] == ["dynident: interrupted"]
+    assert "Traceback" not in err
 
 
 INTERRUPTED_AT = """
@@ -234,8 +234,8 @@ def test_an_interruption_at_an_import_is_one_line(place: int) -> None:
 def test_a_shell_can_complete(tmp_path: Path) -> None:
     pytest.importorskip("argcomplete")
     line = "dynident payload --robot-par"
-    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    variables = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
     answer = {"_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "fits"), "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
-    given = {**os.environ, **asked, **answer}
-    subprocess.run(PROGRAM, env=given, check=False, capture_output=True)
+    environment = {**os.environ, **variables, **answer}
+    subprocess.run(PROGRAM, env=environment, check=False, capture_output=True)
     assert "--robot-parameters" in (tmp_path / "fits").read_text()

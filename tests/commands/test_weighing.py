@@ -112,10 +112,10 @@ def test_every_output_of_a_motion_near_a_pose(tmp_path: Path) -> None:
 
 def test_refused_before_any_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, document = designed(tmp_path, "4,5,6")
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     assert (status, document) == (2, {})
-    assert "mass not visible near this pose" in told.err
-    assert "9 of 10" in " ".join(told.out.split())
+    assert "mass not visible near this pose" in printed.err
+    assert "9 of 10" in " ".join(printed.out.split())
     assert not (tmp_path / "motion.csv").exists()
 
 
@@ -168,17 +168,17 @@ def test_assumed_inertia_is_labelled_down_to_the_controller(
     assert "Inertia ASSUMED" in capsys.readouterr().out
     document = json.loads(target.read_text(encoding="utf-8"))
     assert document["quantities"]["inertia"]["use"] == "assumed"
-    held = document["constant_torques"]
-    assert set(held["joints"]) <= {2, 3}  # the arm's that move
-    assert [sigma > 0.0 for sigma in held["sigma"]] == [j in held["joints"] for j in range(1, 7)]
+    torques = document["constant_torques"]
+    assert set(torques["joints"]) <= {2, 3}  # the arm's that move
+    assert [sigma > 0.0 for sigma in torques["sigma"]] == [j in torques["joints"] for j in range(1, 7)]
     keys = {"source", "joint", "waves_per_turn", "amplitude", "probability_by_noise"}
-    assert all(set(one) == keys for one in document["ripple"])
+    assert all(set(entry) == keys for entry in document["ripple"])
     assert "box" in document["assumed"]["inertia"]
     flange = ["--flange-frame", "0", "0", "0", "0", "0", "0"]
     for name in ("ur", "abb", "staubli", "urdf", "mjcf"):
         assert main(["export", str(target), "--to", name, *flange]) == 0
-        told = capsys.readouterr()
-        assert "ASSUMED" in told.out + told.err
+        printed = capsys.readouterr()
+        assert "ASSUMED" in printed.out + printed.err
     main(["export", str(target), "--to", "staubli", *flange])
     lines = capsys.readouterr().out.splitlines()
     Izz = float(next(line for line in lines if line.startswith("Izz")).split()[-1])

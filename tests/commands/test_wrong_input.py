@@ -103,15 +103,15 @@ def test_bad_input_is_one_line_and_writes_nothing(
 def test_a_folder_that_is_a_file_is_told_before_anything_is_read(
     run: Run, tmp_path: Path, command: list[str]
 ) -> None:
-    taken = tmp_path / "taken"
-    taken.write_text("mine", encoding="utf-8")
-    for wrong in (str(taken), str(taken / "inside"), ""):
+    blocker = tmp_path / "taken"
+    blocker.write_text("mine", encoding="utf-8")
+    for wrong in (str(blocker), str(blocker / "inside"), ""):
         status, out, err = run(*command, wrong)
         assert (status, out) == (2, "")
         assert len(err.splitlines()) == 1
         assert f"{command[-1]} {wrong!r}: is not a folder" in err
-    assert taken.read_text(encoding="utf-8") == "mine"
-    assert list(tmp_path.iterdir()) == [taken]
+    assert blocker.read_text(encoding="utf-8") == "mine"
+    assert list(tmp_path.iterdir()) == [blocker]
 
 
 def test_a_folder_that_is_not_there_is_one_line(run: Run, logs: dict[str, str]) -> None:

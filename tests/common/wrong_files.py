@@ -50,8 +50,8 @@ def mistakes(data: dict[str, Any], kind: type[Table]) -> Iterator[Mistake]:
         node = inspect.type_info(field.type)
         if isinstance(node, inspect.AnyType):
             continue
-        other = 3 if isinstance(value, dict) else {"other": "type"}
-        yield Mistake(f"{name} of another type", name, edited(data, table, key, key, other))
+        wrong_value = 3 if isinstance(value, dict) else {"other": "type"}
+        yield Mistake(f"{name} of another type", name, edited(data, table, key, key, wrong_value))
         nodes = node.types if isinstance(node, inspect.UnionType) else (node,)
         if any(isinstance(node, inspect.FloatType) and node.le is not None for node in nodes):
             yield Mistake(f"{name} out of range", name, edited(data, table, key, key, 1e300))

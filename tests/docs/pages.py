@@ -48,7 +48,7 @@ def blocks(page: Path) -> list[Block]:
     """The page's fenced blocks, in order."""
     source = page.read_text(encoding="utf-8")
     return [
-        Block(source.count("\n", 0, found.start()) + 1, found[2], found[3]) for found in _FENCE.finditer(source)
+        Block(source.count("\n", 0, match.start()) + 1, match[2], match[3]) for match in _FENCE.finditer(source)
     ]
 
 
@@ -152,19 +152,19 @@ def _lines(text: str) -> list[str]:
 def first_missing(expected: str, printed: str) -> str | None:
     """The first line of ``expected`` that does not follow in ``printed``; None where all do."""
     lines, at = printed.splitlines(), 0
-    for wanted in (line for line in expected.splitlines() if line.strip() not in ("", "...")):
-        found = next((k for k in range(at, len(lines)) if alike(wanted, lines[k])), None)
-        if found is None:
-            return wanted
-        at = found + 1
+    for expected_line in (line for line in expected.splitlines() if line.strip() not in ("", "...")):
+        place = next((k for k in range(at, len(lines)) if alike(expected_line, lines[k])), None)
+        if place is None:
+            return expected_line
+        at = place + 1
     return None
 
 
-def alike(wanted: str, line: str) -> bool:
+def alike(expected: str, line: str) -> bool:
     """Compare texts: words exactly, numbers to 1 %, or to one of the last digit that the page shows."""
-    return _words(wanted) == _words(line) and all(
+    return _words(expected) == _words(line) and all(
         math.isclose(float(a), float(b), rel_tol=_RELATIVE, abs_tol=1.01 * _last_digit(a))
-        for a, b in zip(_NUMBER.findall(_plain(wanted)), _NUMBER.findall(_plain(line)), strict=True)
+        for a, b in zip(_NUMBER.findall(_plain(expected)), _NUMBER.findall(_plain(line)), strict=True)
     )
 
 

@@ -21,7 +21,7 @@ RUN = [page for page in PAGES if any(block.language in ("console", "python") for
 
 
 @pytest.fixture(scope="module")
-def kept() -> dict[str, Path]:
+def simulated_folders() -> dict[str, Path]:
     """Simulated folders, shared by the pages."""
     return {}
 
@@ -35,7 +35,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "page", cases(RUN, lambda page: page.stem not in LONG), ids=[page.relative_to(ROOT).as_posix() for page in RUN]
 )
 def test_page_does_what_it_says(
-    page: Path, kept: dict[str, Path], store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, simulated_folders: dict[str, Path], store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if page.stem in NEEDS:
         pytest.importorskip(NEEDS[page.stem])
@@ -43,7 +43,7 @@ def test_page_does_what_it_says(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "116")
     monkeypatch.setattr("sys.argv", ["example.py"])
-    reader = Reader(kept, store)
+    reader = Reader(simulated_folders, store)
     reader.follow(page)
     assert reader.ran
 
@@ -73,15 +73,15 @@ def test_commands_in_the_text_exist(page: Path, capsys: pytest.CaptureFixture[st
     from dynident.cli import main
 
     outside = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for told in re.findall(r"`dynident ([^`]+)`", outside):
-        words = told.split()
+    for text in re.findall(r"`dynident ([^`]+)`", outside):
+        words = text.split()
         names = words[: 2 if words[0] in ("robot", "fleet", "passport") else 1]
         with pytest.raises(SystemExit) as stop:
             main([*names, "--help"] if not names[0].startswith("-") else names)
-        assert stop.value.code == 0, told
+        assert stop.value.code == 0, text
         printed = capsys.readouterr().out
-        for option in re.findall(r"--[a-z][a-z0-9-]*", told):
-            assert names[0].startswith("-") or option in printed, told
+        for option in re.findall(r"--[a-z][a-z0-9-]*", text):
+            assert names[0].startswith("-") or option in printed, text
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:

@@ -104,9 +104,9 @@ def nothing_new(name: str) -> Wrong:
     return Wrong(f"{name}: payload in both recordings", words, invented.robot(name), (loaded,), (again,), body.mass)
 
 
-def of_another(name: str, other: str) -> Wrong:
+def of_another(name: str, another: str) -> Wrong:
     words = f"it is a recording of robot '{name}'|outside the range"
-    return both(name, f"described as {other}", words, same, robot=load_robot(other))
+    return both(name, f"described as {another}", words, same, robot=load_robot(another))
 
 
 def two_motions(name: str) -> Wrong:

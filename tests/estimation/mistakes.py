@@ -68,7 +68,7 @@ def without_gravity(name: str) -> Change:
     motion, bare, _, body = good(name)
     robot = invented.robot(name)
     still = Motion(motion.t, motion.q, 0.0 * motion.qd, 0.0 * motion.qdd)
-    with_g, without = (Simulator(one) for one in (robot, replace(robot, gravity=(0.0, 0.0, 0.0))))
+    with_g, without = (Simulator(arm) for arm in (robot, replace(robot, gravity=(0.0, 0.0, 0.0))))
 
     def change(r: Recording) -> Recording:
         load = None if r is bare else body
@@ -82,11 +82,11 @@ def without_gravity(name: str) -> Change:
 def late_half(name: str, body: InertialParameters | None) -> Change:
     """In the second half another load."""
     motion, *_ = good(name)
-    other = invented.recorded(name, motion, body, 6)
+    second = invented.recorded(name, motion, body, 6)
 
     def change(r: Recording) -> Recording:
         late = (r.t > 0.5 * r.t[-1])[:, None]
-        return replace(r, torque=np.where(late, other.torque, r.torque))
+        return replace(r, torque=np.where(late, second.torque, r.torque))
 
     return change
 
@@ -101,8 +101,8 @@ def static_poses(name: str) -> Change:
     moving = invented.simulator(name)
 
     def change(r: Recording) -> Recording:
-        held = motion.q[np.linspace(0, len(motion.t) - 1, 12).astype(int)]
-        q = np.repeat(held, len(motion.t) // 12, axis=0)
+        poses = motion.q[np.linspace(0, len(motion.t) - 1, 12).astype(int)]
+        q = np.repeat(poses, len(motion.t) // 12, axis=0)
         t = motion.t[: len(q)]
         still = moving.measure(Motion(t, q, 0.0 * q, 0.0 * q)).torque
         return replace(r, t=t, q=q, torque=still + 0.1 * np.random.default_rng(3).standard_normal(q.shape))

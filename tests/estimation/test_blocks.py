@@ -99,8 +99,8 @@ def test_leaving_a_block_out_is_reducing_without_it(observation: Observation) ->
     for k, part in enumerate(parts):
         direct = reduced(without(observation, edges[k], edges[k + 1]))
         same_equations(part, direct)
-        one, other = weighted(part), weighted(direct)
-        assert (np.abs(one.values - other.values) < 1e-6 * one.sigma).all()
+        part_fit, direct_fit = weighted(part), weighted(direct)
+        assert (np.abs(part_fit.values - direct_fit.values) < 1e-6 * part_fit.sigma).all()
 
 
 def test_few_equations_keep_all_they_say(observation: Observation) -> None:

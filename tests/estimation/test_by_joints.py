@@ -40,7 +40,7 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
     problems: dict[str, PayloadProblem], name: str
 ) -> None:
     """Rank 9 of 10 whatever the motion: no minimum-norm number with a small sigma."""
-    masses = {one.joints: one for one in seen(problems[name]).masses}
+    masses = {group.joints: group for group in seen(problems[name]).masses}
     for joints in ((4,), (5,), (6,), (4, 5, 6)):
         assert masses[joints].mass is None
         assert masses[joints].interval95 is None
@@ -52,10 +52,10 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
 
 
 def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, PayloadProblem]) -> None:
-    found = seen(problems["ur10e"])
-    assert [one.mass is not None for one in found.masses] == [True] * 4 + [False] * 2 + [True] * 2
+    by_joints = seen(problems["ur10e"])
+    assert [group.mass is not None for group in by_joints.masses] == [True] * 4 + [False] * 2 + [True] * 2
     truth = mistakes.good("ur10e")[3].mass
-    assert all(abs(one.mass / truth - 1.0) < 0.05 for one in found.masses if one.mass is not None)
+    assert all(abs(group.mass / truth - 1.0) < 0.05 for group in by_joints.masses if group.mass is not None)
 
 
 def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, PayloadProblem]) -> None:
@@ -65,18 +65,18 @@ def test_a_group_sees_what_method_3_sees_in_its_rows(problems: dict[str, Payload
     own = identify_payload(problem, 3).estimate
     weights = np.array([own.weights[0], own.weights[1], own.weights[2], 0.0, 0.0, 0.0])
     arm = weighted(problem.difference.select(PAYLOAD), weights)
-    found = payload_by_joints(problem, own.weights).masses[6]
-    assert found.joints == (1, 2, 3)
-    assert found.mass == pytest.approx(arm["M_L"], rel=1e-9)
+    group = payload_by_joints(problem, own.weights).masses[6]
+    assert group.joints == (1, 2, 3)
+    assert group.mass == pytest.approx(arm["M_L"], rel=1e-9)
 
 
 @pytest.mark.parametrize(("name", "joint", "factor"), [("rx90", 2, 2.0), ("rx90", 5, 0.5), ("tx40", 4, 1.5)])
 def test_a_wrong_gain_shows_as_that_joints_share(name: str, joint: int, factor: float) -> None:
-    shares = {one.joint: one for one in seen(problem_of(name, factor, joint)).shares}
+    shares = {entry.joint: entry for entry in seen(problem_of(name, factor, joint)).shares}
     own = shares[joint]
     assert own.share is not None
     assert abs(own.share - factor) < max(5.0 * own.sigma, 0.1)
-    assert all(one.share is not None and one.sigma > 0.0 for one in shares.values())
+    assert all(entry.share is not None and entry.sigma > 0.0 for entry in shares.values())
 
 
 def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dict[str, PayloadProblem]) -> None:
@@ -85,11 +85,11 @@ def test_a_known_robot_and_other_trajectories_give_the_same_masses(problems: dic
     known = replace(without_blocks(problem), unloaded=None, known=weighted(problem.unloaded), friction={})
     apart = without_blocks(problem)
     truth = mistakes.good("rx90")[3].mass
-    for one, other in zip(seen(known).masses, seen(apart).masses, strict=True):
-        assert (one.mass is None) == (other.mass is None)
-        if one.mass is not None and other.mass is not None:
-            assert one.mass == pytest.approx(other.mass, rel=1e-9)
-            assert abs(one.mass - truth) < 4.0 * one.sigma
+    for group, other_group in zip(seen(known).masses, seen(apart).masses, strict=True):
+        assert (group.mass is None) == (other_group.mass is None)
+        if group.mass is not None and other_group.mass is not None:
+            assert group.mass == pytest.approx(other_group.mass, rel=1e-9)
+            assert abs(group.mass - truth) < 4.0 * group.sigma
 
 
 def test_groups_of_short_robots_are_single_joints() -> None:
@@ -102,7 +102,7 @@ def test_stretches_agree_where_nothing_changes(problems: dict[str, PayloadProble
     weights = identify_payload(problem, 1).estimate.weights
     stretches = payload_over_time(problem, weights)
     assert len(stretches) == 4
-    masses = np.array([one.values[9] for one in stretches])
+    masses = np.array([stretch.values[9] for stretch in stretches])
     assert np.ptp(masses) < 0.05 * masses.mean()
     assert payload_over_time(without_blocks(problem), weights) == ()
 

@@ -15,8 +15,8 @@ from dynident.trajectories import Simulator
 def causes(name: str, change: mistakes.Change, contradicted: bool = True) -> str:
     _, bare, loaded, _ = mistakes.good(name)
     robot = invented.robot(name)
-    found = likely_causes(robot, Source((change(loaded),), (change(bare),), robot.processing), contradicted)
-    return " ".join(cause.words for cause in found)
+    likely = likely_causes(robot, Source((change(loaded),), (change(bare),), robot.processing), contradicted)
+    return " ".join(cause.words for cause in likely)
 
 
 @pytest.mark.parametrize("name", invented.NAMES)
@@ -57,7 +57,7 @@ def test_a_known_spring_is_no_misfit() -> None:
     sprung = replace(robot, drives=replace(robot.drives, spring=spring))
     recording = Simulator(sprung).record(mistakes.good("rx90")[0])
     sample = Sample.of(recording, robot.processing)
-    with_spring, without = (Model.of(one, sample).per_joint()[1] for one in (sprung, robot))
+    with_spring, without = (Model.of(variant, sample).per_joint()[1] for variant in (sprung, robot))
     assert without > 2.0 * with_spring
 
 

@@ -112,8 +112,8 @@ def test_real_robots(recordings: Path, name: str, file: str) -> None:
     """Links that can exist explain the recordings as well as those that cannot."""
     robot = load_robot(name)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680) if name == "ur10e" else None
-    found = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
-    result = solve_constrained_base(robot, found.base, found.estimate)
+    identification = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
+    result = solve_constrained_base(robot, identification.base, identification.estimate)
     assert result.min_pseudo_inertia_eigenvalue >= 0.0
     assert 0.1 < result.chi2_rise < 20.0
     assert result.p_value > 0.5
@@ -131,6 +131,6 @@ def test_a_program_without_an_attained_least_value_is_closed() -> None:
 
 def test_a_ball_that_is_far_away_changes_nothing() -> None:
     only = np.eye(10)
-    wanted = InertialParameters.from_com(2.0, [0.1, 0.2, -0.1], 0.3 * np.eye(3)).vector
-    program = ConeProgram(only, wanted, only[9:], np.zeros(1), only[None])
-    np.testing.assert_allclose(solve_cone(program, ball=1e3).z, wanted, atol=1e-5)
+    target = InertialParameters.from_com(2.0, [0.1, 0.2, -0.1], 0.3 * np.eye(3)).vector
+    program = ConeProgram(only, target, only[9:], np.zeros(1), only[None])
+    np.testing.assert_allclose(solve_cone(program, ball=1e3).z, target, atol=1e-5)

@@ -44,23 +44,23 @@ def problem(
 
 def test_every_method_has_one(problem: PayloadProblem, payload: InertialParameters) -> None:
     answer = answer_payload(problem)
-    assert [one.method for one in answer.constrained] == [1, 2, 3, 4]
+    assert [estimate.method for estimate in answer.constrained] == [1, 2, 3, 4]
     assert answer.recommended.method == 4
     assert answer.recommended.free is answer.estimates[3]
-    for one in answer.constrained:
-        robust = one.free.estimate.robust
+    for estimate in answer.constrained:
+        robust = estimate.free.estimate.robust
         assert robust is not None
-        assert one.robust
-        assert one.body.physically_consistent
-        assert one.sigma == pytest.approx(robust.sigma, rel=1e-9)
-        assert one.result.free.degrees_of_freedom == robust.degrees_of_freedom
-        ends = one.intervals.parameters
-        assert ((ends[:, 0] <= one.result.values) & (one.result.values <= ends[:, 1])).all()
-        assert (one.intervals.com[:, 0] <= one.body.com).all()
-        assert (one.body.com <= one.intervals.com[:, 1]).all()
-        assert (one.intervals.inertia_com[..., 0] <= one.body.inertia_com).all()
+        assert estimate.robust
+        assert estimate.body.physically_consistent
+        assert estimate.sigma == pytest.approx(robust.sigma, rel=1e-9)
+        assert estimate.result.free.degrees_of_freedom == robust.degrees_of_freedom
+        ends = estimate.intervals.parameters
+        assert ((ends[:, 0] <= estimate.result.values) & (estimate.result.values <= ends[:, 1])).all()
+        assert (estimate.intervals.com[:, 0] <= estimate.body.com).all()
+        assert (estimate.body.com <= estimate.intervals.com[:, 1]).all()
+        assert (estimate.intervals.inertia_com[..., 0] <= estimate.body.inertia_com).all()
         assert ends[9, 0] <= payload.mass <= ends[9, 1]
-        assert not one.conflict
+        assert not estimate.conflict
     few = answer_payload(problem, methods=(2, 3))
     assert few.recommended.method == 3
 
@@ -100,11 +100,11 @@ def test_what_excludes_the_truth_is_named(problem: PayloadProblem, wrong: Constr
     answer = answer_payload(problem, constraints=[right, wrong])
     assert answer.verdict.level == "do_not_use"
     assert any(wrong.description in reason for reason in answer.verdict.reasons)
-    for one in answer.constrained:
-        assert wrong in [other.constraint for other in one.conflicts]
-        assert right not in [other.constraint for other in one.conflicts]
-        assert one.conflict
-        assert np.isnan(one.intervals.parameters).all()
+    for estimate in answer.constrained:
+        assert wrong in [conflict.constraint for conflict in estimate.conflicts]
+        assert right not in [conflict.constraint for conflict in estimate.conflicts]
+        assert estimate.conflict
+        assert np.isnan(estimate.intervals.parameters).all()
     notes = recommended_notes(answer)
     assert any(note.startswith("Contradicted by method 1, 2, 3, 4: " + wrong.description) for note in notes)
     assert notes[0].startswith("No intervals")
@@ -116,7 +116,7 @@ def test_a_scale_that_errs_is_named(problem: PayloadProblem) -> None:
     (reason,) = [reason for reason in answer.verdict.reasons if "the scale shows" in reason]
     assert "8 kg" in reason
     assert "sigma apart" in reason
-    assert all(one.weighings[0].conflict for one in answer.constrained)
+    assert all(estimate.weighings[0].conflict for estimate in answer.constrained)
 
 
 def test_no_body_at_all_is_an_error_that_names_the_constraints(problem: PayloadProblem) -> None:
@@ -144,9 +144,9 @@ def test_a_true_constraint_is_rarely_called_a_conflict(
     for _ in range(300):
         scale = draw.chisquare(model.degrees_of_freedom) / model.degrees_of_freedom
         values = payload.vector + root @ draw.standard_normal(10)
-        one = replace(model, values=values, covariance=scale * model.covariance)
+        sample = replace(model, values=values, covariance=scale * model.covariance)
         rules: list[Constraint] = [PossibleBody(), MassBounds(high=payload.mass)]
-        called += any(test.conflict for test in possible_payload.tested(solve_constrained(one, rules)))
+        called += any(test.conflict for test in possible_payload.tested(solve_constrained(sample, rules)))
     assert called <= 6
 
 
@@ -165,10 +165,10 @@ def test_ur10e(recordings: Path) -> None:
     plain = constrain_payload(identify_payload(problem, 3))  # without a tilt's share of the covariance
     assert plain.body.first_moments == pytest.approx([0.083, 0.476, 0.137], abs=0.001)
     answer = answer_payload(problem, gains=Gains((0.02,)))
-    for one in answer.constrained:
-        low, high = one.intervals.parameters[9]
+    for estimate in answer.constrained:
+        low, high = estimate.intervals.parameters[9]
         assert low < 2.805 < high
         assert high - low < 0.21
-        assert one.p_value > 0.5
-        assert not one.conflict
-        assert one.mass == pytest.approx(2.792, abs=0.01)
+        assert estimate.p_value > 0.5
+        assert not estimate.conflict
+        assert estimate.mass == pytest.approx(2.792, abs=0.01)

@@ -161,9 +161,13 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
             for link in range(1, 7)
         ]
         prior = RobotPrior(tuple(InertialParameters(np.array(ten)) for ten in own), "test")
-        found = solve_constrained_prior(there, base, estimate, prior)
+        nearest = solve_constrained_prior(there, base, estimate, prior)
         results.append(
-            (found, {name: value / units[name] for name, value in found.parameters.items()}, origins(there, base))
+            (
+                nearest,
+                {name: value / units[name] for name, value in nearest.parameters.items()},
+                origins(there, base),
+            )
         )
     (first, metres, origin), (second, millimetres, same) = results
     assert second.chi2_rise == pytest.approx(first.chi2_rise, rel=1e-6)
@@ -181,16 +185,16 @@ def units_of(names: tuple[str, ...], size: float) -> dict[str, float]:
 
 
 def test_who_decides_on_the_rx90(rx90: Robot, rx90_base: BaseParameters) -> None:
-    found = origins(rx90, rx90_base)
-    assert {name for name, o in found.items() if o.kind == "prior"} == set(rx90_base.unidentifiable)
-    assert found["MZ2"].decided_by() == "prior"
-    assert (found["MX2"].kind, found["MX2"].base) == ("combination", ("MX2R",))
-    assert found["M3"].base == ("ZZ1R", "XX2R", "ZZ2R", "MX2R")
-    assert found["M3"].decided_by() == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
-    assert (found["M1"].decided_by(), found["XY3"].decided_by()) == ("prior", "data")
-    assert found["M1"] == ("prior", (), 0.0)
+    by_name = origins(rx90, rx90_base)
+    assert {name for name, o in by_name.items() if o.kind == "prior"} == set(rx90_base.unidentifiable)
+    assert by_name["MZ2"].decided_by() == "prior"
+    assert (by_name["MX2"].kind, by_name["MX2"].base) == ("combination", ("MX2R",))
+    assert by_name["M3"].base == ("ZZ1R", "XX2R", "ZZ2R", "MX2R")
+    assert by_name["M3"].decided_by() == "prior within ZZ1R, XX2R, ZZ2R, MX2R"
+    assert (by_name["M1"].decided_by(), by_name["XY3"].decided_by()) == ("prior", "data")
+    assert by_name["M1"] == ("prior", (), 0.0)
     for name in ("XY3", "IA3", "FV1", "FSM6", "MX6", "ZZ6"):
-        assert (found[name].kind, found[name].share) == ("identified", 1.0)
+        assert (by_name[name].kind, by_name[name].share) == ("identified", 1.0)
 
 
 def test_identified_is_what_no_hidden_direction_moves(robot: Robot) -> None:
@@ -289,8 +293,10 @@ def test_every_kind_of_robot(robot: Robot, random_parameters: Parameters) -> Non
 def test_real_robots(recordings: Path, name: str, file: str, mass: float) -> None:
     robot = load_robot(name)
     gains = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680) if name == "ur10e" else None
-    found = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
-    result: PriorRobot = solve_constrained_prior(robot, found.base, found.estimate, robot_prior(robot, mass))
+    identification = identify(robot, [read_recording(recordings / f"{file}.csv.gz", robot, gains)], robust=False)
+    result: PriorRobot = solve_constrained_prior(
+        robot, identification.base, identification.estimate, robot_prior(robot, mass)
+    )
     assert result.chi2_rise - result.nearest.chi2_rise == pytest.approx(1.0, rel=1e-6)
     assert min(result.min_eigenvalues) > 0.0
     assert result.distances[0] < 1e-6  # no motion shows link 1 but for ZZ1, which IA1 takes

@@ -59,7 +59,10 @@ def arm(
 
     def recordings(factors: ArrayLike) -> tuple[Recording, Recording]:
         pair = [simulator.record(motion, body, noise, [9, k]) for k, body in enumerate((None, payload))]
-        bare, loaded = (replace(one, torque=rescaled_torque(simulator.robot, one.torque, factors)) for one in pair)
+        bare, loaded = (
+            replace(recording, torque=rescaled_torque(simulator.robot, recording.torque, factors))
+            for recording in pair
+        )
         return bare, loaded
 
     return simulator, recordings
@@ -94,7 +97,7 @@ def problem(arm: tuple[Simulator, Recordings]) -> PayloadProblem:
 def rescaled(arm: tuple[Simulator, Recordings]) -> dict[bytes, PayloadProblem]:
     """The problem for some motors' torque up and down."""
     factors = [changed(j, step) for j in MOTORS for step in (1e-5, -1e-5)]
-    return {one.tobytes(): problem_of(arm, one) for one in factors}
+    return {factor.tobytes(): problem_of(arm, factor) for factor in factors}
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -111,8 +114,8 @@ def test_it_is_what_rescaled_recordings_give(
     robot_weights = tuple(weighted(problem.unloaded).weights)
 
     def solved(factors: Array) -> Array:
-        other = replace(rescaled[factors.tobytes()], robot_weights=robot_weights)
-        return solver(other).values(estimate.weights)
+        variant = replace(rescaled[factors.tobytes()], robot_weights=robot_weights)
+        return solver(variant).values(estimate.weights)
 
     expected = brute(solved)
     size = np.linalg.norm(expected, axis=1)[:, None]
@@ -177,8 +180,8 @@ def test_saved_equations_keep_what_motors_share(problem: PayloadProblem, tmp_pat
     assert len(read.shared) == bool(problem.robot.coupling) + bool(problem.robot.spring)
     weights = weighted(read).weights
     J = gain_sensitivity(problem.unloaded, weights)
-    for other in (read, merged([read, problem.unloaded])):
-        assert gain_sensitivity(other, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
+    for equations in (read, merged([read, problem.unloaded])):
+        assert gain_sensitivity(equations, weights) == pytest.approx(J, rel=1e-6, abs=1e-9 * np.abs(J).max())
     if read.shared:
         with pytest.raises(ValueError, match="different coupled drives"):
             merged([read, replace(read, shared=())])
@@ -194,17 +197,17 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
         return difference_weighing(simulator.robot, [loaded], [bare])
 
     problem = weighing(np.ones(6))
-    found, motion = identify_payload(problem, 3), short(problem)
-    assert found.complete
+    payload, motion = identify_payload(problem, 3), short(problem)
+    assert payload.complete
 
     def solved(factors: Array) -> Array:
         equations = friction_free(short(weighing(factors)).runs, motion.held).select(PAYLOAD)
-        return weighted(equations, found.estimate.weights).values
+        return weighted(equations, payload.estimate.weights).values
 
     expected = brute(solved)
     for motor, column in zip(MOTORS, expected.T, strict=True):
         gains = Gains(0.01 * np.eye(6)[motor])
-        C = error_model(found.estimate, gains).covariance - error_model(found.estimate).covariance
+        C = error_model(payload.estimate, gains).covariance - error_model(payload.estimate).covariance
         assert pytest.approx(1e-4 * np.outer(column, column), rel=1e-4, abs=1e-6 * np.abs(C).max()) == C
 
 

@@ -30,22 +30,22 @@ NOTHING = Fit(np.ones(1), np.ones(1), (1,))
 
 def refitted(problem: Equations, weights: Array) -> tuple[list[str], list[float], list[float]]:
     """Order, error's standard deviation and largest relative sigma, every set solved by ``numpy.linalg.lstsq``."""
-    kept = list(problem.columns)
+    columns = list(problem.columns)
     order: list[str] = []
     errors: list[float] = []
     largest: list[float] = []
     effective = sum(problem.effective_rows)
     while True:
-        rows = np.vstack([w * f for w, f in zip(weights, problem.select(kept).factors, strict=True)])
+        rows = np.vstack([w * f for w, f in zip(weights, problem.select(columns).factors, strict=True)])
         x = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
-        variance = float(np.sum((rows[:, -1] - rows[:, :-1] @ x) ** 2)) / (effective - len(kept))
+        variance = float(np.sum((rows[:, -1] - rows[:, :-1] @ x) ** 2)) / (effective - len(columns))
         errors.append(np.sqrt(variance))
-        if not kept:
+        if not columns:
             return order, errors, largest
         inverse = np.linalg.pinv(rows[:, :-1])
         relative = np.sqrt(variance * np.sum(inverse**2, axis=1)) / np.abs(x)
         largest.append(float(relative.max()))
-        order.append(kept.pop(int(relative.argmax())))
+        order.append(columns.pop(int(relative.argmax())))
 
 
 def check_against_refits(result: Identification) -> None:
@@ -55,11 +55,13 @@ def check_against_refits(result: Identification) -> None:
     assert path.sigma_ratio == pytest.approx(np.array(errors) / errors[0], rel=1e-10)
     assert path.largest_relative_sigma == pytest.approx([*largest, 0.0], rel=1e-10)
     for rule in (SigmaRatio(), SigmaBound(0.1)):
-        found = eliminate(result.problem, result.estimate, rule)
-        again = weighted(result.problem.select(found.essential), result.estimate.weights)
-        assert np.abs((found.estimate.values - again.values) / again.sigma).max() < 1e-10
-        assert found.estimate.covariance == pytest.approx(again.covariance, rel=1e-9, abs=1e-12 * again.sigma.max())
-        assert found.estimate.fit.relative == pytest.approx(again.fit.relative, rel=1e-12)
+        elimination = eliminate(result.problem, result.estimate, rule)
+        again = weighted(result.problem.select(elimination.essential), result.estimate.weights)
+        assert np.abs((elimination.estimate.values - again.values) / again.sigma).max() < 1e-10
+        assert elimination.estimate.covariance == pytest.approx(
+            again.covariance, rel=1e-9, abs=1e-12 * again.sigma.max()
+        )
+        assert elimination.estimate.fit.relative == pytest.approx(again.fit.relative, rel=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +121,9 @@ def test_data_without_noise(rx90: Robot) -> None:
     base = base_parameters(rx90)
     data = Simulator(rx90).measure(random_via_points(rx90, 14, seed=0).motion(100.0))
     problem = reduced_measurement(Observer(rx90, base.columns), data, Processing())
-    found = eliminate(problem, weighted(problem))
+    elimination = eliminate(problem, weighted(problem))
     truth = dict(zip(base.columns, base.value(rx90.parameters), strict=True))
-    assert {name for name, value in truth.items() if abs(value) > 1e-6} <= set(found.essential)
+    assert {name for name, value in truth.items() if abs(value) > 1e-6} <= set(elimination.essential)
 
 
 def payload_elimination(values: Array, left: tuple[str, ...], relative: float = 0.01) -> Elimination:
@@ -140,9 +142,9 @@ LEFT = ("XX_L", "YY_L", "ZZ_L", "MZ_L", "M_L")
 def test_zeros_that_a_payload_may_have(payload: InertialParameters) -> None:
     """The paper's Table 2 leaves XX, YY, ZZ, MZ and M of a disc on the flange's axis."""
     body = InertialParameters.from_com(7.0, [0.0, 0.0, 0.14], np.diag([0.02, 0.019, 0.035]))
-    found = payload_elimination(body.vector, LEFT)
-    assert found.eliminated == ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L")
-    assert impossible_payload(found) == ()
+    elimination = payload_elimination(body.vector, LEFT)
+    assert elimination.eliminated == ("XY_L", "XZ_L", "YZ_L", "MX_L", "MY_L")
+    assert impossible_payload(elimination) == ()
 
 
 @pytest.mark.parametrize("kind", ["XX", "YY", "ZZ"])
@@ -211,11 +213,11 @@ def both() -> PayloadAnswer:
 @pytest.mark.long
 def test_robot_and_payload_together(both: PayloadAnswer) -> None:
     """XX, YY, MZ and M of the payload are among the essential parameters, as in the paper."""
-    found = both.elimination
-    assert found is not None
-    assert {"XX_L", "YY_L", "MZ_L", "M_L"} <= set(found.essential)
-    assert set(found.path.order) == {*both.problem.base.columns, *PAYLOAD}
-    assert found.largest_relative_sigma <= 0.1
+    elimination = both.elimination
+    assert elimination is not None
+    assert {"XX_L", "YY_L", "MZ_L", "M_L"} <= set(elimination.essential)
+    assert set(elimination.path.order) == {*both.problem.base.columns, *PAYLOAD}
+    assert elimination.largest_relative_sigma <= 0.1
     assert all(isinstance(line, str) for line in both.warnings)
     bare = answer_payload(both.problem, (1,))
     assert bare.elimination is None

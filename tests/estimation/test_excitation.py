@@ -26,13 +26,13 @@ def test_signal_and_own_part_of_each_column() -> None:
     rows = tuple(len(Y) for Y in observation.Y)
     problem = Equations(base.columns, factors, rows, tuple(map(float, rows)))
     estimate = weighted(problem)
-    found = excitation(problem, estimate)
-    assert found.names == base.columns
-    assert np.allclose(found.independent, np.abs(estimate.values) / estimate.sigma, rtol=1e-6)
+    signals = excitation(problem, estimate)
+    assert signals.names == base.columns
+    assert np.allclose(signals.independent, np.abs(estimate.values) / estimate.sigma, rtol=1e-6)
     W = np.vstack([w * part for w, part in zip(estimate.weights, observation.W, strict=True)])
     for k in (0, 7, 20, 53):
-        assert found.share[k] == pytest.approx(_own(W, k), rel=1e-6)
-    assert (found.share <= 1.0 + 1e-9).all()
+        assert signals.share[k] == pytest.approx(_own(W, k), rel=1e-6)
+    assert (signals.share <= 1.0 + 1e-9).all()
 
 
 def _own(W: Array, k: int) -> float:
@@ -49,10 +49,10 @@ def test_robot_and_payload_together() -> None:
     bare = simulator.record(motion, None, RX90_NOISE, [4, 0])
     loaded = simulator.record(motion, paper_tables().payload, RX90_NOISE, [4, 1])
     problem = payload_problem(robot, [loaded], [bare], robust=False)
-    found = answer_payload(problem, (4,)).excitation
-    assert found is not None
-    assert found.names == (*problem.base.columns, *PAYLOAD)
-    assert found.independent[-1] > 30.0, "the mass is well seen"
+    signals = answer_payload(problem, (4,)).excitation
+    assert signals is not None
+    assert signals.names == (*problem.base.columns, *PAYLOAD)
+    assert signals.independent[-1] > 30.0, "the mass is well seen"
     assert problem.unloaded is not None
     alone = payload_problem(robot, [loaded], known=weighted(problem.unloaded), robust=False)
     assert answer_payload(alone, (1,)).excitation is None

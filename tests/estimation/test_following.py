@@ -49,16 +49,16 @@ def change(folder: Path, robot: Robot, share: float, reference: str) -> Followin
 
 @pytest.mark.parametrize(("reference", "kind"), [("qref", "following error"), ("tauref", "unpredicted torque")])
 def test_the_fall_is_the_share(tmp_path: Path, rx90: Robot, reference: str, kind: str) -> None:
-    found = change(tmp_path, rx90, 0.6, reference)
-    assert found.kind == kind
-    assert [one.name for one in found.joints] == [f"joint {j}" for j in range(2, 7)]
-    assert found.total.fall == pytest.approx(0.4, abs=0.01)
-    assert found.total.interval[0] <= 0.41
-    assert found.total.interval[1] >= 0.39
-    assert found.total.clear == "fell"
+    following = change(tmp_path, rx90, 0.6, reference)
+    assert following.kind == kind
+    assert [joint.name for joint in following.joints] == [f"joint {j}" for j in range(2, 7)]
+    assert following.total.fall == pytest.approx(0.4, abs=0.01)
+    assert following.total.interval[0] <= 0.41
+    assert following.total.interval[1] >= 0.39
+    assert following.total.clear == "fell"
     _, _, error = signals(0)
     scale = 1.0 if reference == "qref" else 1e3
-    assert found.joints[0].before == pytest.approx(scale * np.sqrt(np.mean(error[:, 1] ** 2)), rel=0.02)
+    assert following.joints[0].before == pytest.approx(scale * np.sqrt(np.mean(error[:, 1] ** 2)), rel=0.02)
 
 
 def test_a_rise_and_no_change(tmp_path: Path, rx90: Robot) -> None:

@@ -64,8 +64,8 @@ def test_intervals_hold_what_wrong_gains_do(
     hits: dict[str, list[NDArray[np.bool_]]] = {"robot": [], "robot exact": [], "payload": [], "payload exact": []}
     for run in range(RUNS):
         bare, loaded = (record(run, 0.02) for record in recorders)
-        found = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False)
-        estimate, truth = found.estimate, found.base.value(dict(source.robot.parameters))
+        identification = identify(robot, [bare], SETTINGS, gains=GAINS, robust=False)
+        estimate, truth = identification.estimate, identification.base.value(dict(source.robot.parameters))
         assert estimate.interval95_with_gains is not None
         for name, ends in (("robot", estimate.interval95_with_gains), ("robot exact", estimate.interval95)):
             hits[name].append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
@@ -103,8 +103,10 @@ def test_a_stored_robots_error_is_not_an_error_of_its_own(robot: Robot, recorder
 
 def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tuple[Record, Record]) -> None:
     bare = recorders[0](1, 0.02)
-    exact, found = (identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, Gains(common=0.03)))
-    estimate = found.estimate
+    exact, identification = (
+        identify(robot, [bare], SETTINGS, robust=True, gains=g) for g in (None, Gains(common=0.03))
+    )
+    estimate = identification.estimate
     assert estimate.sigma_by_gains == pytest.approx(0.03 * np.abs(estimate.values), rel=1e-6)
     assert estimate.total_sigma == pytest.approx(np.hypot(estimate.larger_sigma, 0.03 * np.abs(estimate.values)))
     assert np.array_equal(exact.estimate.total_sigma, exact.estimate.larger_sigma)
@@ -115,12 +117,12 @@ def test_parameters_say_what_they_owe_to_the_gains(robot: Robot, recorders: tupl
     half = (estimate.interval95_with_gains[:, 1] - estimate.interval95_with_gains[:, 0]) / 2.0
     total = np.hypot(estimate.robust.sigma, 0.03 * np.abs(estimate.values))
     assert half == pytest.approx(estimate.robust.quantile95 * total)
-    part = found.elimination.estimate
+    part = identification.elimination.estimate
     assert part.sigma_by_gains == pytest.approx(0.03 * np.abs(part.values), rel=1e-6)
-    headings = [[column.heading for column in robot_table(one).columns] for one in (exact, found)]
+    headings = [[column.heading for column in robot_table(result).columns] for result in (exact, identification)]
     assert "by gains" not in headings[0]
     assert "by gains" in headings[1]
-    notes = [" ".join(robot_notes(one)) for one in (exact, found)]
+    notes = [" ".join(robot_notes(result)) for result in (exact, identification)]
     assert "Drive gains are taken as exact: --gain-sigma" in notes[0]
     motor = "motor" if robot.coupling else "joint"
     assert f"include errors of the drive gains: 0 % per {motor} and 3 % common to all joints" in notes[1]

@@ -58,9 +58,9 @@ def test_truth_within_the_stated_sigma(currents: Callable[..., GainProblem]) -> 
     free, possible = [], []
     for seed in range(10):
         problem = replace(currents(seed), deletions=())
-        found = identify_gains(problem, known_mass(6.0))
-        free.append(np.log(found.free_values / TRUTH) / found.relative_sigma)
-        possible.append(np.log(found.values / TRUTH) / found.relative_sigma)
+        gains = identify_gains(problem, known_mass(6.0))
+        free.append(np.log(gains.free_values / TRUTH) / gains.relative_sigma)
+        possible.append(np.log(gains.values / TRUTH) / gains.relative_sigma)
     squares = np.mean(np.square(free))
     assert 0.6 < squares < 1.6, squares
     assert np.mean(np.square(possible)) < 1.5
@@ -88,9 +88,9 @@ def test_more_knowledge_makes_gains_more_certain(currents: Callable[..., GainPro
         com = tuple(BODY.com.tolist()) if count > 1 else None
         load = KnownLoad(mass=BODY.mass, com=com, inertia_com=tuple(six) if count == 10 else None)
         assert len(load.known) == count
-        found = identify_gains(replace(problem, deletions=()), load)
-        assert found.values == pytest.approx(TRUTH, rel=0.1)
-        spreads.append(found.relative_sigma)
+        gains = identify_gains(replace(problem, deletions=()), load)
+        assert gains.values == pytest.approx(TRUTH, rel=0.1)
+        spreads.append(gains.relative_sigma)
     assert (spreads[1] <= spreads[0]).all()
     assert (spreads[2] <= spreads[1]).all()
 
@@ -105,8 +105,8 @@ def test_torque_side_is_biased_low(currents: Callable[..., GainProblem]) -> None
     free = [k for k, name in enumerate(problem.equations.columns) if name != "M_L"]
     k, _ = torque_side(problem.equations.factors, free, known, None)
     assert (1.0 / k < 0.98 * TRUTH).all()
-    found = free_gains(problem.equations, problem.weights, [known_mass(6.0)])
-    assert (np.abs(np.log(1.0 / found.k / TRUTH)) < 4.0 * np.sqrt(np.diag(found.covariance))).all()
+    gains = free_gains(problem.equations, problem.weights, [known_mass(6.0)])
+    assert (np.abs(np.log(1.0 / gains.k / TRUTH)) < 4.0 * np.sqrt(np.diag(gains.covariance))).all()
 
 
 def test_gravity_decides_what_a_gain_rests_on() -> None:
@@ -177,9 +177,9 @@ def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainPro
 def test_ur10e_gains(recordings: Path) -> None:
     """The controller's own are up to 3.5 % off these: passing them through would not do."""
     robot = load_robot("ur10e")
-    ones = (1.0,) * 6
+    unit_gains = (1.0,) * 6
     pair = [
-        read_recording(recordings / "ur10e" / f"{name}.csv.gz", robot, ones)
+        read_recording(recordings / "ur10e" / f"{name}.csv.gz", robot, unit_gains)
         for name in ("unloaded", "loaded_2.805kg")
     ]
     gains = identify_gains(gain_problem(robot, pair[:1], pair[1:]), known_mass(2.805))

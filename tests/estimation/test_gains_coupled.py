@@ -92,10 +92,10 @@ def test_truth_within_the_stated_sigma(currents: Currents, name: str, spring: st
 def test_a_coupling_that_is_not_told_spoils_the_gains(currents: Currents) -> None:
     """The test above could fail: with each current taken for its joint's own, motor 5 is off by many sigma."""
     robot, (bare, loaded) = currents("rx90", "none", 0)
-    other = replace(robot, drives=replace(robot.drives, coupling=None))
-    problem = gain_problem(other, [bare], [loaded], SETTINGS)
-    found = identify_gains(replace(problem, deletions=()), known_mass(6.0))
-    assert abs(np.log(found.values / TRUTH) / found.relative_sigma)[4] > 10.0
+    uncoupled = replace(robot, drives=replace(robot.drives, coupling=None))
+    problem = gain_problem(uncoupled, [bare], [loaded], SETTINGS)
+    gains = identify_gains(replace(problem, deletions=()), known_mass(6.0))
+    assert abs(np.log(gains.values / TRUTH) / gains.relative_sigma)[4] > 10.0
 
 
 def test_words_tell_what_a_gain_rests_on() -> None:
@@ -131,7 +131,9 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
 
     def weighing(K: Array) -> PayloadProblem:
         assert robot.coupling is not None
-        before, after = (replace(one, torque=robot.coupling.joint_torques(one.torque * K)) for one in later)
+        before, after = (
+            replace(recording, torque=robot.coupling.joint_torques(recording.torque * K)) for recording in later
+        )
         return payload_problem(robot, [after], [before], None, SETTINGS, robust=False)
 
     at_once = weighing(gains.values)
@@ -141,12 +143,12 @@ def test_how_sure_they_are_reaches_the_payload(currents: Currents) -> None:
     unsure = Gains(identified=gains.larger_relative_covariance.tolist())
     for method in (1, 2, 3, 4):
         free = identify_payload(at_once, method)
-        values = [method_of(method)(one).values(free.estimate.weights) for one in shifted]
+        values = [method_of(method)(moved_problem).values(free.estimate.weights) for moved_problem in shifted]
         J = (np.column_stack(values) - free.estimate.values[:, None]) / 1e-5
-        told, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
-        share = told.result.free.covariance - exact.result.free.covariance
+        with_gains, exact = (constrain_payload(free, gains=g) for g in (unsure, None))
+        share = with_gains.result.free.covariance - exact.result.free.covariance
         expected = J @ gains.larger_relative_covariance @ J.T
         assert share == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
-        assert np.abs((free.estimate.values - BODY.vector) / told.result.free.sigma).max() < 3.5
-        low, high = told.intervals.parameters[9]
+        assert np.abs((free.estimate.values - BODY.vector) / with_gains.result.free.sigma).max() < 3.5
+        low, high = with_gains.intervals.parameters[9]
         assert low <= BODY.mass <= high

@@ -57,6 +57,6 @@ def test_wrong_columns_of_time_are_told(
 @pytest.mark.parametrize("seed", every(5, range(20, 30)))
 def test_good_recordings_are_answered_as_far_as_they_determine(seed: int) -> None:
     """Ten of the benchmark's two hundred; more would take too long here."""
-    one = verdicts.run(seed)
-    assert one.level == one.expected, one.text
-    assert abs(one.mass_error) < 0.06
+    trial = verdicts.run(seed)
+    assert trial.level == trial.expected, trial.text
+    assert abs(trial.mass_error) < 0.06

@@ -57,7 +57,7 @@ def test_the_pairs_joints_do_not_weigh_the_same(answer: PayloadAnswer) -> None:
 
     The intervals, wider by the joints' shares, allow for it.
     """
-    mass = {one.joints: one.mass for one in answer.by_joints.masses}
+    mass = {group.joints: group.mass for group in answer.by_joints.masses}
     arm, wrist = mass[1, 2, 3], mass[4, 5, 6]
     assert arm is not None
     assert wrist is not None

@@ -29,10 +29,10 @@ def npz(problem: Equations, tmp_path: Path) -> Path:
 
 def test_rows_weigh_by_noise_and_independence(problem: Equations, npz: Path) -> None:
     noise = np.array([2.0, 0.5])
-    found = read_information(npz, noise)
+    information = read_information(npz, noise)
     expected = sum(0.8 * f[:, :3].T @ f[:, :3] / s**2 for f, s in zip(problem.factors, noise, strict=True))
-    assert found.columns == COLUMNS
-    assert np.allclose(found.factor.T @ found.factor, expected)
+    assert information.columns == COLUMNS
+    assert np.allclose(information.factor.T @ information.factor, expected)
     plain = read_information(npz, None).factor
     assert np.allclose(plain.T @ plain, sum(0.8 * f[:, :3].T @ f[:, :3] for f in problem.factors))
     with pytest.raises(InputError, match="2 joints, not 3"):
@@ -82,19 +82,19 @@ def test_payload_with_the_robot_known(problem: Equations, tmp_path: Path) -> Non
     factor = np.asarray(np.linalg.qr(draw.standard_normal((60, 12)), mode="r"))
     Equations(("ZZ1", *PAYLOAD), (factor,), (60,), (60.0,)).save(tmp_path / "p.npz")
     names = tuple("abcdefghij")
-    found = read_information(tmp_path / "p.npz", None).of_payload(names)
-    assert found.columns == names
-    assert np.allclose(found.factor.T @ found.factor, factor[:, 1:11].T @ factor[:, 1:11])
+    information = read_information(tmp_path / "p.npz", None).of_payload(names)
+    assert information.columns == names
+    assert np.allclose(information.factor.T @ information.factor, factor[:, 1:11].T @ factor[:, 1:11])
     problem.save(tmp_path / "r.npz")
     with pytest.raises(InputError, match="have no payload"):
         read_information(tmp_path / "r.npz", None).of_payload(names)
 
 
 def test_files_that_are_neither(tmp_path: Path) -> None:
-    other = tmp_path / "x.txt"
-    other.write_text("hello")
+    text_file = tmp_path / "x.txt"
+    text_file.write_text("hello")
     with pytest.raises(InputError, match="neither an NPZ nor a JSON"):
-        recorded_noise(other)
+        recorded_noise(text_file)
     with pytest.raises(InputError, match="no such file"):
         read_information(tmp_path / "none.npz", None)
     bad = tmp_path / "bad.npz"

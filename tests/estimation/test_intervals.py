@@ -71,7 +71,7 @@ CASES: dict[str, tuple[InertialParameters, list[Constraint]]] = {
 def test_cvxpy_finds_the_same_ends(body: InertialParameters, constraints: list[Constraint]) -> None:
     """The ten; com by Dinkelbach's method; the largest inertia at the com, which is a concave maximum."""
     estimate = near(body, 3)
-    found = profile_intervals(solve_constrained(estimate, constraints))
+    intervals = profile_intervals(solve_constrained(estimate, constraints))
     x, rules = in_cvxpy(estimate, constraints)
 
     def largest(objective: Any) -> float:
@@ -79,18 +79,18 @@ def test_cvxpy_finds_the_same_ends(body: InertialParameters, constraints: list[C
         return float(value)
 
     for k, sigma in enumerate(estimate.sigma):
-        assert found.parameters[k, 0] == pytest.approx(-largest(-x[k] / sigma) * sigma, abs=2e-4 * sigma)
-        assert found.parameters[k, 1] == pytest.approx(largest(x[k] / sigma) * sigma, abs=2e-4 * sigma)
+        assert intervals.parameters[k, 0] == pytest.approx(-largest(-x[k] / sigma) * sigma, abs=2e-4 * sigma)
+        assert intervals.parameters[k, 1] == pytest.approx(largest(x[k] / sigma) * sigma, abs=2e-4 * sigma)
     for axis in (0, 2):
         ratio = 0.0
         for _ in range(4):
             largest(100.0 * (x[6 + axis] - ratio * x[9]))
             ratio = float(x.value[6 + axis] / x.value[9])
-        assert found.com[axis, 1] == pytest.approx(ratio, abs=1e-6)
+        assert intervals.com[axis, 1] == pytest.approx(ratio, abs=1e-6)
     for k, place, others in ((0, 0, (7, 8)), (2, 5, (6, 7))):
         squares = cvxpy.quad_over_lin(cvxpy.hstack([x[o] for o in others]), x[9])
         highest = largest(100.0 * (x[place] - squares)) / 100.0
-        assert found.inertia_com[k, k, 1] == pytest.approx(highest, abs=2e-3 * estimate.sigma[place])
+        assert intervals.inertia_com[k, k, 1] == pytest.approx(highest, abs=2e-3 * estimate.sigma[place])
 
 
 @pytest.mark.long
@@ -116,14 +116,16 @@ def test_no_body_of_the_set_lies_outside() -> None:
 def test_without_active_constraint_they_are_the_usual_ones() -> None:
     estimate = near(CUBE, 1)
     estimate = replace(estimate, covariance=1e-4 * estimate.covariance, values=CUBE.vector)
-    found = profile_intervals(solve_constrained(estimate))
+    intervals = profile_intervals(solve_constrained(estimate))
     half = np.sqrt(WIDENING) * T * estimate.sigma
-    assert np.abs(found.parameters - CUBE.vector[:, None] - half[:, None] * [-1.0, 1.0]).max() < 1e-3 * half.min()
+    assert (
+        np.abs(intervals.parameters - CUBE.vector[:, None] - half[:, None] * [-1.0, 1.0]).max() < 1e-3 * half.min()
+    )
     h, m = slice(6, 9), 9
     gradient = np.zeros((3, 10))
     gradient[:, h], gradient[:, m] = np.eye(3) / CUBE.mass, -CUBE.com / CUBE.mass
     sigma = np.sqrt(np.diag(gradient @ estimate.covariance @ gradient.T))
-    assert np.ptp(found.com, axis=1) == pytest.approx(2.0 * np.sqrt(WIDENING) * T * sigma, rel=1e-3)
+    assert np.ptp(intervals.com, axis=1) == pytest.approx(2.0 * np.sqrt(WIDENING) * T * sigma, rel=1e-3)
 
 
 def linear(change: Callable[[Array], Array]) -> Array:
@@ -141,10 +143,10 @@ def test_units_and_frames_do_not_matter(seed: int) -> None:
     estimate = near(DISC, seed)
     plain = ends_of(DISC, estimate, np.eye(10))
     units = np.array([1e9] * 6 + [1e6] * 3 + [1e3])
-    other = ends_of(DISC, estimate, np.diag(units))
-    assert np.abs(other.parameters / units[:, None] - plain.parameters).max() < 1e-5
-    assert other.com / 1e3 == pytest.approx(plain.com, abs=1e-6)
-    assert other.principal_moments / 1e9 == pytest.approx(plain.principal_moments, abs=1e-5)
+    in_units = ends_of(DISC, estimate, np.diag(units))
+    assert np.abs(in_units.parameters / units[:, None] - plain.parameters).max() < 1e-5
+    assert in_units.com / 1e3 == pytest.approx(plain.com, abs=1e-6)
+    assert in_units.principal_moments / 1e9 == pytest.approx(plain.principal_moments, abs=1e-5)
     turn = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
     turn *= np.linalg.det(turn)
     moved = ends_of(DISC, estimate, linear(lambda x: InertialParameters(x).moved(turn, [0.1, -0.2, 0.05]).vector))
@@ -167,9 +169,9 @@ def test_they_hold_the_truth(body: InertialParameters, active: bool) -> None:
         scale = draw.chisquare(DOF) / DOF
         result = solve_constrained(replace(estimate, values=values, covariance=scale * estimate.covariance))
         held_back += bool(result.active)
-        found = profile_intervals(result)
-        upper = found.inertia_com[np.triu_indices(3)]
-        ends = np.vstack([found.parameters, found.com, upper, found.principal_moments])
+        intervals = profile_intervals(result)
+        upper = intervals.inertia_com[np.triu_indices(3)]
+        ends = np.vstack([intervals.parameters, intervals.com, upper, intervals.principal_moments])
         holds.append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
     share = np.mean(holds, axis=0)
     assert (held_back > 40) if active else (held_back < 20)
@@ -188,17 +190,17 @@ def test_eliminated_parameters_are_certain() -> None:
         values=full.values[places],
         covariance=full.covariance[np.ix_(places, places)],
     )
-    found = profile_intervals(solve_constrained(part))
-    assert (found.parameters[[1, 2, 4, 6, 7]] == 0.0).all()
-    assert (found.com[:2] == 0.0).all()
-    assert (np.ptp(found.parameters[places], axis=1) > 0.0).all()
-    assert np.ptp(found.inertia_com[0, 1]) == 0.0
+    intervals = profile_intervals(solve_constrained(part))
+    assert (intervals.parameters[[1, 2, 4, 6, 7]] == 0.0).all()
+    assert (intervals.com[:2] == 0.0).all()
+    assert (np.ptp(intervals.parameters[places], axis=1) > 0.0).all()
+    assert np.ptp(intervals.inertia_com[0, 1]) == 0.0
 
 
 def test_a_payload_that_may_weigh_nothing_has_no_com() -> None:
     estimate = near(CUBE, 1)
     faint = replace(estimate, values=1e-3 * estimate.values)
-    found = profile_intervals(solve_constrained(faint))
-    assert found.parameters[9, 0] == pytest.approx(0.0, abs=1e-6)
-    assert np.isinf(found.com).all()
-    assert np.isinf(found.principal_moments).all()
+    intervals = profile_intervals(solve_constrained(faint))
+    assert intervals.parameters[9, 0] == pytest.approx(0.0, abs=1e-6)
+    assert np.isinf(intervals.com).all()
+    assert np.isinf(intervals.principal_moments).all()

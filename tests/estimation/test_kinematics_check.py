@@ -114,7 +114,7 @@ def test_a_right_log_is_taken_as_it_stands(right: KinematicsCheck) -> None:
     """Gravity does not see joint 1: its other zeros are listed as alike, and none is suggested."""
     assert right.suggested is None
     assert right.ranked[0].reading == RIGHT
-    assert {(k, 0, 0, 0, 0, 0) for k in (1, 2, 3)} <= {one.reading.quarters for one in right.alike}
+    assert {(k, 0, 0, 0, 0, 0) for k in (1, 2, 3)} <= {candidate.reading.quarters for candidate in right.alike}
     assert len(right.ranked) > 100
 
 
@@ -128,19 +128,19 @@ def test_noise_of_the_torque_is_not_motion(log: Recording) -> None:
 @pytest.mark.parametrize("truth", SPOILT.values(), ids=SPOILT.keys())
 def test_suggestion_restores_the_log(log: Recording, right: KinematicsCheck, truth: Reading) -> None:
     """It explains the torques as well as the right reading does: what it leaves open, no torque tells."""
-    found = rank_readings(load_robot("rx90"), [spoilt(log, truth)], PLAIN)
-    assert found.suggested is not None
-    assert found.suggested.residual == pytest.approx(right.as_recorded.residual, rel=0.02)
+    ranking = rank_readings(load_robot("rx90"), [spoilt(log, truth)], PLAIN)
+    assert ranking.suggested is not None
+    assert ranking.suggested.residual == pytest.approx(right.as_recorded.residual, rel=0.02)
     # What is left out or added moves no more than what can be told.
-    assert found.suggested.reading.order == truth.order
-    assert found.suggested.reading.torque == truth.torque
+    assert ranking.suggested.reading.order == truth.order
+    assert ranking.suggested.reading.torque == truth.torque
 
 
 def test_a_sign_that_two_joints_may_have_is_told_of_both(log: Recording) -> None:
     """Torques 5 and 6 of the RX90 are coupled: which of them is turned round, noise alone decides."""
     turned = [replace(RIGHT, torque=tuple(-1 if k == j else 1 for k in range(6))) for j in (4, 5)]
-    found = rank_readings(load_robot("rx90"), [spoilt(log, turned[0])], PLAIN)
-    best = [one for one in (found.ranked[0], *found.alike) if one.reading in turned]
+    ranking = rank_readings(load_robot("rx90"), [spoilt(log, turned[0])], PLAIN)
+    best = [candidate for candidate in (ranking.ranked[0], *ranking.alike) if candidate.reading in turned]
     assert len(best) == 2
     assert best[0].residual == pytest.approx(best[1].residual, rel=0.01)
 
@@ -152,9 +152,9 @@ def test_real_recordings(recordings: Path) -> None:
     log = read_recording(recordings / "ur10e/unloaded.csv.gz", robot, GAINS)
     assert rank_readings(robot, [log]).suggested is None
     turned = replace(RIGHT, sign=(1, 1, -1, 1, 1, 1))
-    found = rank_readings(robot, [spoilt(log, turned)]).suggested
-    assert found is not None
-    assert found.reading == turned
+    suggestion = rank_readings(robot, [spoilt(log, turned)]).suggested
+    assert suggestion is not None
+    assert suggestion.reading == turned
 
 
 @pytest.mark.long
@@ -163,10 +163,10 @@ def test_poses_tell_readings(moves: Array) -> None:
     robot = load_robot("irb120")
     positions, _ = logged(robot, moves)
     q = spoilt(Recording(np.arange(float(len(moves))), moves, moves), truth).q
-    found = rank_readings_by_pose(robot, q, positions)
-    assert found.suggested is not None
-    assert found.suggested.residual < 1e-6
-    R = found.suggested.reading
+    ranking = rank_readings_by_pose(robot, q, positions)
+    assert ranking.suggested is not None
+    assert ranking.suggested.residual < 1e-6
+    R = ranking.suggested.reading
     again = check_pose(robot, R.positions(q), positions)
     assert again.rms < 1e-6
 

@@ -35,27 +35,27 @@ def test_a_column_held_tightly_is_zero_and_held_loosely_is_free() -> None:
         (1e7, by_hand(STACKED[:, :4], STACKED[:, 4])[:3]),
         (0.3, by_hand(np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / 0.3]]]), np.append(STACKED[:, 4], 0.0))[:3]),
     ):
-        held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
-        assert held.values(WEIGHTS) == pytest.approx(expected, abs=1e-9)
-        assert held.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
+        problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
+        assert problem.values(WEIGHTS) == pytest.approx(expected, abs=1e-9)
+        assert problem.solved(WEIGHTS).values == pytest.approx(expected, abs=1e-9)
 
 
 def test_what_a_held_column_lasts_is_its_influence() -> None:
     """The values move by as much as the level they are held at; no block of time shows that level."""
     sigma = 0.3
-    held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
+    problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma)})
     A = np.vstack([STACKED[:, :4], [[0, 0, 0, 1 / sigma]]])
     moved = by_hand(A, np.append(0.0 * STACKED[:, 4], 1.0 / sigma))[:3]
-    assert held.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
+    assert problem.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
 
 
 def test_a_held_column_counts_for_as_much_as_rows_that_remember_allow() -> None:
     """Data that are worth four times less leave the prior four times the weight; it errs no more than it did."""
     sigma, doubled = 0.3, np.vstack([STACKED[:, :4], [[0, 0, 0, 2.0 / 0.3]]])
-    held = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma, 4.0)})
-    assert held.values(WEIGHTS) == pytest.approx(by_hand(doubled, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
+    problem = LinearProblem(EQUATIONS, NAMES[:3], held={"D": Held(sigma, 4.0)})
+    assert problem.values(WEIGHTS) == pytest.approx(by_hand(doubled, np.append(STACKED[:, 4], 0.0))[:3], abs=1e-9)
     moved = by_hand(doubled, np.append(0.0 * STACKED[:, 4], 2.0 / sigma))[:3]
-    assert held.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
+    assert problem.lasting(WEIGHTS) == pytest.approx(sigma**2 * np.outer(moved, moved), rel=1e-9)
 
 
 def test_errors_that_remember_by_hand() -> None:
@@ -67,8 +67,8 @@ def test_errors_that_remember_by_hand() -> None:
         W, Y = rows(k)[:, :4], rows(k)[:, 4]
         size = float(np.sum((Y - W @ x) ** 2)) / (40 * (1.0 - 4 / 80))
         middle += memory[k] * weight**4 * size * W.T @ W
-    found = LinearProblem(EQUATIONS, NAMES).remembered(WEIGHTS, memory)
-    assert found == pytest.approx(inverse @ middle @ inverse, rel=1e-9)
+    covariance = LinearProblem(EQUATIONS, NAMES).remembered(WEIGHTS, memory)
+    assert covariance == pytest.approx(inverse @ middle @ inverse, rel=1e-9)
 
 
 def test_known_columns_bring_their_covariance_and_their_gains() -> None:
@@ -87,8 +87,8 @@ def test_known_columns_bring_their_covariance_and_their_gains() -> None:
     for joint in range(2):
         louder = [factor.copy() for factor in EQUATIONS.factors]
         louder[joint][:, -1] *= 2.0
-        other = known._replace(values=known.values + own[:, joint])
-        changed = LinearProblem(replace(EQUATIONS, factors=tuple(louder)), NAMES[:2], (other,))
+        moved_known = known._replace(values=known.values + own[:, joint])
+        changed = LinearProblem(replace(EQUATIONS, factors=tuple(louder)), NAMES[:2], (moved_known,))
         step = changed.values(WEIGHTS) - estimate.values
         assert estimate.gain_sensitivity[:, joint] == pytest.approx(step, abs=1e-9)
     blind = LinearProblem(EQUATIONS, NAMES[:2], (known._replace(gain_sensitivity=lambda: None),))

@@ -19,16 +19,16 @@ Parameters = Callable[[Robot, int], dict[str, float]]
 
 def exact(base: BaseParameters, values: dict[str, float], sigma: float = 0.1) -> Estimate:
     """Base parameters as they are, each with the same standard deviation."""
-    C, one = sigma**2 * np.eye(len(base.columns)), np.ones(1)
-    return Estimate(base.columns, base.value(values), C, np.inf, Fit(one, one, (1,)), one)
+    C, unit = sigma**2 * np.eye(len(base.columns)), np.ones(1)
+    return Estimate(base.columns, base.value(values), C, np.inf, Fit(unit, unit, (1,)), unit)
 
 
 def numbers(robot: Robot, names: tuple[str, ...], x: Array) -> Array:
     """All links' body numbers, one after the other."""
-    found = []
+    values = []
     for body in bodies_in_link_frames(robot, dict(zip(names, x.tolist(), strict=True))).values():
-        found += [body.mass, *body.com, *body.inertia_com[np.triu_indices(3)]]
-    return np.array(found)
+        values += [body.mass, *body.com, *body.inertia_com[np.triu_indices(3)]]
+    return np.array(values)
 
 
 def check(robot: Robot, values: dict[str, float]) -> WholeRobot:
@@ -64,9 +64,9 @@ def check(robot: Robot, values: dict[str, float]) -> WholeRobot:
                 [-1.96 * label.sigma, 1.96 * label.sigma], rel=1e-3, abs=1e-9
             )
     own = origins(robot, base)
-    told = {name: label for link in result.links for name, label in link.parameters.items()}
-    assert {name: label.origin for name, label in told.items()} == own
-    assert {name: label.value for name, label in told.items()} == values
+    by_name = {name: label for link in result.links for name, label in link.parameters.items()}
+    assert {name: label.origin for name, label in by_name.items()} == own
+    assert {name: label.value for name, label in by_name.items()} == values
     return result
 
 

@@ -36,12 +36,12 @@ def pair(
     simulated: Callable[[str], Simulator], wander: Callable[..., Motion], payload: InertialParameters
 ) -> list[Recording]:
     """Without and with payload, noise, uneven time, on clocks that differ."""
-    motion, found = wander(6, 4, points=40, rate=125.0), []
+    motion, recordings = wander(6, 4, points=40, rate=125.0), []
     for k, load in enumerate((None, payload)):
         exact = simulated("ur10e").record(motion, load, [1.0] * 6, k)
         jitter = np.random.default_rng(k).uniform(-0.001, 0.001, len(exact.t))
-        found.append(Recording(exact.t + jitter + 1.3 * k, exact.q, exact.torque, motion.qd, f"log {k}"))
-    return found
+        recordings.append(Recording(exact.t + jitter + 1.3 * k, exact.q, exact.torque, motion.qd, f"log {k}"))
+    return recordings
 
 
 def test_the_filter_is_scipys(short: None) -> None:
@@ -56,9 +56,11 @@ def test_interpolation_is_that_of_all_samples(short: None, pair: list[Recording]
     recording = pair[0]
     for count in (200, 4000):
         t = np.linspace(recording.t[0], recording.t[-1], count)
-        found = on_grid(recording, t)
-        assert np.allclose(found.q, PchipInterpolator(recording.t, recording.q, axis=0)(t), rtol=0, atol=1e-14)
-        assert np.allclose(found.torque, PchipInterpolator(recording.t, recording.torque, axis=0)(t), rtol=1e-12)
+        resampled = on_grid(recording, t)
+        assert np.allclose(resampled.q, PchipInterpolator(recording.t, recording.q, axis=0)(t), rtol=0, atol=1e-14)
+        assert np.allclose(
+            resampled.torque, PchipInterpolator(recording.t, recording.torque, axis=0)(t), rtol=1e-12
+        )
 
 
 def test_identification(
@@ -91,10 +93,12 @@ def test_payload(
 
     def answer() -> tuple[list[np.ndarray], str, float]:
         problem = payload_problem(robot, pair[1:], pair[:1], None, SETTINGS, robust=True)
-        found = answer_payload(problem)
-        numbers = [one.estimate.values for one in found.estimates]
-        spreads = [one.estimate.robust.sigma for one in found.estimates if one.estimate.robust is not None]
-        return [*numbers, *spreads], found.verdict.level, problem.pairs[0].lag
+        result = answer_payload(problem)
+        numbers = [estimate.estimate.values for estimate in result.estimates]
+        spreads = [
+            estimate.estimate.robust.sigma for estimate in result.estimates if estimate.estimate.robust is not None
+        ]
+        return [*numbers, *spreads], result.verdict.level, problem.pairs[0].lag
 
     whole, level, lag = answer()
     assert len(whole) == 8

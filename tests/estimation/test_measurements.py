@@ -36,8 +36,8 @@ def test_each_recording_is_filtered_once(recordings: list[Recording], monkeypatc
 
 def test_other_settings_filter_anew(recordings: list[Recording]) -> None:
     first = measurement(recordings[0], SETTINGS)
-    for other in (replace(SETTINGS, cutoff=6.0), replace(SETTINGS, rate=80.0)):
-        assert measurement(recordings[0], other) is not first
+    for settings in (replace(SETTINGS, cutoff=6.0), replace(SETTINGS, rate=80.0)):
+        assert measurement(recordings[0], settings) is not first
 
 
 def test_what_is_made_of_a_recording_goes_with_it(recordings: list[Recording]) -> None:

@@ -64,18 +64,18 @@ def test_friction_behind_link_side_sensors(
     rubbing = replace(plain, drives=replace(plain.drives, friction=True))
     simulator, motion = simulator_of(rubbing), wander(6, 4)
     bare, loaded = simulator.record(motion, None, [0.1] * 6, 1), simulator.record(motion, payload, [0.1] * 6, 2)
-    one, other = (
+    first, second = (
         answer_payload(payload_problem(robot, [loaded], [bare], robust=False)) for robot in (rubbing, plain)
     )
-    assert one.robot_fit is not None
-    assert other.robot_fit is not None
-    assert one.robot_fit.relative < 0.3 * other.robot_fit.relative
-    assert one.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
-    notes = " ".join(recommended_notes(one))
+    assert first.robot_fit is not None
+    assert second.robot_fit is not None
+    assert first.robot_fit.relative < 0.3 * second.robot_fit.relative
+    assert first.recommended.mass == pytest.approx(payload.mass, rel=2e-3)
+    notes = " ".join(recommended_notes(first))
     assert "Scales of the torque sensors are taken as exact: --gain-sigma" in notes
     assert "rive gains" not in notes
-    told = gain_error_notes(plain, Gains((0.01,)))
-    assert told == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
+    gain_notes = gain_error_notes(plain, Gains((0.01,)))
+    assert gain_notes == ["Intervals include errors of the scales of the torque sensors: 1 % per joint."]
 
 
 def test_robust_covariance_moves_along(
@@ -128,21 +128,23 @@ def test_moving_the_flange_moves_a_weighing(rx90: Robot, joints: tuple[int, ...]
     if len(joints) > 1:
         same_but_for_the_frame(plain, moved)
         return
-    seen = [6, 7]  # MX and MY turn into each other
-    turn = frame_change(tool.inverse())[np.ix_(seen, seen)]
-    np.testing.assert_allclose(moved.ten[seen], turn @ plain.ten[seen], atol=1e-9)
+    columns = [6, 7]  # MX and MY turn into each other
+    turn = frame_change(tool.inverse())[np.ix_(columns, columns)]
+    np.testing.assert_allclose(moved.ten[columns], turn @ plain.ten[columns], atol=1e-9)
     assert np.isfinite(moved.ten).tolist() == np.isfinite(plain.ten).tolist()
 
 
 def same_but_for_the_frame(plain: PayloadAnswer, moved: PayloadAnswer) -> None:
     T = frame_change(TOOL.inverse())
-    one, other = plain.free.estimate, moved.free.estimate
-    for a, b in ((one, other), (one.robust, other.robust)):
+    plain_estimate, moved_estimate = plain.free.estimate, moved.free.estimate
+    for a, b in ((plain_estimate, moved_estimate), (plain_estimate.robust, moved_estimate.robust)):
         assert a is not None
         assert b is not None
         C = T @ a.covariance @ T.T
         np.testing.assert_allclose(b.covariance, C, atol=1e-8 * np.abs(C).max())
-    np.testing.assert_allclose(other.values, T @ one.values, atol=1e-6 * other.sigma.min())
+    np.testing.assert_allclose(
+        moved_estimate.values, T @ plain_estimate.values, atol=1e-6 * moved_estimate.sigma.min()
+    )
     # The possible payload goes by the formula's correlations and the jackknife's deviations of each axis' own.
     assert moved.mass == pytest.approx(plain.mass, abs=0.01 * plain.spread.mass)
     for drawn, again in zip(plain.predictions, moved.predictions, strict=True):

@@ -57,9 +57,9 @@ def test_exact_data_give_the_payload(
 ) -> None:
     simulator = simulated(name)
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
-    found = identify_payload(problem, method)
-    assert (np.abs(found.estimate.values - payload.vector) < 1e-6 * scale(payload)).all()
-    assert found.frame == simulator.robot.payload_frame
+    answer = identify_payload(problem, method)
+    assert (np.abs(answer.estimate.values - payload.vector) < 1e-6 * scale(payload)).all()
+    assert answer.frame == simulator.robot.payload_frame
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -73,8 +73,8 @@ def test_exact_data_with_a_spring(
     spring = Spring(joint=2, stiffness=2e4, length=0.2, arms=(0.3, 0.1), zero=0.1)
     simulator = Simulator(replace(robot, drives=replace(robot.drives, spring=spring)))
     problem = problem_of(simulator.robot, [exact_pair(simulator)])
-    found = identify_payload(problem, method).estimate.values
-    assert (np.abs(found - payload.vector) < 1e-6 * scale(payload)).all()
+    values = identify_payload(problem, method).estimate.values
+    assert (np.abs(values - payload.vector) < 1e-6 * scale(payload)).all()
     blind = replace(problem_of(robot, [exact_pair(simulator)]), robot=robot)
     assert weighted(blind.unloaded).fit.relative > 0.01 if blind.unloaded else False
 
@@ -85,9 +85,9 @@ def test_order_of_recordings_does_not_matter(
 ) -> None:
     simulator = simulated("rx90")
     pairs = [exact_pair(simulator, seed) for seed in (0, 1)]
-    one = identify_payload(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
-    other = identify_payload(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
-    assert np.allclose(one, other, rtol=0.0, atol=1e-8)
+    forward = identify_payload(problem_of(simulator.robot, pairs, 0.0), method).estimate.values
+    backward = identify_payload(problem_of(simulator.robot, pairs[::-1], 0.0), method).estimate.values
+    assert np.allclose(forward, backward, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -110,8 +110,8 @@ def test_no_payload_is_found_where_there_is_none(
 ) -> None:
     simulator = simulated("ur10e")
     bare = simulator.measure(wander(6, 3))
-    found = identify_payload(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
-    assert np.abs(found).max() < 1e-8
+    values = identify_payload(problem_of(simulator.robot, [(bare, bare)]), method).estimate.values
+    assert np.abs(values).max() < 1e-8
 
 
 def test_method_2_reduces_to_the_paper_on_the_rx90(

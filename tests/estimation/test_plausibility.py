@@ -115,6 +115,6 @@ def test_jumps_saturation_and_torques_out_of_an_arms_reach(rx90: Robot, wander: 
 
 
 def test_one_recording_with_and_without_payload(wander: Wander) -> None:
-    one = recording(wander(6, 0))
+    single = recording(wander(6, 0))
     with pytest.raises(InputError, match="with payload holds the same numbers as"):
-        check_apart([one], [recording(wander(6, 1)), one])
+        check_apart([single], [recording(wander(6, 1)), single])

@@ -24,24 +24,26 @@ def recorded(seed: int, loaded: int) -> Recording:
 
 def test_residuals_are_those_of_the_fit() -> None:
     """By W of the held-out recording, and by its triangular factor."""
-    used, other = recorded(0, False), recorded(1, False)
-    result = identify(ROBOT, [used], validation=[other], robust=False)
-    found = robot_prediction(ROBOT, result.base, result.estimate.values, other, ROBOT.processing, True)
+    used, second = recorded(0, False), recorded(1, False)
+    result = identify(ROBOT, [used], validation=[second], robust=False)
+    prediction = robot_prediction(ROBOT, result.base, result.estimate.values, second, ROBOT.processing, True)
     (same,) = result.predictions
-    assert np.array_equal(same.measured[0], found.measured[0])
+    assert np.array_equal(same.measured[0], prediction.measured[0])
     assert same.held_out
     assert result.validation is not None
-    assert np.allclose(found.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
-    check = base_problem(ROBOT, result.base, [other], ROBOT.processing)
-    assert np.allclose(found.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6)
-    assert found.worst == int(np.argmax(result.validation.relative_per_joint))
-    assert found.held_out
-    assert not found.loaded
+    assert np.allclose(prediction.relative_per_joint, result.validation.relative_per_joint, rtol=1e-6)
+    check = base_problem(ROBOT, result.base, [second], ROBOT.processing)
+    assert np.allclose(
+        prediction.relative_per_joint, fit(check, result.estimate.values).relative_per_joint, rtol=1e-6
+    )
+    assert prediction.worst == int(np.argmax(result.validation.relative_per_joint))
+    assert prediction.held_out
+    assert not prediction.loaded
 
 
 def test_payload_explains_loaded_torques() -> None:
-    bare, loaded, other, fresh = (recorded(seed, load) for seed, load in ((0, 0), (0, 1), (1, 0), (1, 1)))
-    answer = answer_payload(payload_problem(ROBOT, [loaded], [bare], robust=False), held_out=[other])
+    bare, loaded, bare_again, fresh = (recorded(seed, load) for seed, load in ((0, 0), (0, 1), (1, 0), (1, 1)))
+    answer = answer_payload(payload_problem(ROBOT, [loaded], [bare], robust=False), held_out=[bare_again])
     first, second = answer.predictions
     assert (first.held_out, first.loaded, second.held_out, second.loaded) == (True, False, False, True)
     held_out = answer.prediction(fresh, True)
@@ -61,7 +63,7 @@ def test_autocorrelation_of_known_series() -> None:
     t = np.arange(n) * np.float64(0.01)
     rho = autocorrelation(t, series, 0.01, 5)
     assert rho == pytest.approx(a ** np.arange(6), abs=0.03)
-    kept = rng.random(n) < 0.7
-    assert autocorrelation(t[kept], series[kept], 0.01, 5) == pytest.approx(rho, abs=0.03)
+    mask = rng.random(n) < 0.7
+    assert autocorrelation(t[mask], series[mask], 0.01, 5) == pytest.approx(rho, abs=0.03)
     assert autocorrelation(t, 0.0 * series, 0.01, 2).tolist() == [1.0, 0.0, 0.0]
     assert autocorrelation(t[:0], series[:0], 0.01, 2).tolist() == [1.0, 0.0, 0.0]

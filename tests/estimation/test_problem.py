@@ -52,10 +52,10 @@ def test_order_of_rows_does_not_matter_and_merging_is_stacking() -> None:
         for s in (slice(None, 90), slice(90, None))
     ]
     whole = weighted(reduced(data))
-    for other in (weighted(reduced(shuffled)), weighted(merged(reduced(half) for half in halves))):
-        assert np.allclose(whole.values, other.values, rtol=1e-10, atol=1e-12)
-        assert np.allclose(whole.covariance, other.covariance, rtol=1e-8)
-        assert whole.fit.rows == other.fit.rows
+    for again in (weighted(reduced(shuffled)), weighted(merged(reduced(half) for half in halves))):
+        assert np.allclose(whole.values, again.values, rtol=1e-10, atol=1e-12)
+        assert np.allclose(whole.covariance, again.covariance, rtol=1e-8)
+        assert whole.fit.rows == again.fit.rows
 
 
 def test_ordinary_least_squares_and_its_statistics() -> None:
@@ -140,11 +140,11 @@ def test_fewer_samples_than_parameters_are_refused() -> None:
 
 def test_validation_is_the_residual_on_other_data() -> None:
     x = ordinary(reduced(observation(9))).values
-    other = observation(10)
-    check = fit(reduced(other), x)
-    errors = [np.linalg.norm(Y - W @ x) for W, Y in zip(other.W, other.Y, strict=True)]
+    second = observation(10)
+    check = fit(reduced(second), x)
+    errors = [np.linalg.norm(Y - W @ x) for W, Y in zip(second.W, second.Y, strict=True)]
     assert np.allclose(check.error_norms, errors)
-    assert np.allclose(check.relative_per_joint, errors / np.array([np.linalg.norm(Y) for Y in other.Y]))
+    assert np.allclose(check.relative_per_joint, errors / np.array([np.linalg.norm(Y) for Y in second.Y]))
 
 
 def test_selecting_columns() -> None:

@@ -35,8 +35,8 @@ def ur10e_pair(folder: Path, processing: Processing) -> PayloadProblem:
 
 
 def ur10e_identified(folder: Path, processing: Processing) -> Identification:
-    unloaded, other = (ur10e_recording(folder, name) for name in ("unloaded", "validation_unloaded"))
-    return identify(load_robot("ur10e"), [unloaded], processing, validation=[other], robust=False)
+    unloaded, validation = (ur10e_recording(folder, name) for name in ("unloaded", "validation_unloaded"))
+    return identify(load_robot("ur10e"), [unloaded], processing, validation=[validation], robust=False)
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +83,8 @@ def test_ur10e_stiction_shows_on_point_to_point_motion(recordings: Path, ur10e_r
     from dynident.estimation.robot import base_problem
 
     robot = load_robot("ur10e")
-    other = ur10e_recording(recordings, "validation_point_to_point")
-    check = fit(base_problem(robot, ur10e_robot.base, [other], ALL_ROWS), ur10e_robot.estimate.values)
+    recording = ur10e_recording(recordings, "validation_point_to_point")
+    check = fit(base_problem(robot, ur10e_robot.base, [recording], ALL_ROWS), ur10e_robot.estimate.values)
     assert check.relative == pytest.approx(0.0428, abs=0.002)
     assert check.relative_per_joint[5] > 0.3
 

@@ -29,8 +29,8 @@ def test_ur10e_of_dynamic_calibration(tmp_path: Path) -> None:
     recording = read_recording(tmp_path / "ur.csv", load_robot("ur10e"), [2.0] * 6, how)
     assert recording.qd is not None
     assert np.allclose(recording.t, table[:, 0], atol=1e-4)
-    for mine, first, factor in ((recording.q, 1, 1.0), (recording.qd, 7, 1.0), (recording.torque, 13, 2.0)):
-        assert np.allclose(mine, factor * table[:, first : first + 6], atol=2e-4)
+    for signal, first, factor in ((recording.q, 1, 1.0), (recording.qd, 7, 1.0), (recording.torque, 13, 2.0)):
+        assert np.allclose(signal, factor * table[:, first : first + 6], atol=2e-4)
 
 
 def test_ur10e_recipe_gives_the_known_recording(tmp_path: Path, recordings: Path) -> None:
@@ -74,8 +74,8 @@ def test_panda(tmp_path: Path) -> None:
     robot = Robot("seven", tuple(Joint(alpha=1.0) for _ in range(7)))
     recording = read_recording(tmp_path, robot, None, read_log_map(FOLDER / "panda_dyn_model.toml"))
     assert recording.qd is not None
-    for mine, name in ((recording.q, "positions"), (recording.qd, "velocity"), (recording.torque, "torques")):
-        assert np.allclose(mine, values[name], atol=1e-5)
+    for signal, name in ((recording.q, "positions"), (recording.qd, "velocity"), (recording.torque, "torques")):
+        assert np.allclose(signal, values[name], atol=1e-5)
 
 
 def test_ur_rtde(tmp_path: Path) -> None:

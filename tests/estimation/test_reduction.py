@@ -43,9 +43,9 @@ def same(a: Equations, b: Equations) -> None:
     """Equal rows, and estimates equal to a millionth of sigma."""
     assert (a.columns, a.rows) == (b.columns, b.rows)
     assert a.effective_rows == pytest.approx(b.effective_rows)
-    one, other = weighted(a), weighted(b)
-    assert (np.abs(one.values - other.values) < 1e-6 * one.sigma).all()
-    assert np.allclose(one.sigma, other.sigma, rtol=1e-9)
+    first, second = weighted(a), weighted(b)
+    assert (np.abs(first.values - second.values) < 1e-6 * first.sigma).all()
+    assert np.allclose(first.sigma, second.sigma, rtol=1e-9)
 
 
 @pytest.mark.parametrize("decimate", [1, 5])

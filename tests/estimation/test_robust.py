@@ -62,8 +62,8 @@ def test_fixed_weights_repeat_the_result(method: int, problem: PayloadProblem) -
     estimate = METHODS[method](problem).solved()
     fixed = METHODS[method](replace(problem, robot_weights=tuple(weighted(problem.unloaded).weights)))
     assert np.allclose(fixed.values(estimate.weights), estimate.values, rtol=1e-12)
-    other = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
-    assert not np.allclose(fixed.values(other), estimate.values, rtol=1e-6)
+    weights = estimate.weights * np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
+    assert not np.allclose(fixed.values(weights), estimate.values, rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -61,7 +61,7 @@ def results(exact: list[Recording]) -> list[Identification]:
 def observed(result: Identification, recordings: list[Recording]) -> list[Observation]:
     """The equations of recordings, each held whole."""
     observer, processing = Observer(result.robot, result.base.columns), result.robot.processing
-    return [observer.observe(measurement(one, processing), processing) for one in recordings]
+    return [observer.observe(measurement(recording, processing), processing) for recording in recordings]
 
 
 def test_intervals_hold_under_noise_that_remembers(results: list[Identification]) -> None:
@@ -73,8 +73,8 @@ def test_intervals_hold_under_noise_that_remembers(results: list[Identification]
     for result in results:
         wide = result.estimate.robust_interval95
         assert wide is not None
-        for found, interval in ((formula, result.estimate.interval95), (robust, wide)):
-            found.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
+        for hits, interval in ((formula, result.estimate.interval95), (robust, wide)):
+            hits.append((interval[:, 0] <= truth) & (truth <= interval[:, 1]))
     assert np.mean(formula) < 0.82
     assert 0.90 <= np.mean(robust) <= 0.99
 
@@ -83,10 +83,12 @@ def test_essential_parameters_have_their_own(exact: list[Recording], results: li
     """By solving again with the essential parameters alone, each block gone in turn, weights fixed."""
     result = results[0]
     whole = observed(result, noisy(exact, 0))
-    equations = merged(reduced(one) for one in whole)
-    opened = [[one] for one in whole]
+    equations = merged(reduced(recording) for recording in whole)
+    opened = [[recording] for recording in whole]
     length = length_by_residuals([left_over(opened, equations)])
-    blocks = in_blocks(equations, opened, [block_edges(one, length) for one in whole], length).without_blocks()
+    blocks = in_blocks(
+        equations, opened, [block_edges(recording, length) for recording in whole], length
+    ).without_blocks()
     estimate = result.elimination.estimate
     assert len(estimate.names) < 54
     values = [weighted(part.select(estimate.names), estimate.weights).values for part in blocks]
@@ -104,14 +106,14 @@ def test_distance_and_probability_go_by_robust_deviations(results: list[Identifi
     assert estimate.robust is not None
     shifted = replace(estimate, values=estimate.values - 3.0 * estimate.sigma)
     wide = replace(shifted, robust=replace(estimate.robust, covariance=4.0 * estimate.robust.covariance))
-    one, other = (solve_constrained_base(robot, base, e) for e in (shifted, wide))
-    assert one.chi2_rise > 1.0
-    assert other.chi2_rise == pytest.approx(one.chi2_rise / 4.0, rel=1e-3)
-    assert np.abs((other.values - one.values) / estimate.robust.sigma).max() < 1e-2
-    assert np.allclose(one.free.sigma, estimate.robust.sigma)
-    assert one.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
+    plain, wider = (solve_constrained_base(robot, base, e) for e in (shifted, wide))
+    assert plain.chi2_rise > 1.0
+    assert wider.chi2_rise == pytest.approx(plain.chi2_rise / 4.0, rel=1e-3)
+    assert np.abs((wider.values - plain.values) / estimate.robust.sigma).max() < 1e-2
+    assert np.allclose(plain.free.sigma, estimate.robust.sigma)
+    assert plain.free.degrees_of_freedom == estimate.robust.degrees_of_freedom
     prior = solve_constrained_prior(robot, base, shifted, robot_prior(robot))
-    assert prior.nearest.chi2_rise == pytest.approx(one.chi2_rise, rel=1e-6)
+    assert prior.nearest.chi2_rise == pytest.approx(plain.chi2_rise, rel=1e-6)
 
 
 def test_pieces_of_a_recording_are_the_recording(

@@ -44,9 +44,9 @@ def test_a_jog_to_the_start_gives_no_rows() -> None:
     motion = moved(0.05, 0.05)
     speeds = np.array(motion.qd)
     speeds[:50], speeds[50:150] = 0.5, 0.0
-    kept = kept_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
-    assert not kept[:150].any()
-    assert kept[150:, 0].all()
+    rows = kept_rows(Motion(motion.t, motion.q, speeds, motion.qdd), Processing())
+    assert not rows[:150].any()
+    assert rows[150:, 0].all()
 
 
 def test_the_larger_bound_of_share_and_speed_counts() -> None:

@@ -59,14 +59,14 @@ def test_windows(
     answers = windows(pair, length, starts)
     off = np.array([answer.mass / MASS - 1.0 for answer in answers])
     assert np.abs(off).max() <= within
-    held = [answer.mass_interval[0] <= MASS <= answer.mass_interval[1] for answer in answers]
-    assert sum(held) >= len(held) - 1
+    hits = [answer.mass_interval[0] <= MASS <= answer.mass_interval[1] for answer in answers]
+    assert sum(hits) >= len(hits) - 1
 
 
 def test_joints_do_not_weigh_the_same(pair: tuple[Recording, Recording, float]) -> None:
     """The wrist shows several percent more than the arm: gains and friction."""
     (answer,) = windows(pair, 45.0, [4.0])
-    masses = {one.name: one.mass for one in answer.by_joints.masses}
+    masses = {group.name: group.mass for group in answer.by_joints.masses}
     arm, wrist = masses["joints 1-3"], masses["joints 4-6"]
     assert arm is not None
     assert wrist is not None

@@ -51,11 +51,11 @@ def rows_out(whole: Equations, part: Equations) -> Array:
     return np.asarray(np.subtract(whole.rows, part.rows), dtype=float)
 
 
-def same_equations(one: Equations, other: Equations) -> None:
+def same_equations(first: Equations, second: Equations) -> None:
     """The factors' Gram matrices are equal to rounding, and so are the numbers of rows."""
-    assert (one.columns, one.rows) == (other.columns, other.rows)
-    assert one.effective_rows == pytest.approx(other.effective_rows)
-    for a, b in zip(one.factors, other.factors, strict=True):
+    assert (first.columns, first.rows) == (second.columns, second.rows)
+    assert first.effective_rows == pytest.approx(second.effective_rows)
+    for a, b in zip(first.factors, second.factors, strict=True):
         gram = b.T @ b
         size = np.sqrt(np.outer(np.diag(gram), np.diag(gram)))
         assert (np.abs(a.T @ a - gram) <= 1e-12 * size).all()
@@ -64,7 +64,7 @@ def same_equations(one: Equations, other: Equations) -> None:
 def block_length(groups: list[list[Observation]]) -> float:
     """Block length [s] of recordings of one load each."""
     return length_by_residuals(
-        [left_over([[one] for one in group], merged(map(reduced, group))) for group in groups]
+        [left_over([[part] for part in group], merged(map(reduced, group))) for group in groups]
     )
 
 

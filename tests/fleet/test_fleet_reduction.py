@@ -53,18 +53,18 @@ def contents(folder: Path) -> dict[str, bytes]:
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Three good recordings, and every kind of wrong one; the working folder."""
     place = tmp_path_factory.mktemp("fleet")
-    given = tmp_path_factory.mktemp("given")
-    unpack(given)
-    source = given / "rx_arm_unloaded.csv"
+    source_folder = tmp_path_factory.mktemp("given")
+    unpack(source_folder)
+    source = source_folder / "rx_arm_unloaded.csv"
     header, rows = source.read_text().partition("\n")[0], np.loadtxt(source, delimiter=",", skiprows=1)
     with contextlib.chdir(place):
         for seed, name in enumerate((*GOOD, "turned/2026-01-01.csv")):
             noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
-            made = rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0)))
+            table = rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0)))
             if name.startswith("turned"):
-                made[60, 0] = made[50, 0]
+                table[60, 0] = table[50, 0]
             Path(name).parent.mkdir(exist_ok=True)
-            np.savetxt(name, made, delimiter=",", header=header, comments="", fmt="%.9g")
+            np.savetxt(name, table, delimiter=",", header=header, comments="", fmt="%.9g")
         Path("b/2026-01-02.csv").write_bytes(Path(GOOD[0]).read_bytes())
         Path("b/2026-01-03.csv").write_bytes(Path(GOOD[0]).read_bytes()[:2000])
         Path("b/2026-13-01.csv").write_bytes(Path(GOOD[0]).read_bytes() + b"\n")

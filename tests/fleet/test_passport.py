@@ -104,15 +104,15 @@ def test_the_answer_by_the_passport_alone(name: str, folder: Path) -> None:
     assert first.get("verdict", first.get("reasons_against_use")) == again.get(
         "verdict", again.get("reasons_against_use")
     )
-    mine, theirs = numbers(again), numbers(first)
+    from_passport, theirs = numbers(again), numbers(first)
     of_samples = ("lag", "max_position_mismatch", "gain_sigma.notes")
-    assert not [key for key in set(mine) ^ set(theirs) if not any(word in key for word in of_samples)]
-    shared = [key for key in theirs if key in mine]
+    assert not [key for key in set(from_passport) ^ set(theirs) if not any(word in key for word in of_samples)]
+    shared = [key for key in theirs if key in from_passport]
     assert len(shared) > 100
     apart = {
-        key: (mine[key], theirs[key])
+        key: (from_passport[key], theirs[key])
         for key in shared
-        if abs(mine[key] - theirs[key]) > 1e-12 + 1e-9 * abs(theirs[key])
+        if abs(from_passport[key] - theirs[key]) > 1e-12 + 1e-9 * abs(theirs[key])
     }
     assert not apart
 
@@ -150,9 +150,9 @@ def test_a_passport_opens_fast(robots: list[RobotPassport], tmp_path: Path) -> N
 
 def test_other_recipes_robots_and_arms_do_not_merge(robots: list[RobotPassport]) -> None:
     first, second = robots
-    other = replace(second, recipe=Recipe("identify", replace(first.robot.processing, cutoff=3.0)))
+    third = replace(second, recipe=Recipe("identify", replace(first.robot.processing, cutoff=3.0)))
     with pytest.raises(InputError, match=r"different recipes \(processing\)"):
-        fleet.merged_passports([first, other])
+        fleet.merged_passports([first, third])
     with pytest.raises(InputError, match="different robots"):
         fleet.merged_passports([first, replace(second, robot=second.robot.with_offsets(True))])
     with pytest.raises(InputError, match=r"of arm 'A', .* of 'B'"):
@@ -188,6 +188,6 @@ def test_what_agrees_merges(robots: list[RobotPassport], tmp_path: Path) -> None
     first, second = robots
     merged = fleet.merged_passports([first, second])
     assert [log.name for log in merged.logs] == [first.name, second.name]
-    one, both = free_estimate(fleet.answered(first)), free_estimate(fleet.answered(merged))
-    np.testing.assert_allclose(both.values, one.values, rtol=1e-8)
-    assert len(numbers_of(fleet.answered(merged))) == len(one.names)
+    alone, both = free_estimate(fleet.answered(first)), free_estimate(fleet.answered(merged))
+    np.testing.assert_allclose(both.values, alone.values, rtol=1e-8)
+    assert len(numbers_of(fleet.answered(merged))) == len(alone.names)

@@ -135,16 +135,16 @@ def test_a_wrong_robot_name_in_the_table_is_told_with_the_right_one(folder: Path
     whose: dict[str, list[fleet.RobotPassport]] = {}
     events = {str(arm["arm"]): arm["event"] for arm in truth(folder)}
     quiet = [arm for arm, event in events.items() if event is None]
-    other = next(arm for arm, event in events.items() if isinstance(event, dict) and event["what"] == "wear")
+    worn = next(arm for arm, event in events.items() if isinstance(event, dict) and event["what"] == "wear")
     for row, passport in store.passports():
         assert isinstance(passport, fleet.RobotPassport)
         whose.setdefault(row.about["arm"], []).append(passport)
-    mine, wrong = whose[quiet[0]], whose[other][1]
-    assert arm_of(mine).exchange is None
+    own, wrong = whose[quiet[0]], whose[worn][1]
+    assert arm_of(own).exchange is None
     about = {**wrong.about, "arm": quiet[0], "day": "2026-01-20"}
-    found = fleet.fleet_of([arm_of([*mine, replace(wrong, about=about)]), arm_of(whose[other])])
-    (exchange,) = found.exchanges
-    assert (exchange.arm, exchange.day, exchange.alone, exchange.like) == (quiet[0], "2026-01-20", True, other)
+    history = fleet.fleet_of([arm_of([*own, replace(wrong, about=about)]), arm_of(whose[worn])])
+    (exchange,) = history.exchanges
+    assert (exchange.arm, exchange.day, exchange.alone, exchange.like) == (quiet[0], "2026-01-20", True, worn)
 
 
 @pytest.mark.long

@@ -37,7 +37,7 @@ def passport(tmp_path_factory: pytest.TempPathFactory) -> RobotPassport:
 
 
 @pytest.fixture(scope="module")
-def found(passport: RobotPassport) -> fleet.Fleet:
+def history(passport: RobotPassport) -> fleet.Fleet:
     """Three arms: friction of joint 2 larger by half since three nights; a payload that was not told; neither."""
     draw, base = np.random.default_rng(3), passport.base
     values, noise = weighted(passport.equations).values, 0.2 * noise_of(passport)
@@ -49,53 +49,53 @@ def found(passport: RobotPassport) -> fleet.Fleet:
             now_values = np.array(values)
             if arm == "worn" and night >= NIGHTS - 3:
                 now_values[base.columns.index("FS2")] *= 1.5
-            told = "2" if arm == "laden" and night == 5 else "0"
+            mass = "2" if arm == "laden" and night == 5 else "0"
             if arm == "laden" and night in (5, NIGHTS - 1):
                 now_values = now_values + 2.0 * lump
             about = {
                 "arm": arm,
                 "day": f"2026-01-{night + 1:02d}",
                 "temperature": f"{20 + night % 4}",
-                "payload": told,
+                "payload": mass,
             }
             nights.append(drawn(passport, now_values, noise, draw, f"{arm}{night}", about))
         arms.append(arm_of(nights[::-1]))
     return fleet_of(arms)
 
 
-def test_what_changed_is_named_and_nothing_else(found: fleet.Fleet) -> None:
-    assert {(alarm.arm, alarm.quantity) for alarm in found.alarms} == {("worn", "FS2"), ("laden", MASS)}
-    worn = next(alarm for alarm in found.alarms if alarm.arm == "worn")
-    laden = next(alarm for alarm in found.alarms if alarm.arm == "laden")
+def test_what_changed_is_named_and_nothing_else(history: fleet.Fleet) -> None:
+    assert {(alarm.arm, alarm.quantity) for alarm in history.alarms} == {("worn", "FS2"), ("laden", MASS)}
+    worn = next(alarm for alarm in history.alarms if alarm.arm == "worn")
+    laden = next(alarm for alarm in history.alarms if alarm.arm == "laden")
     assert (worn.since, worn.new) == (NIGHTS - 3, False)
     assert abs(worn.step - 0.5) < 4.0 * worn.sigma
     assert (laden.since, laden.new) == (NIGHTS - 1, True)
     assert abs(laden.step - 2.0) < 4.0 * laden.sigma
 
 
-def test_a_payload_that_was_told_is_no_change(found: fleet.Fleet) -> None:
-    laden = next(arm for arm in found.arms if arm.name == "laden")
-    told = laden.nights[5]
-    assert told.told == 2.0
-    assert abs(told.numbers[MASS].value) < 5.0 * told.numbers[MASS].sigma
+def test_a_payload_that_was_told_is_no_change(history: fleet.Fleet) -> None:
+    laden = next(arm for arm in history.arms if arm.name == "laden")
+    night = laden.nights[5]
+    assert night.told == 2.0
+    assert abs(night.numbers[MASS].value) < 5.0 * night.numbers[MASS].sigma
 
 
-def test_the_page_names_it(found: fleet.Fleet, tmp_path: Path) -> None:
-    page = report.fleet_page(found, {"bad.csv": "time runs back"}, Provenance("dynident", now()))
+def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
+    page = report.fleet_page(history, {"bad.csv": "time runs back"}, Provenance("dynident", now()))
     report.write_report(tmp_path / "fleet.html", page)
     text = (tmp_path / "fleet.html").read_text()
     assert all(words in text for words in ("worn", "laden", "still", "Coulomb friction 2", "time runs back"))
-    document = fleet_document(found, {"bad.csv": "time runs back"})
-    assert [alarm.new for alarm in document.alarms] == [alarm.new for alarm in found.alarms]
-    assert len(document.last) == len(found.series)
+    document = fleet_document(history, {"bad.csv": "time runs back"})
+    assert [alarm.new for alarm in document.alarms] == [alarm.new for alarm in history.alarms]
+    assert len(document.last) == len(history.series)
 
 
 def test_drawn_equations_spread_as_their_covariance(passport: RobotPassport) -> None:
     """Mean and standard deviation of the estimates of drawn recordings, against the formula's."""
     draw, values, noise = np.random.default_rng(0), weighted(passport.equations).values, noise_of(passport)
     weights = 1.0 / noise
-    made = [drawn(passport, values, noise, draw, "x", {}) for _ in range(60)]
-    estimates = [weighted(one.equations, weights) for one in made]
+    passports = [drawn(passport, values, noise, draw, "x", {}) for _ in range(60)]
+    estimates = [weighted(sample.equations, weights) for sample in passports]
     spread = np.std([estimate.values for estimate in estimates], axis=0, ddof=1) / estimates[0].sigma
     sigma = float(np.sqrt(np.mean(spread**2)))
     rows, effective, c = passport.equations.equations, sum(passport.equations.effective_rows), len(values)

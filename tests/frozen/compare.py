@@ -49,8 +49,8 @@ def differences(run: Run, old: Frozen, new: Frozen) -> list[Row]:
         if run.search:
             rows += _searched(name, before, after)
         else:
-            found = changes(before, after, SCORE) if run.score else changes(before, after)
-            rows += [Row(name, *change) for change in found]
+            run_changes = changes(before, after, SCORE) if run.score else changes(before, after)
+            rows += [Row(name, *change) for change in run_changes]
     return rows
 
 

@@ -53,35 +53,35 @@ class Change(NamedTuple):
 
 def leaves(document: Any, path: str = "") -> Leaves:
     """All leaves of a document; long lists and matrices thinned, with their shape."""
-    found: Leaves = {}
+    entries: Leaves = {}
     if isinstance(document, dict):
         for key, value in document.items():
-            found |= leaves(value, _join(path, key))
-        return found or {path: "{}"}
+            entries |= leaves(value, _join(path, key))
+        return entries or {path: "{}"}
     if not isinstance(document, list):
         return {path: _shortened(document)}
     if _is_matrix(document) and len(document) * len(document[0]) > _MANY:
         rows, columns = len(document), len(document[0])
-        found[_join(path, "shape")] = f"{rows} x {columns}"
+        entries[_join(path, "shape")] = f"{rows} x {columns}"
         step = -(-rows // _MANY)
-        return found | {
+        return entries | {
             f"{path}/{i}/{i % columns}": _shortened(document[i][i % columns]) for i in range(0, rows, step)
         }
     step = 1
     if len(document) > _MANY and not isinstance(document[0], dict | list):
         step = -(-len(document) // _MANY)
-        found[_join(path, "shape")] = str(len(document))
+        entries[_join(path, "shape")] = str(len(document))
     for i in range(0, len(document), step):
-        found |= leaves(document[i], _join(path, str(i)))
-    return found or {path: "[]"}
+        entries |= leaves(document[i], _join(path, str(i)))
+    return entries or {path: "[]"}
 
 
 def changes(old: Leaves, new: Leaves, share: float = FREE) -> list[Change]:
     """Leaves that differ by more than they may, those that are gone, and new ones."""
-    found = []
+    rows = []
     for path, was in old.items():
         if path not in new:
-            found.append(Change(path, was, "(gone)", "exact"))
+            rows.append(Change(path, was, "(gone)", "exact"))
         elif not path.endswith(_UNCERTAIN_TIMES):
             now = new[path]
             if was is now or (type(was) is type(now) and was == now):
@@ -89,10 +89,10 @@ def changes(old: Leaves, new: Leaves, share: float = FREE) -> list[Change]:
             if isinstance(was, float) and isinstance(now, float | int) and not isinstance(now, bool):
                 allowed = tolerance(path, old, share)
                 if not abs(now - was) <= allowed:
-                    found.append(Change(path, was, now, f"±{allowed:.1e}"))
+                    rows.append(Change(path, was, now, f"±{allowed:.1e}"))
             elif not _same_words(was, now):
-                found.append(Change(path, was, now, "exact"))
-    return found + [Change(path, "(not there)", now, "exact") for path, now in new.items() if path not in old]
+                rows.append(Change(path, was, now, "exact"))
+    return rows + [Change(path, "(not there)", now, "exact") for path, now in new.items() if path not in old]
 
 
 def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
@@ -101,7 +101,7 @@ def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
     parts = path.split("/")
     estimate = _estimate(parts, frozen)
     sigma = _sigma(parts, frozen)
-    if any(other.startswith(_BY_TURNS) for other in frozen):
+    if any(sibling.startswith(_BY_TURNS) for sibling in frozen):
         return ITERATED[0] * sigma if sigma else ITERATED[1] * _size(parts, frozen)
     solved = _solved(parts, frozen)
     if solved and any(name in parts for name in _MADE_ZERO):
@@ -132,9 +132,9 @@ def _estimate(parts: list[str], frozen: Leaves) -> str:
     method = frozen.get(f"estimates/{parts[1]}/method")
     for path, value in frozen.items():
         if path.startswith("estimates/") and path.endswith("/estimator") and value == "wls":
-            mine = path.removesuffix("/estimator")
-            if frozen.get(f"{mine}/method") == method:
-                return mine
+            stem = path.removesuffix("/estimator")
+            if frozen.get(f"{stem}/method") == method:
+                return stem
     return ""
 
 
@@ -148,9 +148,9 @@ def _sigma(parts: list[str], frozen: Leaves) -> float | None:
             if part.startswith("interval95"):
                 name = "sigma"
             for end in range(len(place), i, -1) if name else ():
-                found = _number(frozen, "/".join([*place[:i], str(name), *place[i + 1 : end]]))
-                if found:
-                    return found
+                sigma = _number(frozen, "/".join([*place[:i], str(name), *place[i + 1 : end]]))
+                if sigma:
+                    return sigma
     return None
 
 

@@ -41,9 +41,9 @@ def test_runs_without_a_compiler_give_what_is_frozen(tmp_path: Path) -> None:
     environment.pop("DYNIDENT_DATA", None)
     program = [sys.executable, "-m", "dynident.tests.frozen.freeze", "--into", str(tmp_path)]
     subprocess.run(program, check=True, env=environment, capture_output=True)
-    found = [run for run in RUNS if (tmp_path / f"{run.name}.json").exists()]
-    texts = [told(run, rows) for run in found if (rows := differences(run, read(run), read(run, tmp_path)))]
-    assert found
+    frozen_runs = [run for run in RUNS if (tmp_path / f"{run.name}.json").exists()]
+    texts = [told(run, rows) for run in frozen_runs if (rows := differences(run, read(run), read(run, tmp_path)))]
+    assert frozen_runs
     assert not texts, "\n\n".join(texts)
 
 

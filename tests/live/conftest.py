@@ -15,7 +15,7 @@ def play() -> Iterator[Play]:
     """Starts players, and ends them."""
     with ExitStack() as players:
 
-        def start(**asked: Any) -> Played:
-            return players.enter_context(playing(**asked))
+        def start(**options: Any) -> Played:
+            return players.enter_context(playing(**options))
 
         yield start

@@ -12,17 +12,17 @@ from typing import Any
 class Played:
     """A player's process: its ports, and what it tells."""
 
-    def __init__(self, **asked: Any) -> None:
-        command = [sys.executable, "-S", str(Path(__file__).with_name("player.py")), json.dumps(asked)]
+    def __init__(self, **options: Any) -> None:
+        command = [sys.executable, "-S", str(Path(__file__).with_name("player.py")), json.dumps(options)]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.port, self.script_port = self.next()["ports"]
-        self.host = str(asked.get("host", "127.0.0.1"))
+        self.host = str(options.get("host", "127.0.0.1"))
 
     def next(self) -> dict[str, Any]:
         """What it tells next; waits for it."""
         assert self._process.stdout is not None
-        told: dict[str, Any] = json.loads(self._process.stdout.readline())
-        return told
+        event: dict[str, Any] = json.loads(self._process.stdout.readline())
+        return event
 
     def events(self) -> list[dict[str, Any]]:
         """All that it has told; ends it."""
@@ -40,9 +40,9 @@ class Played:
 
 
 @contextmanager
-def playing(**asked: Any) -> Iterator[Played]:
+def playing(**options: Any) -> Iterator[Played]:
     """A player within a block."""
-    player = Played(**asked)
+    player = Played(**options)
     try:
         yield player
     finally:

@@ -45,22 +45,22 @@ PROGRAM = re.compile(
 class Player:
     """What is played, and what the other side did."""
 
-    def __init__(self, **asked: Any) -> None:
-        self.rate: float = asked.get("rate", 125.0)
-        self.pace = asked.get("pace", 1.0)
-        self.fault = asked.get("fault", "")
-        self.after: int = asked.get("after", 0)
-        self.cuts = list(asked.get("cuts", ()))
-        self.absent = set(asked.get("absent", ()))
-        self.major = asked.get("major", 5)
-        self.seconds = asked.get("seconds", math.inf)
-        self.recorded = recorded(asked["play"]) if "play" in asked else None
+    def __init__(self, **options: Any) -> None:
+        self.rate: float = options.get("rate", 125.0)
+        self.pace = options.get("pace", 1.0)
+        self.fault = options.get("fault", "")
+        self.after: int = options.get("after", 0)
+        self.cuts = list(options.get("cuts", ()))
+        self.absent = set(options.get("absent", ()))
+        self.major = options.get("major", 5)
+        self.seconds = options.get("seconds", math.inf)
+        self.recorded = recorded(options["play"]) if "play" in options else None
         self.payload = [0.0] * 10
         self.sent = 0
         self.lock = threading.Lock()
-        self.host = asked.get("host", "127.0.0.1")
-        self.rtde = socket.create_server((self.host, asked.get("port", 0)))
-        self.script = socket.create_server((self.host, asked.get("script_port", 0)))
+        self.host = options.get("host", "127.0.0.1")
+        self.rtde = socket.create_server((self.host, options.get("port", 0)))
+        self.script = socket.create_server((self.host, options.get("script_port", 0)))
         if self.fault == "refused":
             self.rtde.close()
         if self.fault == "refuses scripts":

@@ -54,9 +54,9 @@ def test_what_is_sent_is_what_is_written(rate: int, play: Play, tmp_path: Path) 
         np.testing.assert_allclose(log[f"actual_qd_{j}"], turn * np.cos(turn * t), atol=1e-12)
     np.testing.assert_allclose(log["actual_current_as_torque_2"], 6.0 * np.sin(0.7 * t), atol=1e-12)
     assert (log["joint_temperatures_5"] == 35.0).all()
-    asked = player.events()[0]
-    assert asked["rate"] == 500.0
-    assert set(asked["fields"]) == set(live.FIELDS)
+    request = player.events()[0]
+    assert request["rate"] == 500.0
+    assert set(request["fields"]) == set(live.FIELDS)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.csv.gz", "a.parquet"])
@@ -91,8 +91,8 @@ BEFORE: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("name", BEFORE)
 def test_faults_before_the_first_sample(name: str, play: Play, tmp_path: Path, capsys: Any) -> None:
-    asked, why = BEFORE[name]
-    player, threads, begin = play(**asked), threading.active_count(), time.monotonic()
+    options, why = BEFORE[name]
+    player, threads, begin = play(**options), threading.active_count(), time.monotonic()
     assert record(player, tmp_path / "a.csv") == 2
     assert time.monotonic() - begin < 5.0
     err = capsys.readouterr().err
@@ -226,10 +226,10 @@ def test_cut_at_any_byte(play: Play, tmp_path: Path) -> None:
 def test_packets_are_whole_wherever_they_are_cut(cut: int) -> None:
     data = packets.packed(packets.DATA, b"12345") + packets.packed(packets.PAUSE, b"\x01")
     buffer = bytearray(data[:cut])
-    found = packets.split(buffer)
+    pieces = packets.split(buffer)
     buffer += data[cut:]
-    found += packets.split(buffer)
-    assert found == [(packets.DATA, b"12345"), (packets.PAUSE, b"\x01")]
+    pieces += packets.split(buffer)
+    assert pieces == [(packets.DATA, b"12345"), (packets.PAUSE, b"\x01")]
     assert not buffer
 
 

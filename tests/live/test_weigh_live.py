@@ -76,10 +76,10 @@ def test_the_window_is_the_problem_of_weigh(empty: Empty) -> None:
     factors = merged(reduced(block.equations) for block in window.blocks)
     run = Run("blocks", factors)
     short = own.short
-    other = weighing_problem(
+    problem = weighing_problem(
         window.robot, own.base, [run], short.joints, short.held, short.torque_rms, None, window.known
     )
-    free = estimation.identify_payload(other, 1).estimate
+    free = estimation.identify_payload(problem, 1).estimate
     weighed = window.weighed()
     assert weighed.mass == pytest.approx(free["M_L"], rel=1e-9)
     np.testing.assert_allclose(weighed.com * weighed.mass, free.values[6:9], rtol=1e-9)
@@ -120,11 +120,11 @@ def test_what_the_gains_alone_forbid_is_said(empty: Empty) -> None:
 def test_a_change_is_told_once_and_an_empty_robot_is_left_alone(empty: Empty) -> None:
     first, second = recorded(empty.simulator, 4), recorded(empty.simulator, 5, BOX)
     weighing = LiveWeighing(MovingWindow(empty.robot, empty.known))
-    told = [one for one in weighing.feed(first) if one.change]
-    assert not told
+    alarms = [news for news in weighing.feed(first) if news.change]
+    assert not alarms
     whole = LiveWeighing(MovingWindow(empty.robot, empty.known))
     both = after(first, second)
-    (change,) = [one.change for one in whole.feed(both) if one.change]
+    (change,) = [news.change for news in whole.feed(both) if news.change]
     put_on = float(first.t[-1]) + 0.5
     assert put_on - 1.0 <= change.time < put_on + 2.0
     assert change.low < 6.0 < change.high
@@ -154,9 +154,9 @@ def test_half_a_kilogram_is_told_within_three_seconds_of_motion(name: str) -> No
             assert recording.qd is not None
             portion = Recording(recording.t[part], recording.q[part], recording.torque[part], recording.qd[part])
             list(weighing.feed(portion))
-    ((change, told),) = weighing.changes
+    ((change, at),) = weighing.changes
     assert bare.t[-1] - 1.0 <= change.time
-    assert told <= bare.t[-1] + 0.5 + 3.5  # a block of 1 s, and the filter's margin behind it
+    assert at <= bare.t[-1] + 0.5 + 3.5  # a block of 1 s, and the filter's margin behind it
     assert change.low < 0.5 < change.high
 
 
@@ -242,14 +242,14 @@ def test_live_from_the_player(ur10e: Path, recordings: Path, play: Play, capsys:
     """Until the mass is known to 200 g; and a line that is cut ends in what was known, with status 2."""
     log = str(recordings / "ur10e/loaded_2.805kg.csv.gz")
     before = threading.active_count()
-    asked = ("--live", "ur", "--until", "200g")
-    assert weigh(ur10e, *asked, *play(play=log, pace=8.0).address) == 0
+    options = ("--live", "ur", "--until", "200g")
+    assert weigh(ur10e, *options, *play(play=log, pace=8.0).address) == 0
     low, high = json.loads((ur10e / "answer.json").read_text())["interval95_kg"]
     assert high - low <= 0.4
     assert low < 2.805 < high
     begin = time.monotonic()
     cut = play(play=log, pace=20.0, fault="closed", after=1500)
-    assert weigh(ur10e, *asked[:2], *cut.address) == 2
+    assert weigh(ur10e, *options[:2], *cut.address) == 2
     assert time.monotonic() - begin < 60.0
     out, err = capsys.readouterr()
     assert "closed the connection" in err

@@ -39,15 +39,15 @@ def plain_regressor(robot: Robot, q: Array, qd: Array, qdd: Array) -> Array:
 
 
 def _frames(joint: Joint, q: Array) -> tuple[Array, Array]:
-    (ca, sa), one = cos_sin(joint.alpha), np.ones(len(q))
+    (ca, sa), unit = cos_sin(joint.alpha), np.ones(len(q))
     if joint.revolute:
         co, so = cos_sin(joint.theta)
         ct, st = np.cos(q) * co - np.sin(q) * so, np.sin(q) * co + np.cos(q) * so
     else:
-        ct, st = (value * one for value in cos_sin(joint.theta))
+        ct, st = (value * unit for value in cos_sin(joint.theta))
     r = joint.r if joint.revolute else joint.r + q
-    R = np.array([[ct, -st, 0 * one], [ca * st, ca * ct, -sa * one], [sa * st, sa * ct, ca * one]])
-    return R.transpose(2, 0, 1), np.stack([joint.d * one, -sa * r * one, ca * r * one], axis=1)
+    R = np.array([[ct, -st, 0 * unit], [ca * st, ca * ct, -sa * unit], [sa * st, sa * ct, ca * unit]])
+    return R.transpose(2, 0, 1), np.stack([joint.d * unit, -sa * r * unit, ca * r * unit], axis=1)
 
 
 def _into(R: Array, v: Array) -> Array:

@@ -70,8 +70,8 @@ def test_groupings_of_the_rx90(rx90: Robot, groupings: Groupings, drives: Drives
     base = base_parameters(with_drives(rx90, drives) if drives else rx90)
     assert len(groupings) == 15
     for name, column, row in zip(base.names, base.columns, base.grouping, strict=True):
-        found = {base.standard[k]: row[k] for k in np.flatnonzero(row)}
-        assert found == pytest.approx(groupings.get(name, {column: 1.0}), abs=1e-10), name
+        grouping = {base.standard[k]: row[k] for k in np.flatnonzero(row)}
+        assert grouping == pytest.approx(groupings.get(name, {column: 1.0}), abs=1e-10), name
 
 
 def test_groupings_as_text(rx90: Robot) -> None:
@@ -123,10 +123,10 @@ def test_seed_does_not_matter(robot: Robot) -> None:
     """Other random states give the same names and the same groupings."""
     first = base_parameters(robot, seed=0)
     for seed in range(1, 8):
-        other = base_parameters(robot, seed)
-        assert other.columns == first.columns
-        assert other.unidentifiable == first.unidentifiable
-        np.testing.assert_allclose(other.grouping, first.grouping, atol=1e-9)
+        second = base_parameters(robot, seed)
+        assert second.columns == first.columns
+        assert second.unidentifiable == first.unidentifiable
+        np.testing.assert_allclose(second.grouping, first.grouping, atol=1e-9)
 
 
 def test_values_are_those_of_the_grouping(rx90: Robot, groupings: Groupings) -> None:
@@ -165,14 +165,14 @@ def test_payload_on_the_rx90(rx90: Robot) -> None:
         "XX6R": {"XX6": 1.0, "YY6": -1.0},
     } | {name: {name: 1.0} for name in ("XY6", "XZ6", "YZ6", "ZZ6", "MX6", "MY6")}
     base, ten = base_parameters(rx90), payload_columns(rx90)
-    found = {
+    by_column = {
         name: {ten[k]: row[k] for k in np.flatnonzero(row)}
         for name, row in zip(base.names, base.effect_of(ten), strict=True)
         if row.any()
     }
-    assert found.keys() == expected.keys()
+    assert by_column.keys() == expected.keys()
     for name, factors in expected.items():
-        assert found[name] == pytest.approx(factors, abs=1e-10), name
+        assert by_column[name] == pytest.approx(factors, abs=1e-10), name
 
 
 def test_offsets_add_one_column_a_joint(shipped: Robot) -> None:

@@ -123,8 +123,8 @@ def test_example_compiles_and_prints_the_result(name: str, tmp_path: Path) -> No
 def test_header_names_shapes_and_parameters(robot: Robot, name: str, tmp_path: Path) -> None:
     header = generate_code(robot, name, tmp_path)[0].read_text(encoding="utf-8")
     names = base_parameters(robot).columns if name == "base_regressor" else standard_columns(robot)
-    found = re.findall(r"(\d+)=(\w+)", header)
-    assert found == [(str(k), parameter) for k, parameter in enumerate(names)]
+    pairs = re.findall(r"(\d+)=(\w+)", header)
+    assert pairs == [(str(k), parameter) for k, parameter in enumerate(names)]
     assert header.count("*/") == 1
     function = FUNCTIONS[name](robot)
     for k in range(function.n_in()):

@@ -40,9 +40,9 @@ def torque(robot: Robot, states: States, **values: float) -> Array:
 def test_friction_and_rotor_of_one_joint(speed: float) -> None:
     """(2) and (3), and an offset."""
     robot = Robot("one", (Joint(),), drives=Drives(offsets=True))
-    one = (np.array([[0.3]]), np.array([[speed]]), np.array([[1.5]]))
+    state = (np.array([[0.3]]), np.array([[speed]]), np.array([[1.5]]))
     expected = 4.0 * 1.5 + 5.0 * np.sign(speed) + 6.0 * speed + 7.0
-    assert torque(robot, one, IA1=4.0, FS1=5.0, FV1=6.0, OFF1=7.0) == pytest.approx(expected)
+    assert torque(robot, state, IA1=4.0, FS1=5.0, FV1=6.0, OFF1=7.0) == pytest.approx(expected)
 
 
 def test_drive_parameters_of_a_joint_act_on_it_alone(robot: Robot) -> None:
@@ -71,9 +71,9 @@ def test_coupling_terms(rx90: Robot, form: Literal["sum", "paper"]) -> None:
         "FSM6": (np.sign(signs[form][0]), np.sign(signs[form][1])),
     }
     for name, (row5, row6) in expected.items():
-        found = torque(robot, states, **{name: 1.0})
-        assert not found[:, :4].any()
-        np.testing.assert_allclose(found[:, 4:], np.column_stack([row5, row6]), atol=1e-14)
+        torques = torque(robot, states, **{name: 1.0})
+        assert not torques[:, :4].any()
+        np.testing.assert_allclose(torques[:, 4:], np.column_stack([row5, row6]), atol=1e-14)
 
 
 def test_coulomb_forms_differ_only_where_the_speeds_have_other_signs(rx90: Robot) -> None:
@@ -131,9 +131,9 @@ def test_drives_without_friction_and_rotors() -> None:
 def stored_energy(spring: Spring, q: Array) -> Array:
     """k/2 (L - L0)^2 with L between the pivots at distances a and b from the axis."""
     a, b = spring.arms
-    one = np.array([a, 0.0])
+    start = np.array([a, 0.0])
     two = -b * np.stack([np.cos(q - spring.zero), np.sin(q - spring.zero)], axis=-1)
-    stretch = np.asarray(np.linalg.norm(two - one, axis=-1)) - spring.length
+    stretch = np.asarray(np.linalg.norm(two - start, axis=-1)) - spring.length
     return 0.5 * spring.stiffness * stretch**2
 
 
@@ -172,12 +172,12 @@ def test_spring_is_taken_off_the_motor(rx90: Robot, spring: Spring, evaluate: Ca
     q, qd, qdd = random_states(robot, 30, seed=6)
     q = q / np.pi  # inside the table
     chi = np.array([rx90.parameters[name] for name in standard_columns(rx90)])
-    with_spring, without = (evaluate(inverse_dynamics(one), q, qd, qdd, chi)[:, :, 0] for one in (robot, rx90))
+    with_spring, without = (evaluate(inverse_dynamics(arm), q, qd, qdd, chi)[:, :, 0] for arm in (robot, rx90))
     expected = np.zeros_like(q)
     expected[:, 1] = -spring.torque(q[:, 1])
     np.testing.assert_allclose(with_spring - without, expected, atol=1e-10)
     assert standard_columns(robot) == standard_columns(rx90)
-    first, second = (stacked_regressor(one, q, qd, qdd) for one in (robot, rx90))
+    first, second = (stacked_regressor(arm, q, qd, qdd) for arm in (robot, rx90))
     np.testing.assert_array_equal(first, second)
 
 

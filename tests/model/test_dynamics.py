@@ -187,10 +187,10 @@ def test_inverse_dynamics_agrees_with_lagrange(robot: Robot) -> None:
     weight = ca.gradient(potential, q)
     rate = ca.jtimes(momentum, q, qd) + ca.jtimes(momentum, qd, qdd)
     lagrange = ca.Function("lagrange", [q, qd, qdd], [rate - ca.gradient(kinetic, q) + weight, weight])
-    torque, held = (dense(part) for part in lagrange(*state(robot, 0)))
+    torque, holding = (dense(part) for part in lagrange(*state(robot, 0)))
     point, values = state(robot, 0), chi(links, 0)
     np.testing.assert_allclose(dense(inverse_dynamics(links)(*point, values)), torque, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose(dense(gravity(links)(point[0], values)), held, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(dense(gravity(links)(point[0], values)), holding, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

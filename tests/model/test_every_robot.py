@@ -145,8 +145,10 @@ def friction_power(robot: Robot, values: dict[str, float], qd: Array) -> Array:
         power += values.get(f"OFF{j}", 0.0) * speed
     if robot.coupling:
         first, second = robot.coupling.joints
-        one, two = qd[:, first - 1], qd[:, second - 1]
-        power += values[f"FSM{second}"] * np.abs(one + two) + 2.0 * values[f"FVM{second}"] * one * two
+        first_speed, two = qd[:, first - 1], qd[:, second - 1]
+        power += (
+            values[f"FSM{second}"] * np.abs(first_speed + two) + 2.0 * values[f"FVM{second}"] * first_speed * two
+        )
     return power
 
 
@@ -159,9 +161,9 @@ def test_welded_payload_only_changes_the_last_link(
     longer = replace(robot, joints=(*robot.joints, tool), joint_names=())
     states = random_states(robot, STATES, seed=7)
     n = robot.n
-    held = [np.column_stack([x, np.zeros(STATES)]) for x in states]
+    longer_states = [np.column_stack([x, np.zeros(STATES)]) for x in states]
     extra = dict.fromkeys(standard_columns(longer), 0.0) | values | payload.named(str(n + 1))
-    expected = evaluate(inverse_dynamics(longer), *held, vector(longer, extra))[:, :n, 0]
+    expected = evaluate(inverse_dynamics(longer), *longer_states, vector(longer, extra))[:, :n, 0]
 
     pose = transform(tool, 0.0)[0].real
     moved = payload.moved(pose[:3, :3], pose[:3, 3])
@@ -191,8 +193,8 @@ def test_change_of_units(
     turns = np.array([joint.revolute for joint in robot.joints])
     rescaled = [x * np.where(turns, 1.0, length) for x in states]
     torque = evaluate(inverse_dynamics(robot), *states, chi)[:, :, 0]
-    other = evaluate(inverse_dynamics(scaled), *rescaled, chi * mass * length**powers)[:, :, 0]
-    assert_equal(other, torque * mass * length ** np.where(turns, 2, 1))
+    in_units = evaluate(inverse_dynamics(scaled), *rescaled, chi * mass * length**powers)[:, :, 0]
+    assert_equal(in_units, torque * mass * length ** np.where(turns, 2, 1))
 
 
 @pytest.mark.parametrize("compiled", ["numpy"], indirect=True)
@@ -204,12 +206,12 @@ def test_frame_zero_is_free(robot: Robot, evaluate: Evaluate, random_parameters:
     first = replace(robot.joints[0], alpha=robot.joints[0].alpha + angle)
     turned = replace(robot, joints=(first, *robot.joints[1:]), gravity=(gx, c * gy - s * gz, s * gy + c * gz))
     states, chi = random_states(robot, STATES, seed=10), vector(robot, random_parameters(robot, 10))
-    torques = [evaluate(inverse_dynamics(one), *states, chi)[:, :, 0] for one in (robot, turned)]
+    torques = [evaluate(inverse_dynamics(arm), *states, chi)[:, :, 0] for arm in (robot, turned)]
     assert_equal(torques[1], torques[0])
 
 
 def test_whole_turns_change_nothing(robot: Robot, evaluate: Evaluate) -> None:
     q, qd, qdd = random_states(robot, STATES, seed=11)
     turns = np.array([2.0 * np.pi * joint.revolute for joint in robot.joints])
-    phi, other = (evaluate(standard_regressor(robot), x, qd, qdd) for x in (q, q + turns))
-    assert np.abs(phi - other).max() <= 1e-12 * np.abs(phi).max()
+    phi, turned = (evaluate(standard_regressor(robot), x, qd, qdd) for x in (q, q + turns))
+    assert np.abs(phi - turned).max() <= 1e-12 * np.abs(phi).max()

@@ -74,12 +74,18 @@ def test_gravity_is_given_in_the_base(rx90: Robot) -> None:
 
 def test_tool_frames_add_up(rx90: Robot) -> None:
     tool = Pose.from_rpy((0.0, 0.0, 0.1), RPY[0])
-    one = with_tool(rx90, tool, "gripper")
-    two = with_tool(one, tool, "finger")
+    gripper = with_tool(rx90, tool, "gripper")
+    two = with_tool(gripper, tool, "finger")
     assert two.flange == tool @ tool
-    other = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
-    assert with_tool(one, other, "finger").flange == tool @ other != other @ tool  # a tool stands in the flange
-    assert (one.last_frame, one.payload_frame, two.payload_frame) == ("frame 6 (modified DH)", "gripper", "finger")
+    finger = Pose.from_rpy((0.02, 0.0, -0.1), RPY[2])
+    assert (
+        with_tool(gripper, finger, "finger").flange == tool @ finger != finger @ tool
+    )  # a tool stands in the flange
+    assert (gripper.last_frame, gripper.payload_frame, two.payload_frame) == (
+        "frame 6 (modified DH)",
+        "gripper",
+        "finger",
+    )
     assert rx90.last_frame == rx90.payload_frame
 
 

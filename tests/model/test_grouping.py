@@ -49,11 +49,11 @@ def grouped(base: BaseParameters) -> tuple[str, ...]:
     return tuple(text for text in base.groupings(symbolic=True) if text.split(" = ")[0].endswith("R"))
 
 
-def check(found: Comparison) -> None:
-    assert found.names
-    assert found.grouping < 1e-6
-    assert found.model < 1e-10
-    assert found.accepted > 1e6 * found.rejected
+def check(comparison: Comparison) -> None:
+    assert comparison.names
+    assert comparison.grouping < 1e-6
+    assert comparison.model < 1e-10
+    assert comparison.accepted > 1e6 * comparison.rejected
 
 
 @pytest.mark.parametrize("robot", [serial("rx90"), load_robot("rx90")], ids=["serial", "coupled"])
@@ -81,7 +81,7 @@ def test_text_is_the_grouping(name: str) -> None:
     lengths = {n: v for j in robot.joints for n, v in zip(j.names, (j.d, j.r), strict=True) if n}
     for text, row in zip(base.expressions, base.grouping, strict=True):
         for k, factor in enumerate(row):
-            parameters = {other: float(k == place) for place, other in enumerate(base.standard)}
+            parameters = {column: float(k == place) for place, column in enumerate(base.standard)}
             value = eval(text.replace("^", "**"), {}, lengths | parameters)
             assert value == pytest.approx(factor, rel=1e-5, abs=1e-9)
 
@@ -93,18 +93,20 @@ def test_plain_regressor_is_the_regressor() -> None:
         W = plain_regressor(robot, q, qd, qdd).reshape(robot.n, 5, -1)
         phi = standard_regressor(robot)
         for k in range(5):
-            wanted = ca.DM(phi(q[k], qd[k], qdd[k])).full()
-            np.testing.assert_allclose(W[:, k], wanted, atol=1e-12 * np.abs(wanted).max())
+            expected = ca.DM(phi(q[k], qd[k], qdd[k])).full()
+            np.testing.assert_allclose(W[:, k], expected, atol=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.long
 def test_random_robots() -> None:
     """Rules, local transfers and QR: same names, same order, same groupings, every rule met."""
-    found = [compare(random_robot(seed)) for seed in range(200)]
-    for one in found:
-        check(one)
-    assert min(one.accepted for one in found) > 1e6 * max(one.rejected for one in found)
-    assert len(set().union(*(one.rules for one in found))) == 16
+    comparisons = [compare(random_robot(seed)) for seed in range(200)]
+    for comparison in comparisons:
+        check(comparison)
+    assert min(comparison.accepted for comparison in comparisons) > 1e6 * max(
+        comparison.rejected for comparison in comparisons
+    )
+    assert len(set().union(*(comparison.rules for comparison in comparisons))) == 16
 
 
 @pytest.mark.long

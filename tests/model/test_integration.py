@@ -44,10 +44,10 @@ def alone(step: ca.Function) -> Array:
 
 
 def test_it_is_what_single_calls_give(step: ca.Function, compiled: bool) -> None:
-    given = inputs()
-    state = given[0].copy()
-    np.testing.assert_allclose(Stepper(step)(*given), alone(step), rtol=1e-13, atol=1e-13)
-    np.testing.assert_array_equal(given[0], state, "the caller's state stays")
+    arguments = inputs()
+    state = arguments[0].copy()
+    np.testing.assert_allclose(Stepper(step)(*arguments), alone(step), rtol=1e-13, atol=1e-13)
+    np.testing.assert_array_equal(arguments[0], state, "the caller's state stays")
 
 
 def test_the_last_step_is_the_next_ones_start(step: ca.Function, compiled: bool) -> None:
@@ -65,10 +65,10 @@ def test_inputs_that_do_not_fit_are_refused(step: ca.Function, wrong: tuple[int,
     if not kernel.compiled:
         pytest.skip("no compiler")
     place, axis = wrong
-    given = inputs()
-    given[place] = np.concatenate([given[place]] * 2, axis=axis)
+    arguments = inputs()
+    arguments[place] = np.concatenate([arguments[place]] * 2, axis=axis)
     with pytest.raises(ValueError, match="do not fit"):
-        kernel.chain(*given)
+        kernel.chain(*arguments)
 
 
 def test_no_step_differs_from_another(step: ca.Function) -> None:

@@ -93,9 +93,9 @@ def test_tiles_hold_the_same_numbers(mixed: ca.Function, compiled: bool, size: i
     flat = tiles.swapaxes(0, 1).reshape(4, -1)
     np.testing.assert_array_equal(flat[:, :size], rows)
     np.testing.assert_array_equal(flat[:, size:], np.repeat(rows[:, -1:], -size % 8, axis=1))
-    given = np.full_like(rows, np.nan)
-    assert kernel(x, p, out=given) is given
-    np.testing.assert_array_equal(given, rows)
+    target = np.full_like(rows, np.nan)
+    assert kernel(x, p, out=target) is target
+    np.testing.assert_array_equal(target, rows)
     for wrong in (np.empty((4, size + 1)), np.empty((size, 4)).T if size > 1 else np.empty(4), rows.astype("f4")):
         with pytest.raises(ValueError, match="out must be"):
             kernel(x, p, out=wrong)

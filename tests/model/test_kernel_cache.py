@@ -228,15 +228,15 @@ def test_compiler_whose_messages_are_not_utf8(folder: Path, tmp_path: Path) -> N
 
 def test_compiler_that_hangs_is_asked_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It and what it started are ended; who asks again in this process need not wait."""
-    asked = tmp_path / "asked"
-    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {asked}\nsleep 100"))
+    calls = tmp_path / "asked"
+    monkeypatch.setenv("CC", _compiler(tmp_path, f"echo once >> {calls}\nsleep 100"))
     monkeypatch.setattr(cache, "_PATIENCE", 0.3)
     begun = time.monotonic()
     for _ in range(3):
         with pytest.raises(cache.CompilerUnavailable, match=r"failed to finish within 0\.3 s"):
             cache.compiled_library(SOURCE)
     assert time.monotonic() - begun < 10.0
-    assert asked.read_text() == "once\n"
+    assert calls.read_text() == "once\n"
     assert list(folder.iterdir()) == []
 
 
@@ -249,9 +249,9 @@ def test_entry_that_cannot_be_used_heals(folder: Path, content: str) -> None:
     bad = content.encode()
     if content == "another library":
         cache.compiled_library("int other(void) { return 0; }")
-        (other,) = set(_entries(folder)) - {entry}
-        bad = other.read_bytes()
-        other.unlink()
+        (sibling,) = set(_entries(folder)) - {entry}
+        bad = sibling.read_bytes()
+        sibling.unlink()
     entry.unlink()
     (folder / f"{key}-{cache._digest(bad)}.so").write_bytes(bad)
     assert Path(cache.compiled_library(SOURCE, "kernel")._name).parent == folder

@@ -27,7 +27,7 @@ def test_fewer_operations_than_symoro() -> None:
 def test_counts_do_not_hang_on_the_numbers_of_the_rx90() -> None:
     robot = load_robot("rx90")
     joints = tuple(replace(joint, d=0.9578 * joint.d, r=1.0622 * joint.r) for joint in robot.joints)
-    other = replace(robot, joints=joints, gravity=(0.0, 0.0, -9.7))
+    second = replace(robot, joints=joints, gravity=(0.0, 0.0, -9.7))
     for make in (inverse_dynamics_base, base_regressor):
-        counts = [SCRIPT["operation_counts"](make(each, base_parameters(each))) for each in (robot, other)]
+        counts = [SCRIPT["operation_counts"](make(each, base_parameters(each))) for each in (robot, second)]
         assert counts[0] == counts[1]

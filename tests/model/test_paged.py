@@ -43,12 +43,12 @@ def test_values_stay_when_memory_is_given_back(small: None) -> None:
 def test_rows_that_arrive_in_blocks(small: None, rows: int) -> None:
     table = np.random.default_rng(0).uniform(size=(rows, 4))
     blocks = [(table[k : k + 33, 0], table[k : k + 33]) for k in range(0, rows, 33)]
-    first, taken = paged.collected(blocks, (1, 4))
+    first, columns = paged.collected(blocks, (1, 4))
     assert np.array_equal(first, table[:, :1])
-    assert np.array_equal(taken, table)
-    assert in_file(taken) == (rows == 500)
-    assert not taken.flags.writeable
-    assert frozen_array(taken, (None, 4), "rows") is taken
+    assert np.array_equal(columns, table)
+    assert in_file(columns) == (rows == 500)
+    assert not columns.flags.writeable
+    assert frozen_array(columns, (None, 4), "rows") is columns
 
 
 def test_what_is_locked_is_not_copied(small: None) -> None:
@@ -65,11 +65,11 @@ def test_a_number_far_in_is_found(small: None) -> None:
     array[200, 1] = np.nan
     with pytest.raises(ValueError, match="not finite"):
         frozen_array(array, (None, 2), "a")
-    other = np.zeros((300, 2))
-    other[299, 1] = 1.0
-    assert not equal(np.zeros((300, 2)), other)
-    assert equal(other, other.copy())
-    assert not equal(other, other[:-1])
+    table = np.zeros((300, 2))
+    table[299, 1] = 1.0
+    assert not equal(np.zeros((300, 2)), table)
+    assert equal(table, table.copy())
+    assert not equal(table, table[:-1])
 
 
 @pytest.mark.parametrize("k", [1, 6, 7, 8, 299])

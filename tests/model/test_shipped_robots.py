@@ -96,8 +96,8 @@ def test_every_added_arm_tells_its_source(name: str, root_text: dict[str, str]) 
     robot, text = load_robot(name), " ".join(root_text[name].replace("\\\n", "").split())
     for commit in re.findall(r"\b[0-9a-f]{7}\b", CHAINS[name].source + CHAINS[name].limits):
         assert f"commit {commit}" in text
-    for told in re.findall(r"data sheet[^.]*", text):
-        assert told.startswith("data sheet, not re-checked")
+    for source in re.findall(r"data sheet[^.]*", text):
+        assert source.startswith("data sheet, not re-checked")
     assert "flange" in robot.payload_frame
     assert math.isfinite(robot.rated_payload)
     assert not robot.parameters

@@ -231,8 +231,8 @@ def test_the_flange_wins_by_its_name_and_is_told(write: Write, more: tuple[str, 
     assert robot.links.tip == tip
     assert any(f"{tip!r} is taken as the flange by its name" in note for note in robot.snapped)
     assert robot.payload_frame.startswith("flange:") == (tip != "flange")
-    given = load_robot(write(text), tip=tip)
-    assert not any("by its name" in note for note in given.snapped)
+    arm = load_robot(write(text), tip=tip)
+    assert not any("by its name" in note for note in arm.snapped)
 
 
 def test_two_arms_with_a_flange_each_are_not_chosen_from(write: Write) -> None:

@@ -15,10 +15,10 @@ POSES = {"ur10e": (0.0, -60.0, 90.0, -110.0, -80.0, 10.0), "rx90": (0.0, -45.0, 
 
 
 def shown(name: str, joints: Sequence[int]) -> dict[str, str]:
-    found = payload_visibility(
+    visibility = payload_visibility(
         load_robot(name), [np.radians(POSES[name])], joints, [float(np.radians(30.0))] * len(joints)
     )
-    return {kind: str(how) for kind, how in found.parameters.items()}
+    return {kind: str(how) for kind, how in visibility.parameters.items()}
 
 
 def test_a_spherical_wrist_does_not_weigh() -> None:
@@ -28,19 +28,19 @@ def test_a_spherical_wrist_does_not_weigh() -> None:
 
 def test_two_axes_that_meet_hide_the_mass_in_sums() -> None:
     """On the UR10e those of joints 5 and 6 meet 117 mm behind the flange; a body moved there along is not seen."""
-    found = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (5, 6), [0.5, 0.5])
-    assert found.rank == 9
-    assert not found.mass_visible
-    assert found.combinations == ("XX - 0.01369 M", "YY - 0.01369 M", "MZ + 0.117 M")
-    only = {kind for kind, how in found.parameters.items() if how == "only with a known mass"}
+    visibility = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (5, 6), [0.5, 0.5])
+    assert visibility.rank == 9
+    assert not visibility.mass_visible
+    assert visibility.combinations == ("XX - 0.01369 M", "YY - 0.01369 M", "MZ + 0.117 M")
+    only = {kind for kind, how in visibility.parameters.items() if how == "only with a known mass"}
     assert only == {"XX", "YY", "MZ"}
-    assert found.parameters["M"] == "only in combination"
+    assert visibility.parameters["M"] == "only in combination"
 
 
 def test_the_last_joint_alone() -> None:
-    found = shown("ur10e", (6,))
-    assert {kind for kind, how in found.items() if how == "yes"} == {"ZZ", "MX", "MY"}
-    assert {how for kind, how in found.items() if kind not in ("ZZ", "MX", "MY")} == {"no"}
+    parameters = shown("ur10e", (6,))
+    assert {kind for kind, how in parameters.items() if how == "yes"} == {"ZZ", "MX", "MY"}
+    assert {how for kind, how in parameters.items() if kind not in ("ZZ", "MX", "MY")} == {"no"}
 
 
 @pytest.mark.parametrize(("name", "joints"), [("ur10e", (3, 5, 6)), ("rx90", (2, 3, 5, 6))])
@@ -50,24 +50,24 @@ def test_arm_and_wrist_together_show_all(name: str, joints: tuple[int, ...]) -> 
 
 def test_parallel_axes_see_a_plane_only() -> None:
     """Joints 2 to 4 of the UR10e: mass, two first moments, one moment of inertia about their common direction."""
-    found = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (2, 3, 4), [0.5] * 3)
-    assert found.rank == 4
-    assert found.mass_visible
+    visibility = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (2, 3, 4), [0.5] * 3)
+    assert visibility.rank == 4
+    assert visibility.mass_visible
 
 
 def test_an_axis_that_stands_upright_sees_no_weight() -> None:
     """With axis 5 vertical joints 5 and 6 lose the first moment along the flange as well."""
     upright = np.radians([0.0, -60.0, 90.0, -30.0, -80.0, 10.0])
-    found = payload_visibility(load_robot("ur10e"), [upright], (5, 6), [0.5, 0.5])
-    assert found.rank == 8
-    assert found.parameters["MZ"] == "only in combination"
+    visibility = payload_visibility(load_robot("ur10e"), [upright], (5, 6), [0.5, 0.5])
+    assert visibility.rank == 8
+    assert visibility.parameters["MZ"] == "only in combination"
 
 
 def test_constant_torque_and_friction_are_unknown_too(rx90: Robot) -> None:
     """A vertical axis that turns alone shows inertia about it only: its gravity torque is nought anyway."""
-    found = payload_visibility(rx90, [np.zeros(6)], (1,), [0.5])
-    assert found.rank == 1
-    assert found.parameters["M"] in ("only in combination", "no")
+    visibility = payload_visibility(rx90, [np.zeros(6)], (1,), [0.5])
+    assert visibility.rank == 1
+    assert visibility.parameters["M"] in ("only in combination", "no")
 
 
 def test_a_payload_moved_along_a_hidden_sum_changes_no_torque() -> None:
@@ -89,18 +89,18 @@ def test_a_payload_moved_along_a_hidden_sum_changes_no_torque() -> None:
 
 
 def test_resolved_gives_back_what_made_the_torques() -> None:
-    found = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (5, 6), [0.5, 0.5])
+    visibility = payload_visibility(load_robot("ur10e"), [np.radians(POSES["ur10e"])], (5, 6), [0.5, 0.5])
     x = InertialParameters.from_com(2.0, [0.01, 0.02, 0.1], np.diag([0.01, 0.02, 0.015])).vector
-    places, A, b = found.resolved(mass_known=True)
+    places, A, b = visibility.resolved(mass_known=True)
     assert places == tuple(range(10))
-    assert A @ (found.grouping @ x) + b * x[9] == pytest.approx(x, abs=1e-12)
-    assert 9 not in found.resolved(mass_known=False)[0]
+    assert A @ (visibility.grouping @ x) + b * x[9] == pytest.approx(x, abs=1e-12)
+    assert 9 not in visibility.resolved(mass_known=False)[0]
 
 
 def test_nothing_at_all_is_seen_in_no_rows() -> None:
-    found = visibility_of(np.zeros((5, 10)), (2,))
-    assert found.rank == 0
-    assert set(found.parameters.values()) == {"no"}
+    visibility = visibility_of(np.zeros((5, 10)), (2,))
+    assert visibility.rank == 0
+    assert set(visibility.parameters.values()) == {"no"}
 
 
 @pytest.mark.parametrize("joints", [(), (0,), (7,), (2, 2)])

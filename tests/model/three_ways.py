@@ -47,13 +47,13 @@ def compare(robot: Robot) -> Comparison:
         decided.append(closed_form_base_parameters(robot))
     names = all(base.names == decided[0].names for base in decided)
     residuals = left_residuals(R)
-    kept = residuals > RANK_TOLERANCE
+    independent = residuals > RANK_TOLERANCE
     return Comparison(
         names,
         max(float(np.abs(base.grouping - decided[0].grouping).max()) for base in decided) if names else np.inf,
         max(_model_error(base, R) for base in decided),
-        float(residuals[~kept].max(initial=0.0)),
-        float(residuals[kept].min()),
+        float(residuals[~independent].max(initial=0.0)),
+        float(residuals[independent].min()),
         Counter(move.rule for move in moves(robot)) if any(robot.gravity) else Counter(),
     )
 

@@ -278,11 +278,11 @@ VALUES = (
 """What may be typed behind an option."""
 
 
-def mutant(draw: Draw, given: Callable[[str], bytes], options: Callable[[str], list[str]]) -> Mutant:
+def mutant(draw: Draw, content_of: Callable[[str], bytes], options: Callable[[str], list[str]]) -> Mutant:
     """A command with one mistake.
 
     Args:
-        given: content of a good input by its name.
+        content_of: content of a good input by its name.
         options: names of the options of a command.
     """
     words = COMMANDS[int(draw.integers(len(COMMANDS)))].split()
@@ -295,15 +295,15 @@ def mutant(draw: Draw, given: Callable[[str], bytes], options: Callable[[str], l
         # What is wrong with one recording may be wrong with all of the day.
         both = draw.random() < 0.5
         seed = int(draw.integers(1 << 30))
-        made = {
-            name: LOGS[kind](read_log(given(name)), np.random.default_rng(seed)).text()
+        by_file = {
+            name: LOGS[kind](read_log(content_of(name)), np.random.default_rng(seed)).text()
             for name in (files if both else [file])
             if name.endswith(".csv")
         }
-        return Mutant(f"{'all recordings' if both else file}: {kind}", tuple(words), made)
+        return Mutant(f"{'all recordings' if both else file}: {kind}", tuple(words), by_file)
     table = BYTES | (TABLES if file.endswith(".csv") else TEXTS)
     kind = list(table)[int(draw.integers(len(table)))]
-    return Mutant(f"{file}: {kind}", tuple(words), {file: table[kind](given(file), draw)})
+    return Mutant(f"{file}: {kind}", tuple(words), {file: table[kind](content_of(file), draw)})
 
 
 def _with_option(words: list[str], draw: Draw, options: Callable[[str], list[str]]) -> Mutant:

@@ -168,12 +168,12 @@ def _mass(status: int, mistake: Mutant) -> str:
 
 
 if __name__ == "__main__":
-    found, slow = 0, dict[str, float]()
+    findings, slow = 0, dict[str, float]()
     for number, trial in enumerate(trials(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)):
         command = f"{trial.mutant.words[0]} {trial.status}"
         slow[command] = slow.get(command, 0.0) + trial.seconds
         if trial.problem or trial.seconds > 0.5 * LONGEST:
-            found += 1
+            findings += 1
             print(f"{number}: {trial.mutant.kind} ({trial.seconds:.1f} s): {trial.problem}", flush=True)
             print(f"    {' '.join(trial.mutant.words)[:300]}", flush=True)
-    print(f"{found} of {sys.argv[1]};", ", ".join(f"{name} {seconds:.0f} s" for name, seconds in slow.items()))
+    print(f"{findings} of {sys.argv[1]};", ", ".join(f"{name} {seconds:.0f} s" for name, seconds in slow.items()))

@@ -52,11 +52,11 @@ class Chain:
 def _ur(name: str, commits: tuple[str, str], lengths: Numbers, speeds: Numbers) -> Chain:
     """A UR arm: z of the shoulder, x of forearm and wrist 1, z of wrist 1, -y of wrist 2, y of wrist 3."""
     kinematics, limits = commits
-    shoulder, upper, fore, one, two, three = lengths
+    shoulder, upper, fore, wrist1, wrist2, wrist3 = lengths
     return Chain(
         source=f"ros-industrial/universal_robot, ur_description/config/{name}/default_kinematics.yaml "
         f"({kinematics})",
-        places=((0, 0, shoulder), (0, 0, 0), (upper, 0, 0), (fore, 0, one), (0, -two, 0), (0, three, 0)),
+        places=((0, 0, shoulder), (0, 0, 0), (upper, 0, 0), (fore, 0, wrist1), (0, -wrist2, 0), (0, wrist3, 0)),
         angles=(LEVEL, (1.570796327, 0, 0), LEVEL, LEVEL, (1.570796327, 0, 0), (1.570796326589793, pi, pi)),
         axes=(Z,) * 6,
         flange=(LEVEL, LEVEL),

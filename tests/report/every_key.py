@@ -50,15 +50,15 @@ def residual(fit: Any) -> dict[str, Any]:
 
 
 def robust(estimate: Any) -> dict[str, Any]:
-    told = estimate.robust
-    return {"blocks": 8, "block_length_s": 1.75, "degrees_of_freedom": 6, "warning": told.warning}
+    covariance = estimate.robust
+    return {"blocks": 8, "block_length_s": 1.75, "degrees_of_freedom": 6, "warning": covariance.warning}
 
 
-def elimination(found: Any, label: dict[str, str], warnings: list[str]) -> dict[str, Any]:
-    estimate = found.estimate
+def elimination(result: Any, label: dict[str, str], warnings: list[str]) -> dict[str, Any]:
+    estimate = result.estimate
     return {
         "rule": "ratio",
-        "description": found.rule.description,
+        "description": result.rule.description,
         "essential": 1,
         "sigma_ratio": 1.01,
         "largest_relative_sigma_percent": 5.0,

@@ -30,7 +30,7 @@ ROBOT = SimpleNamespace(
     flange_pose=Pose.from_rpy((0.125, 0.25, 0.375), (0.0, 0.0, 0.5 * np.pi)),
     sources={"flange": "told there"},
     rated_payload=12.25,
-    assumed=lambda *what: {name: "told" for name in what if name in ("speed", "torque")},
+    assumed=lambda *parts: {name: "told" for name in parts if name in ("speed", "torque")},
 )
 SEEN: Fingerprints = {"unloaded": ("u",), "loaded": ("l",)}
 ANY_ROBOT: Any = ROBOT
@@ -116,7 +116,9 @@ def possible_robot(free: Estimate) -> Any:
 
     prior, data = ("prior", (), 0.0), ("identified", ("AR",), 1.0)
     keys = ("kind", "base", "share")
-    origins = {name: Origin(**dict(zip(keys, told, strict=True))) for name, told in (("M1", prior), ("A", data))}
+    origins = {
+        name: Origin(**dict(zip(keys, values, strict=True))) for name, values in (("M1", prior), ("A", data))
+    }
     return made(
         PriorRobot, free=free, unidentifiable=("M1",), values=numbers(2), chi2_rise=5.25,
         active=(holding(),), status="prior", min_eigenvalues=(0.03, 0.04), p_value=0.625, budget=2.75, weight=0.875,
@@ -205,7 +207,7 @@ def weighing(possible: bool) -> Any:
     """The answer of ``weigh``, with all ten visible or the mass and two first moments alone."""
     free = free_payload(1)
     determined = free.estimate if possible else estimate(("MX_L", "MY_L", "M_L"))
-    found = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
+    payload = PayloadEstimate(1, determined, "flange: plain", "too short", not possible)
     visibility = SimpleNamespace(joints=(1, 2), rank=3, parameters={"M": "alone"}, combinations=("MZ + M",))
     wave = SimpleNamespace(joint=2, waves=36.0, amplitude=0.75)
     short = SimpleNamespace(
@@ -230,7 +232,7 @@ def weighing(possible: bool) -> Any:
     names = ("mass", "centre of mass", "inertia")
     judged = {name: SimpleNamespace(use=f"use {name}", why=f"why {name}") for name in names}
     return SimpleNamespace(
-        problem=problem, short=short, free=found, estimates=(found,), possible=best,
+        problem=problem, short=short, free=payload, estimates=(payload,), possible=best,
         constrained=(best,) if possible else (), by_joints=by_joints(),
         repeats=repeats if possible else None, ten=ten, mass=3.05, mass_interval=(2.9, 3.2),
         com=numbers(3), com_interval=numbers(3, 2), judged=judged,

@@ -72,25 +72,25 @@ def test_weigh_live(hidden: str) -> None:
         seconds=20.0, hidden=hidden,
     )  # fmt: skip
     line = {"time_s": 57.5, "change_kg": 2.75, "interval95_kg": [2.5, 3.0], "told_s": 62.5}
-    told = documents.change_document(change, 62.5)
-    same(told, line)
+    document = documents.change_document(change, 62.5)
+    same(document, line)
     expected = {
         "robot": "arm", "frame": "tool0", "seconds": 20.0, "mass_kg": None if hidden else 2.8,
         "interval95_kg": None if hidden else [2.7, 2.9], "com_m": [0.1, 0.2, None],
         "com_sigma_m": [0.01, 0.02, None], "hidden": hidden, "changes": [line],
     }  # fmt: skip
-    same(documents.live_document("arm", "tool0", weighed, [told]), expected)
+    same(documents.live_document("arm", "tool0", weighed, [document]), expected)
 
 
 def test_verify() -> None:
     joint = {"name": "joint 2", "before": 0.5, "after": 0.25, "fall": 0.51, "interval": [0.4, 0.6], "clear": "fell"}
     total = {"name": "all", "before": 0.7, "after": 0.35, "fall": 0.52, "interval": [0.3, 0.7], "clear": "fell"}
-    found: Any = SimpleNamespace(
+    following: Any = SimpleNamespace(
         kind="following error", tells=True, lag=0.015, joints=(SimpleNamespace(**joint),),
         total=SimpleNamespace(**total),
     )  # fmt: skip
     expected = {"compared": "following error", "tells": True, "lag_s": 0.015, "joints": [joint], "all": total}
-    same(documents.following_document(found), expected)
+    same(documents.following_document(following), expected)
 
 
 def test_robot_check() -> None:

@@ -66,10 +66,10 @@ def test_design(plan: Any, motion: dict[str, Any]) -> None:
         torque_limited=False, payloads=PayloadSet.within(3.5, (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), box=True),
         limits=(HELD,), at_rest=lambda poses: None,
     )  # fmt: skip
-    found: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
+    design: Any = SimpleNamespace(plan=plan, **SEARCH) if plan is not None else None
     floor: Any = SimpleNamespace(value=0.04, gap=0.06, states=300)
     document = documents.design_document(
-        problem, score(0.03), {"A": 2.0}, design=found, floor=floor, evaluated="log.csv", replay=score(0.05)
+        problem, score(0.03), {"A": 2.0}, design=design, floor=floor, evaluated="log.csv", replay=score(0.05)
     )  # fmt: skip
     same(
         document,

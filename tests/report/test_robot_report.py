@@ -32,17 +32,17 @@ def elimination(rule: StopRule | None = None) -> Elimination:
 
 @pytest.mark.parametrize("rule", [SigmaRatio(), SigmaBound(0.1)])
 def test_the_figure_shows_the_path(rule: StopRule) -> None:
-    found = elimination(rule)
-    gone = len(found.eliminated)
-    figure = essential_figure(found, "robot", {"b": "bR"}).figure
+    result = elimination(rule)
+    gone = len(result.eliminated)
+    figure = essential_figure(result, "robot", {"b": "bR"}).figure
     above, below = figure.axes
     assert [text.get_text() for text in below.get_xticklabels()][:3] == ["none", "a", "bR"]
-    for axis, values in ((above, found.path.sigma_ratio), (below, 100.0 * found.path.largest_relative_sigma)):
-        _, taken, other = axis.get_lines()[:3]
-        assert np.asarray(taken.get_ydata()) == pytest.approx(values[: gone + 1])
-        assert np.asarray(other.get_xdata())[0] == gone + 1
+    for axis, values in ((above, result.path.sigma_ratio), (below, 100.0 * result.path.largest_relative_sigma)):
+        _, in_path, beyond = axis.get_lines()[:3]
+        assert np.asarray(in_path.get_ydata()) == pytest.approx(values[: gone + 1])
+        assert np.asarray(beyond.get_xdata())[0] == gone + 1
         # No colour is needed to tell them apart.
-        assert (taken.get_markerfacecolor(), other.get_markerfacecolor()) == ("black", "white")
+        assert (in_path.get_markerfacecolor(), beyond.get_markerfacecolor()) == ("black", "white")
     limited, limit = (above, 1.02) if isinstance(rule, SigmaRatio) else (below, 10.0)
     dashed = [line for line in limited.get_lines() if line.get_linestyle() == "--"]
     assert [float(np.asarray(line.get_ydata())[0]) for line in dashed] == [limit]
@@ -64,16 +64,16 @@ def test_data_without_noise_have_a_figure(tmp_path: Path) -> None:
 
 
 def test_documents_of_elimination() -> None:
-    found = elimination()
-    document = written(elimination_document(found, ["warned"], {"c": "cR"}))
+    result = elimination()
+    document = written(elimination_document(result, ["warned"], {"c": "cR"}))
     assert (document["rule"], document["essential"], document["warnings"]) == ("ratio", 4, ["warned"])
-    assert document["sigma_ratio"] == found.path.sigma_ratio[2]
+    assert document["sigma_ratio"] == result.path.sigma_ratio[2]
     assert [step["eliminated"] for step in document["path"]] == [None, "a", "b", "cR", "d", "e", "f"]
     assert [step["remaining"] for step in document["path"]] == [6, 5, 4, 3, 2, 1, 0]
     assert [entry["name"] for entry in document["parameters"]] == ["cR", "d", "e", "f"]
     assert document["parameters"][0]["relative_sigma_percent"] == pytest.approx(10.0)
     assert written(elimination_document(elimination(SigmaBound())))["rule"] == "sigma"
-    first, second = elimination_notes(found, ["warned"])
+    first, second = elimination_notes(result, ["warned"])
     assert "4 of 6 parameters essential" in first
     assert second == "  - warned"
 
@@ -95,8 +95,8 @@ def test_who_decides_is_told_in_table_and_document() -> None:
     assert document["base_parameters"][0]["free"] == estimate.values[0]
     assert len(document["unidentifiable"]) == 26
     table = standard_table(result, "RX90")
-    told = {row[0]: row[-1] for row in table.rows}
-    assert (told["M1"], told["MX2"], told["FV1"]) == ("prior", "prior within MX2R", "data")
+    origins = {row[0]: row[-1] for row in table.rows}
+    assert (origins["M1"], origins["MX2"], origins["FV1"]) == ("prior", "prior within MX2R", "data")
     notes = constrained_notes(result)
     assert "What the prior decides is not identified." in notes[1]
     assert any(line.startswith("No motion shows XX1") for line in notes)

@@ -120,8 +120,8 @@ def test_the_line_for_the_controller_stands_at_the_flange(answers: dict[str, Pay
     """The RX90's payload frame is at its wrist, 85 mm behind the flange."""
     answer = answers["payload"]
     line = next(line for line in answer.summary().split("\n") if line.startswith("For the controller"))
-    told = float(line.partition("(")[2].partition(")")[0].split(",")[2])
-    assert told == pytest.approx(1e3 * answer.com[2] - 85.0, abs=1.0)
+    height = float(line.partition("(")[2].partition(")")[0].split(",")[2])
+    assert height == pytest.approx(1e3 * answer.com[2] - 85.0, abs=1.0)
 
 
 def test_no_answer_imports_the_report() -> None:

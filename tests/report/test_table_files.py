@@ -25,7 +25,7 @@ def payload() -> Table:
 
 
 @pytest.fixture
-def other() -> Table:
+def odd_table() -> Table:
     rows = [("MY3R", "-1.5e-05", "<5", "2"), ("\\_^&", "2", "", 'k, "m"')]
     return Table("Other [things], 95 %", columns(("",), ("value", "%", "%")), rows, ends=("MY3R",))
 
@@ -47,8 +47,8 @@ def test_csv_has_every_cell(payload: Table) -> None:
     assert float(next(record for record in read if record["name"] == "XY")["method 3"]) == -0.01
 
 
-def test_csv_of_several_tables(payload: Table, other: Table) -> None:
-    read = rows(csv_tables([payload, other]))
+def test_csv_of_several_tables(payload: Table, odd_table: Table) -> None:
+    read = rows(csv_tables([payload, odd_table]))
     assert len(read) == len(payload.rows) + 2
     first, last = read[0], read[-1]
     assert first["table"].startswith("Payload in tool0") or "tool0" in first["table"]
@@ -83,8 +83,8 @@ def test_latex_has_every_cell(payload: Table) -> None:
     assert r"$3.000 \pm 0.010$" in text
 
 
-def test_latex_of_what_is_special(other: Table) -> None:
-    text = latex_tables([other])
+def test_latex_of_what_is_special(odd_table: Table) -> None:
+    text = latex_tables([odd_table])
     assert r"$-1.5\cdot 10^{-5}$ & $<$5 & $2$" in text
     assert r"\textbackslash{}\_\textasciicircum{}\&" in text
     assert text.count("{") == text.count("}")
@@ -92,9 +92,9 @@ def test_latex_of_what_is_special(other: Table) -> None:
     assert escaped("Größe 5 µ") == "Größe 5 µ"
 
 
-def test_terminal_prints_text_as_it_is(other: Table, capsys: pytest.CaptureFixture[str]) -> None:
+def test_terminal_prints_text_as_it_is(odd_table: Table, capsys: pytest.CaptureFixture[str]) -> None:
     """Brackets are no markup, neither in titles nor in cells nor in notes; a section ends with a line."""
-    print_blocks([other, Notes(["[red]x[/red]"])])
+    print_blocks([odd_table, Notes(["[red]x[/red]"])])
     out = capsys.readouterr().out
     assert "Other [things], 95 %" in out
     assert "[red]x[/red]" in out

@@ -86,8 +86,8 @@ def test_one_move_is_the_trapezoid_at_rest() -> None:
     rest = ViaPoints(points, T, segment=Trapezoid(ramp))
     blended = BlendedPoints(points, T, np.full(2, ramp * T[0]))
     t = np.linspace(0.0, 1.5, 400)[1:-1]
-    for one, other in zip(blended.at(t), rest.at(t), strict=True):
-        assert np.allclose(one, other, atol=1e-12)
+    for value, expected in zip(blended.at(t), rest.at(t), strict=True):
+        assert np.allclose(value, expected, atol=1e-12)
     assert blended.rests
 
 
@@ -106,21 +106,21 @@ def test_points_given_twice_are_trapezoids_at_rest() -> None:
     assert blended.duration == pytest.approx(rest.duration)
     t = np.linspace(0.0, rest.duration, 3001)[1:-1]
     t = t[np.abs(t[:, None] - np.cumsum(T)).min(axis=1) > 1e-9]
-    for one, other in zip(blended.at(t)[:2], rest.at(t)[:2], strict=True):
-        assert np.allclose(one, other, atol=1e-9)
+    for value, expected in zip(blended.at(t)[:2], rest.at(t)[:2], strict=True):
+        assert np.allclose(value, expected, atol=1e-9)
 
 
 def test_it_is_the_controllers_motion_without_smoothing() -> None:
     """``PointToPoint`` adds ramps whose acceleration rises and falls; less and less of that comes to the same."""
     between = PLAN.durations.copy()
     between[[0, -1]] -= 0.5 * PLAN.blends[[0, -1]]
-    t, found = np.linspace(0.0, PLAN.duration, 777), []
+    t, errors = np.linspace(0.0, PLAN.duration, 777), []
     for smoothing in (0.1, 0.01, 0.001):
         smooth = PointToPoint(POINTS, between, PLAN.blends, 1.0, smoothing)
         assert smooth.duration == pytest.approx(PLAN.duration)
-        found.append(max(np.abs(a - b).max() for a, b in zip(smooth.at(t)[:2], PLAN.at(t)[:2], strict=True)))
-    assert found[0] > 5.0 * found[1] > 25.0 * found[2]
-    assert found[2] < 2e-3
+        errors.append(max(np.abs(a - b).max() for a, b in zip(smooth.at(t)[:2], PLAN.at(t)[:2], strict=True)))
+    assert errors[0] > 5.0 * errors[1] > 25.0 * errors[2]
+    assert errors[2] < 2e-3
 
 
 @pytest.mark.parametrize("times", [FreeTimes(5, (0.1, 3.0)), FreeTimes(2, (0.1, 3.0)), FixedTimes(np.array(FIXED))])
@@ -129,16 +129,16 @@ def test_it_is_the_controllers_motion_without_smoothing() -> None:
 def test_blends_fit_whatever_the_numbers(times: BlendTimes, data: st.DataObject) -> None:
     """Anywhere within the bounds; and moves keep their shortest and longest durations, or the fixed ones."""
     shares = data.draw(st.lists(st.floats(0.0, 1.0), min_size=len(times.low), max_size=len(times.low)))
-    found = times.of(times.low + np.array(shares) * (times.high - times.low))
-    points = np.arange(float(len(found.blends)))[:, None]
-    plan = BlendedPoints(points, found.durations, found.blends)
+    timing = times.of(times.low + np.array(shares) * (times.high - times.low))
+    points = np.arange(float(len(timing.blends)))[:, None]
+    plan = BlendedPoints(points, timing.durations, timing.blends)
     assert (plan.straight > 0.0).all()
-    assert np.allclose(plan.straight, found.straight)
+    assert np.allclose(plan.straight, timing.straight)
     if isinstance(times, FixedTimes):
-        assert np.allclose(found.durations, FIXED)
+        assert np.allclose(timing.durations, FIXED)
     else:
-        assert (found.durations >= 0.1 * (1.0 - 1e-9)).all()
-        assert (found.durations <= 3.0 * (1.0 + 1e-9)).all()
+        assert (timing.durations >= 0.1 * (1.0 - 1e-9)).all()
+        assert (timing.durations <= 3.0 * (1.0 + 1e-9)).all()
 
 
 @pytest.mark.parametrize("name", families())

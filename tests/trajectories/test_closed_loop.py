@@ -146,9 +146,9 @@ def test_gravity_compensation_feeds_forward_no_motion(rx90: Robot) -> None:
     for kind in ("proportional", "gravity"):
         loop = ClosedLoop(rx90, CONTROLLERS[kind], ripple(rx90, 0.0))
         runs = [Task("", still), Task("", motion(rx90, 1, 2))]
-        (rest, _), (moving, wanted) = loop.run(runs)
+        (rest, _), (moving, reference) = loop.run(runs)
         assert np.abs(rest.motion.q - still.q[0]).max() < 1e-6
-        errors[kind] = np.abs(moving.motion.q - wanted).max()
+        errors[kind] = np.abs(moving.motion.q - reference).max()
     assert errors["gravity"] > 3.0 * errors["proportional"]
 
 
@@ -189,12 +189,12 @@ def test_a_robot_of_every_kind(prismatic: dict[str, Robot]) -> None:
     t = np.linspace(0.0, 1.0, 101)
     bump = (1.0 - np.cos(2.0 * np.pi * t)) ** 2
     reference = SampledTrajectory(t, 0.1 * np.outer(bump, np.linspace(1.0, -1.0, robot.n)))
-    ((data, wanted),) = ClosedLoop(robot).run([Task("", reference)])
+    ((data, target),) = ClosedLoop(robot).run([Task("", reference)])
     expected = Simulator(without_dry_friction(robot)).measure(data.motion).torque.copy()
     dry = smooth_dry_friction(robot, SMOOTHING)
     expected += [np.array(dry(qd, friction(robot)[0]))[:, 0] for qd in data.motion.qd]
     assert np.abs(data.torque - expected).max() < 1e-8 * np.abs(expected).max()
-    assert np.abs(data.motion.q - wanted).max() < 5e-3
+    assert np.abs(data.motion.q - target).max() < 5e-3
 
 
 @pytest.mark.long

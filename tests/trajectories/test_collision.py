@@ -55,16 +55,16 @@ def axis_points(body: Capsule, q: Array) -> Array:
 def test_distances_are_those_of_dense_points() -> None:
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (20, 6))
     limit = clearance(ROBOT, SCENE)
-    found = dict(zip(limit.labels, (0.1 * limit.values(state(q))).T, strict=True))
+    distances = dict(zip(limit.labels, (0.1 * limit.values(state(q))).T, strict=True))
     bodies = {body.name: body for body in SCENE.bodies}
     for a, b in SCENE.pairs:
         for k, pose in enumerate(q):
             gap = axis_points(bodies[a], pose)[:, None] - axis_points(bodies[b], pose)[None]
             apart = np.linalg.norm(gap, axis=2).min() - bodies[a].radius - bodies[b].radius
-            assert found[f"{a} to {b}"][k] == pytest.approx(apart, abs=1e-3)
+            assert distances[f"{a} to {b}"][k] == pytest.approx(apart, abs=1e-3)
     heights = [axis_points(bodies["forearm"], pose)[[0, -1], 2] + 0.42 - 0.1 for pose in q]
-    assert np.allclose(found["forearm, start, to floor"], np.array(heights)[:, 0])
-    assert np.allclose(found["forearm, end, to floor"], np.array(heights)[:, 1])
+    assert np.allclose(distances["forearm, start, to floor"], np.array(heights)[:, 0])
+    assert np.allclose(distances["forearm, end, to floor"], np.array(heights)[:, 1])
     assert not any("upper arm" in label and "floor" in label for label in limit.labels)
     assert not any(label.startswith("column") and "floor" in label for label in limit.labels)
 

@@ -63,10 +63,10 @@ def test_slopes_are_derivatives(name: str, order: float) -> None:
 
 
 def test_scaling_columns_changes_only_what_it_should() -> None:
-    other = W * np.array([10.0, 0.1, 3.0, 1.0, 1.0, 7.0])
+    scaled = W * np.array([10.0, 0.1, 3.0, 1.0, 1.0, 7.0])
     for kind, same in (("cond-scaled", True), ("cond", False)):
         criterion = CRITERIA[kind]
-        assert np.isclose(criterion(W.T @ W, 8.0)[0], criterion(other.T @ other, 8.0)[0]) == same
+        assert np.isclose(criterion(W.T @ W, 8.0)[0], criterion(scaled.T @ scaled, 8.0)[0]) == same
 
 
 def test_a_singular_matrix_has_no_condition_number() -> None:

@@ -29,8 +29,10 @@ from dynident.trajectories.simulation import parameter_vector
 def derivative(function: object, x: Array, direction: Array, step: float = 2e-4) -> float:
     """Central differences of two steps, extrapolated (Richardson)."""
     assert callable(function)
-    one, two = ((function(x + h * direction) - function(x - h * direction)) / (2.0 * h) for h in (step, 0.5 * step))
-    return float((4.0 * two - one) / 3.0)
+    coarse, two = (
+        (function(x + h * direction) - function(x - h * direction)) / (2.0 * h) for h in (step, 0.5 * step)
+    )
+    return float((4.0 * two - coarse) / 3.0)
 
 
 @pytest.mark.parametrize("goal", GOALS)
@@ -46,8 +48,8 @@ def test_gradient_is_the_derivative(goal: str, shape: str) -> None:
     value, slope = task.evaluate(x, 8.0, 0.5, limits)
     assert np.isfinite(value)
     direction = draw.standard_normal(len(x)) / np.sqrt(len(x))
-    found = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
-    assert slope @ direction == pytest.approx(found, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
+    expected = derivative(lambda y: task.evaluate(y, 8.0, 0.5, limits)[0], x, direction)
+    assert slope @ direction == pytest.approx(expected, rel=1e-6, abs=1e-6 * float(np.linalg.norm(slope)) / len(x))
 
 
 def test_fixed_durations_leave_no_other(rx90: Robot) -> None:

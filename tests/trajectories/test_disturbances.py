@@ -89,13 +89,13 @@ def experiment(tasks: list[Task]) -> Experiment:
 
 def test_the_same_seed_gives_the_same_recordings(tasks: list[Task], experiment: Experiment) -> None:
     same = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
-    other = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=8)
-    for a, b, c in zip(experiment.runs, same.runs, other.runs, strict=True):
+    reseeded = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=8)
+    for a, b, c in zip(experiment.runs, same.runs, reseeded.runs, strict=True):
         assert np.array_equal(a.recording.torque, b.recording.torque)
         assert np.array_equal(a.recording.q, b.recording.q)
         assert not np.array_equal(a.recording.torque, c.recording.torque)
-    one, two = experiment.runs
-    assert not np.array_equal(one.recording.torque, two.recording.torque)
+    first, two = experiment.runs
+    assert not np.array_equal(first.recording.torque, two.recording.torque)
 
 
 def test_without_disturbances_recordings_are_exact(tasks: list[Task]) -> None:
@@ -115,9 +115,9 @@ def test_recorded_again_is_what_would_have_been_recorded(tasks: list[Task], expe
 
 
 def test_mean_friction_goes_by_time(experiment: Experiment) -> None:
-    one, two = experiment.runs
+    first, two = experiment.runs
     mean = mean_friction(experiment.runs)
-    assert mean["FS1"] == pytest.approx(0.5 * (one.friction["FS1"] + two.friction["FS1"]))
+    assert mean["FS1"] == pytest.approx(0.5 * (first.friction["FS1"] + two.friction["FS1"]))
 
 
 def test_levels_can_be_scaled_and_are_checked() -> None:

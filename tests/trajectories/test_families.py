@@ -52,8 +52,8 @@ def families() -> dict[str, Family]:
         "near": (NearShape(POSE[None], (2, 5), np.array([0.5, 0.4]), 4.0), None),
         "near two poses": (NearShape(np.array([POSE, 0.5 * POSE]), (2, 5), np.array([0.5, 0.4]), 9.0), None),
     }
-    found = {name: shape.family(ROBOT, BOUNDS, None, start) for name, (shape, start) in shapes.items()}
-    return found | {"states": FreeStates(BOUNDS, 7)}
+    by_name = {name: shape.family(ROBOT, BOUNDS, None, start) for name, (shape, start) in shapes.items()}
+    return by_name | {"states": FreeStates(BOUNDS, 7)}
 
 
 @pytest.fixture(params=families())
@@ -93,8 +93,8 @@ def test_pullback_of_one_state_is_its_gradient(family: Family) -> None:
             for joint in range(samples.q.shape[1]):
                 slope = Samples.zeros(samples)
                 slope[field][row, joint] = 1.0
-                found = family.pullback(x, slope) @ direction
-                assert found == pytest.approx(difference[row, joint], abs=1e-6 * np.abs(difference).max())
+                derivative = family.pullback(x, slope) @ direction
+                assert derivative == pytest.approx(difference[row, joint], abs=1e-6 * np.abs(difference).max())
 
 
 def test_weights_are_pulled_back_too(family: Family) -> None:

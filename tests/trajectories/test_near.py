@@ -90,22 +90,22 @@ def derivatives(motion: Motion) -> tuple[Array, Array]:
 
 @pytest.mark.long
 def test_two_poses_and_the_way_between() -> None:
-    one = asked((3, 5, 6))
-    second = second_pose(one.robot, one.shape, one.goal)
+    request = asked((3, 5, 6))
+    second = second_pose(request.robot, request.shape, request.goal)
     assert second is not None
     assert np.flatnonzero(np.abs(second - POSE) > 1e-6).tolist() == [4, 5]
-    found = asked((3, 5, 6), poses=np.array([POSE, second])).solved()
-    assert found.spread.mass <= 0.075
-    assert found.spread.com.max() <= 6.5e-3
-    motion, bounds = found.motion.motion(1000.0), JointBounds.of(load_robot("ur10e"))
-    assert found.motion.duration == pytest.approx(30.0)
+    result = asked((3, 5, 6), poses=np.array([POSE, second])).solved()
+    assert result.spread.mass <= 0.075
+    assert result.spread.com.max() <= 6.5e-3
+    motion, bounds = result.motion.motion(1000.0), JointBounds.of(load_robot("ur10e"))
+    assert result.motion.duration == pytest.approx(30.0)
     assert (np.abs(motion.qd) <= bounds.speed).all()
     qd, qdd = derivatives(motion)
     assert np.abs(qd - motion.qd).max() < 5e-3
     assert np.abs(qdd - motion.qdd)[1:-1].max() < 0.1
     near = np.min([np.abs(motion.q - pose).max(axis=1) for pose in (POSE, second)], axis=0)
     between = near > np.radians(30.0) * (1.0 + 1e-9)
-    assert 0.0 < between.mean() * found.motion.duration < 2.0 * found.motion.transfer
+    assert 0.0 < between.mean() * result.motion.duration < 2.0 * result.motion.transfer
 
 
 def test_the_rehearsal_goes_the_same_way_slowly(design: Solved) -> None:
@@ -134,8 +134,8 @@ def test_the_prediction_is_the_scatter_of_least_squares(design: Solved) -> None:
         clean.append(W[used, j] @ BODY.vector / NOISE[j])
     A, y = np.vstack(rows), np.concatenate(clean)
     draw = np.random.default_rng(0).standard_normal((len(y), 200))
-    found = np.linalg.lstsq(A, y[:, None] + draw, rcond=None)[0]
-    mass, com = found[9].std(), (found[6:9] / found[9]).std(axis=1)
+    solutions = np.linalg.lstsq(A, y[:, None] + draw, rcond=None)[0]
+    mass, com = solutions[9].std(), (solutions[6:9] / solutions[9]).std(axis=1)
     spread = NearGoal(NOISE, rate, BODY).predicted(robot, design.motion, (2, 3, 5, 6), sample_rate=rate)
     assert spread.mass == pytest.approx(mass, rel=0.15)
     assert spread.com == pytest.approx(com, rel=0.15)
@@ -172,9 +172,9 @@ def test_mass_not_visible(joints: tuple[int, ...]) -> None:
 
 @pytest.mark.long
 def test_with_a_known_mass_the_wrist_alone_will_do() -> None:
-    found = asked((5, 6), mass_sigma=0.02).solved()
-    assert found.spread.mass == pytest.approx(0.02)
-    assert np.isfinite(found.spread.com).all()
+    result = asked((5, 6), mass_sigma=0.02).solved()
+    assert result.spread.mass == pytest.approx(0.02)
+    assert np.isfinite(result.spread.com).all()
 
 
 @pytest.mark.long

@@ -77,13 +77,13 @@ def test_a_local_search_from_many_points_finds_nothing_larger(kind: str) -> None
         def torque(s: Array, row: Array = row) -> float:
             return -float(row @ points((payloads.centre + payloads.axes @ s)[None])[0])
 
-        found = [
+        answers = [
             minimize(
                 torque, s, method="SLSQP", bounds=[(-1.0, 1.0)] * 3, constraints=limits, options={"ftol": 1e-12}
             )
             for s in starts
         ]
-        best = payloads.mass * max(0.0, *(-float(answer.fun) for answer in found))
+        best = payloads.mass * max(0.0, *(-float(answer.fun) for answer in answers))
         bound = payloads.extremes(row[None])[0].torque[0]
         assert best == pytest.approx(bound, rel=1e-5, abs=1e-6)
 
@@ -242,10 +242,10 @@ def test_the_ball_is_a_body_of_the_scene() -> None:
     goal = NearGoal(0.007 * BOUNDS.torque, 10.0, stand_in_body())
     task = build_design(ARM, shape, goal, bounds=BOUNDS, loads=loads, scene=scene)
     limit = next(limit for limit in task.limits if limit.kind == "clearance")
-    mine = [label for label in limit.labels if "payload" in label]
-    assert mine == ["payload within bounds to floor", "payload within bounds to arm"]
+    labels = [label for label in limit.labels if "payload" in label]
+    assert labels == ["payload within bounds to floor", "payload within bounds to arm"]
     height = frames_at(ARM, POSE.tolist())[6]
     centre = height.p + height.R @ SETS["ball"].centre
     values = limit.values(task.at_rest(POSE[None]))[0] * limit.unit
     base = ARM.base.R @ centre + ARM.base.p
-    assert values[limit.labels.index(mine[0])] == pytest.approx(base[2] + 5.0 - 0.2)
+    assert values[limit.labels.index(labels[0])] == pytest.approx(base[2] + 5.0 - 0.2)

@@ -21,16 +21,16 @@ def bump(t: Array) -> tuple[Array, Array, Array]:
     return np.outer(q, SHAPE), np.outer(qd, SHAPE), np.outer(qdd, SHAPE)
 
 
-@pytest.mark.parametrize("given", [1, 2, 3])
-def test_between_samples_it_is_the_motion(given: int) -> None:
+@pytest.mark.parametrize("derivatives", [1, 2, 3])
+def test_between_samples_it_is_the_motion(derivatives: int) -> None:
     """With positions alone, with speeds, and with accelerations too."""
     q, qd, qdd = bump(T)
-    trajectory = SampledTrajectory(T + 5.0, q, qd if given > 1 else None, qdd if given > 2 else None)
+    trajectory = SampledTrajectory(T + 5.0, q, qd if derivatives > 1 else None, qdd if derivatives > 2 else None)
     fine = np.linspace(0.0, 2.0, 3001)
     assert trajectory.duration == pytest.approx(2.0)
-    tolerances = {1: (1e-9, 1e-7, 1e-4), 2: (1e-7, 1e-5, 5e-3), 3: (1e-11, 1e-9, 1e-6)}[given]
-    for mine, true, tolerance in zip(trajectory.at(fine), bump(fine), tolerances, strict=True):
-        assert np.abs(mine - true).max() < tolerance * np.abs(true).max()
+    tolerances = {1: (1e-9, 1e-7, 1e-4), 2: (1e-7, 1e-5, 5e-3), 3: (1e-11, 1e-9, 1e-6)}[derivatives]
+    for values, true, tolerance in zip(trajectory.at(fine), bump(fine), tolerances, strict=True):
+        assert np.abs(values - true).max() < tolerance * np.abs(true).max()
 
 
 def test_it_rests_before_and_after() -> None:

@@ -31,11 +31,11 @@ def problem() -> DesignProblem:
 def random_scores(problem: DesignProblem, count: int) -> list[Score]:
     """At rest in each point, as fast as all limits allow, in steps of 5 %."""
     robot = limited(ROBOT, problem.bounds)
-    found = []
+    scores = []
     for seed in range(count):
         motions = (random_via_points(robot, 14, seed, speed, 0.75).motion(100.0) for speed in SPEEDS)
-        found.append(next(score for score in (score_motion(problem, x) for x in motions) if score.feasible))
-    return found
+        scores.append(next(score for score in (score_motion(problem, x) for x in motions) if score.feasible))
+    return scores
 
 
 def spread(score: Score) -> list[float]:

@@ -128,8 +128,8 @@ def _checked_durations(fixed: ArrayLike, count: int) -> Array:
     """
     times = np.asarray(fixed, dtype=float)
     if times.shape not in ((), (count - 1,)) or not ((times > 0.0) & (times <= LONGEST)).all():
-        given = ", ".join(f"{time:g}" for time in times.ravel())
+        seconds = ", ".join(f"{time:g}" for time in times.ravel())
         raise InputError(
-            f"fixed durations {given}: {count} via points need {count - 1} positive ones [s], or one for all"
+            f"fixed durations {seconds}: {count} via points need {count - 1} positive ones [s], or one for all"
         )
     return np.broadcast_to(times, (count - 1,)).copy()

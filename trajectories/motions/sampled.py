@@ -81,7 +81,7 @@ class SampledTrajectory(Plan):
             low, high = joint.limits.position
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             away = np.abs(q[:, j] - (middle if np.isfinite(middle) else 0.0))
-            for what, values, most in (
+            for quantity, values, most in (
                 ("position", away, half),
                 ("speed", np.abs(qd[:, j]), joint.limits.speed),
                 ("acceleration", np.abs(qdd[:, j]), joint.limits.acceleration),
@@ -89,7 +89,7 @@ class SampledTrajectory(Plan):
                 k = int(np.argmax(values))
                 if values[k] > _OVER * most:
                     raise InputError(
-                        f"{self.source}: joint {j + 1} goes beyond its {what} limit at {self.t[k]:.3f} s "
+                        f"{self.source}: joint {j + 1} goes beyond its {quantity} limit at {self.t[k]:.3f} s "
                         f"({values[k] / most:.2f} times): make the trajectory smaller or slower"
                     )
 

@@ -101,11 +101,11 @@ class ClosedLoop:
     def _advance(self, batch: "_Batch", start: int, stop: int) -> None:
         """Integrate the runs that have not ended over some samples."""
         n, active = self.robot.n, np.flatnonzero(batch.counts > start).tolist()
-        wanted = self._wanted([batch.tasks[k].reference for k in active], start, stop)
+        reference = self._wanted([batch.tasks[k].reference for k in active], start, stop)
         levels = np.array([batch.friction(active, sample) for sample in range(start, stop)])
         out = self._step(
             batch.state[active],
-            *(wanted[k : len(wanted) - 2 + k : 2] for k in range(3)),
+            *(reference[k : len(reference) - 2 + k : 2] for k in range(3)),
             batch.chi[active],
             np.repeat(levels, self.steps, axis=0),
             self._settings,
@@ -115,10 +115,10 @@ class ClosedLoop:
         if logged.start < stop:
             at = self.steps * np.arange(logged.start - start, stop - start)
             batch.log[logged, active] = np.concatenate(
-                [states[at, :, : 2 * n], out[at, :, 3 * n :], wanted[2 * at, :, :n]], axis=2
+                [states[at, :, : 2 * n], out[at, :, 3 * n :], reference[2 * at, :, :n]], axis=2
             )
         batch.state[active] = x = states[-1]
-        far = np.abs(x[:, :n] - wanted[-1, :, :n])
+        far = np.abs(x[:, :n] - reference[-1, :, :n])
         if not (far < _LOST).all():
             joint = int(np.argmax(np.nan_to_num(far, nan=np.inf).max(axis=0))) + 1
             raise InputError(

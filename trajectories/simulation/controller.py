@@ -85,15 +85,15 @@ CONTROLLERS = {
 """Loops as most industrial arms have them; without integral action; and those that know of gravity alone."""
 
 
-def speed_error(q: ca.SX, qd: ca.SX, wanted: ca.SX, kp: ca.SX) -> ca.SX:
-    """v - qd, n x 1 [rad/s or m/s]; ``wanted`` holds q_r, qd_r and the feed-forward."""
-    q_r, qd_r, _ = ca.vertsplit(wanted, q.numel())
+def speed_error(q: ca.SX, qd: ca.SX, reference: ca.SX, kp: ca.SX) -> ca.SX:
+    """v - qd, n x 1 [rad/s or m/s]; ``reference`` holds q_r, qd_r and the feed-forward."""
+    q_r, qd_r, _ = ca.vertsplit(reference, q.numel())
     return qd_r + kp * (q_r - q) - qd
 
 
-def motor_torque(error: ca.SX, z: ca.SX, wanted: ca.SX, J: ca.SX, kv: ca.SX, ki: ca.SX) -> ca.SX:
-    """Motor torque, n x 1 [N·m or N], of the speed error, its integral and ``wanted`` as above."""
-    return J * (kv * error + ki * z) + ca.vertsplit(wanted, z.numel())[2]
+def motor_torque(error: ca.SX, z: ca.SX, reference: ca.SX, J: ca.SX, kv: ca.SX, ki: ca.SX) -> ca.SX:
+    """Motor torque, n x 1 [N·m or N], of the speed error, its integral and ``reference`` as above."""
+    return J * (kv * error + ki * z) + ca.vertsplit(reference, z.numel())[2]
 
 
 def mean_inertia(robot: Robot) -> Array:

@@ -151,7 +151,7 @@ def record(
 
 def _exponential(draw: np.random.Generator, shape: tuple[int, ...], memory: float) -> Array:
     """Noise of unit variance whose correlation falls by e in ``memory`` samples, column by column."""
-    kept = float(np.exp(-1.0 / memory))
+    decay = float(np.exp(-1.0 / memory))
     fresh = draw.standard_normal(shape)
-    fresh[1:] *= np.sqrt(1.0 - kept**2)
-    return Section(1.0, 0.0, 0.0, -kept, 0.0).filtered(fresh, np.zeros((2, shape[1])))[0]
+    fresh[1:] *= np.sqrt(1.0 - decay**2)
+    return Section(1.0, 0.0, 0.0, -decay, 0.0).filtered(fresh, np.zeros((2, shape[1])))[0]

@@ -62,9 +62,9 @@ class Experiment:
         Raises:
             ValueError: if the robot itself would move otherwise.
         """
-        mine = self.disturbances
+        own = self.disturbances
         for name in ("ripple", "waves", "friction", "friction_memory"):
-            if getattr(mine, name) != getattr(disturbances, name):
+            if getattr(own, name) != getattr(disturbances, name):
                 raise ValueError(f"{name} acts on the moving robot: simulate again")
         errors = draw_robot_errors(disturbances, self.seed)
         runs = (

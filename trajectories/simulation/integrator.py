@@ -39,7 +39,7 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     """
     n = robot.n
     x = ca.SX.sym("x", 3 * n)
-    wanted = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
+    reference = [ca.SX.sym(f"wanted{k}", 3 * n) for k in range(3)]
     chi, level = ca.SX.sym("chi", len(base.columns)), ca.SX.sym("level", len(dry_friction_names(robot)))
     settings = ca.SX.sym("settings", 4 + 2 * n + waves * (n + 1))
     h, kp, kv, ki, J, amplitude, w, phases = ca.vertsplit(
@@ -47,19 +47,21 @@ def integration_step(robot: Robot, base: BaseParameters, waves: int) -> ca.Funct
     )
     forward, friction = forward_dynamics_base(robot, base), smooth_dry_friction(robot, SMOOTHING)
 
-    def slope(x: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def slope(x: ca.SX, reference: ca.SX) -> tuple[ca.SX, ca.SX]:
         q, qd, z = ca.vertsplit(x, n)
-        error = speed_error(q, qd, wanted, kp)
-        torque = motor_torque(error, z, wanted, J, kv, ki)
+        error = speed_error(q, qd, reference, kp)
+        torque = motor_torque(error, z, reference, J, kv, ki)
         ripple = ca.SX.zeros(n)
         for k in range(waves):
             ripple += amplitude * ca.sin(w[k] * q + phases[k * n : (k + 1) * n])
         return ca.vertcat(qd, forward(q, qd, torque + ripple - friction(qd, level), chi), error), torque
 
-    at_start, torque = slope(x, wanted[0])
-    after = runge_kutta(lambda x, wanted: slope(x, wanted)[0], x, h, (wanted[0], wanted[1], wanted[2]))
+    at_start, torque = slope(x, reference[0])
+    after = runge_kutta(
+        lambda x, reference: slope(x, reference)[0], x, h, (reference[0], reference[1], reference[2])
+    )
     out = ca.cse(ca.densify(ca.vertcat(after, torque, at_start[n : 2 * n])))
-    return ca.Function("step", [x, *wanted, chi, level, settings], [out])
+    return ca.Function("step", [x, *reference, chi, level, settings], [out])
 
 
 def step_settings(h: float, controller: Controller, inertia: Array, ripple: Ripple) -> Array:

@@ -54,16 +54,16 @@ def weights_apart(evidence: Evidence) -> list[Finding]:
     if evidence.gained is None:
         return []
     apart = []
-    for weight, other in combinations(evidence.gained.weights, 2):
-        ratio = (weight.mass / weight.told) / (other.mass / other.told)
-        sigma = float(np.hypot(weight.sigma / weight.mass, other.sigma / other.mass))
+    for weight, second in combinations(evidence.gained.weights, 2):
+        ratio = (weight.mass / weight.told) / (second.mass / second.told)
+        sigma = float(np.hypot(weight.sigma / weight.mass, second.sigma / second.mass))
         if abs(ratio - 1.0) > max(APART, APART_SIGMAS * sigma):
-            apart.append((abs(ratio - 1.0) / sigma, weight, other))
+            apart.append((abs(ratio - 1.0) / sigma, weight, second))
     if not apart:
         return []
-    _, weight, other = max(apart, key=lambda entry: entry[0])
+    _, weight, second = max(apart, key=lambda entry: entry[0])
     text = (
-        f"the weights do not go together: with these gains {_told(weight)} and {_told(other)}: is one mass given "
+        f"the weights do not go together: with these gains {_told(weight)} and {_told(second)}: is one mass given "
         "wrongly, or are recordings of two mountings taken for one?"
     )
     return [error(text, "mass")]

@@ -71,16 +71,16 @@ def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
 
 def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evidence:
     """Something else in the torques, that changes the mass by a share."""
-    found = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
-    return of_payload(estimate_of(), nuisances=(found,))
+    nuisance = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
+    return of_payload(estimate_of(), nuisances=(nuisance,))
 
 
-def apart(constant: float, changing: float = 0.0, other: float = 0.0) -> Evidence:
+def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Evidence:
     """A pair whose third joint differs by a constant, and another one by something that changes [rad]."""
     t = np.linspace(0.0, 1.0, 50)
     bare, heavy = (Recording(t, np.zeros((50, 6)), np.zeros((50, 6)), source=name) for name in ("U", "L"))
     pair = AlignedPair(
-        bare, heavy, 0.0, 0.1, 0.1, (0.0, 0.0, constant, 0.0, 0.0, 0.0), (0.0, 0.0, changing, other, 0.0, 0.0)
+        bare, heavy, 0.0, 0.1, 0.1, (0.0, 0.0, constant, 0.0, 0.0, 0.0), (0.0, 0.0, changing, second, 0.0, 0.0)
     )
     return Evidence(ROBOT, compared=(pair,))
 

@@ -36,7 +36,11 @@ def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
 
     def said(evidence: Evidence) -> list[Finding]:
         findings = FUNCTIONS[side.check](evidence)
-        return [one for one in findings if one.severity == side.severity and side.words in one.text]
+        return [
+            candidate
+            for candidate in findings
+            if candidate.severity == side.severity and side.words in candidate.text
+        ]
 
     assert said(quiet) == []
     (finding,) = said(loud)

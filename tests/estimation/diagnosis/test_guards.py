@@ -102,11 +102,11 @@ def test_contact_is_a_burst(pair: tuple[Recording, Recording]) -> None:
     problem = payload_problem(invented.robot(NAME), [struck(pair[1])], [pair[0]], robust=True)
     free = identify_payload(problem, 4).estimate
     system = thinned_problem(problem, states_of(problem.source)) if problem.source else None
-    found = bursts(system) if system else None
-    assert found is not None
-    assert found.many <= 3
+    burst = bursts(system) if system else None
+    assert burst is not None
+    assert burst.many <= 3
     whole = answered(problem)
-    assert 1.96 * whole.free.estimate.sigma[9] >= 0.999 * abs(found.change[9])
+    assert 1.96 * whole.free.estimate.sigma[9] >= 0.999 * abs(burst.change[9])
     assert whole.free.estimate.sigma[9] > free.sigma[9]
 
 
@@ -134,8 +134,8 @@ def until(recording: Recording, stop: float) -> Recording:
     return replace(recording, t=recording.t[own], q=recording.q[own], qd=speeds, torque=recording.torque[own])
 
 
-def named(found: tuple[Rival, ...], kind: str, name: str) -> Rival:
-    return next(rival for rival in found if (rival.kind, rival.name) == (kind, name))
+def named(rivals: tuple[Rival, ...], kind: str, name: str) -> Rival:
+    return next(rival for rival in rivals if (rival.kind, rival.name) == (kind, name))
 
 
 def test_the_robot_that_was_recorded_explains_most(pair: tuple[Recording, Recording]) -> None:
@@ -150,8 +150,13 @@ def test_a_joint_counted_the_other_way_is_found(pair: tuple[Recording, Recording
     """Positions and torques of a joint have the other sign in both recordings: nothing else would show it."""
     sign = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
     turned = [
-        replace(one, q=one.q * sign, qd=None if one.qd is None else one.qd * sign, torque=one.torque * sign)
-        for one in pair
+        replace(
+            recording,
+            q=recording.q * sign,
+            qd=None if recording.qd is None else recording.qd * sign,
+            torque=recording.torque * sign,
+        )
+        for recording in pair
     ]
     source = Source((turned[1],), (turned[0],), load_robot(NAME).processing)
     best = max(rivals(load_robot(NAME), states_of(source)), key=lambda rival: rival.fall)
@@ -187,7 +192,7 @@ def test_good_recordings_hold_nothing_else(pair: tuple[Recording, Recording]) ->
     assert leaning is not None
     assert not leaning.stands_out
     assert not leaning.change(4)[0].any()
-    assert [found.kind for found in nuisances(system)] == ["late", "slip"]
+    assert [nuisance.kind for nuisance in nuisances(system)] == ["late", "slip"]
     delay, slip = nuisances(system)
     assert abs(delay.size) < checks.LATE
     assert slip.z < checks.SLIP_Z
@@ -203,10 +208,10 @@ def test_a_base_that_leans_is_seen(pair: tuple[Recording, Recording], degrees: f
     leaning = Simulator(replace(arm, gravity=(across, 0.0, -float(np.sqrt(9.81**2 - across**2)))))
     motion = random_via_points(arm, 12, seed=3).motion(200.0)
     heavy, bare = leaning.record(motion, BODY, NOISE, 2), leaning.record(motion, None, NOISE, 1)
-    found = tilt(beside(heavy, bare))
-    assert found is not None
-    assert found.stands_out == (degrees > 0.5)
-    assert np.degrees(found.angle) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(found.sigma))
+    lean = tilt(beside(heavy, bare))
+    assert lean is not None
+    assert lean.stands_out == (degrees > 0.5)
+    assert np.degrees(lean.angle) == pytest.approx(degrees, abs=0.2 * degrees + 3.0 * np.degrees(lean.sigma))
 
 
 def test_torques_that_are_late_are_seen(pair: tuple[Recording, Recording]) -> None:
@@ -233,7 +238,7 @@ def test_a_payload_that_slips_is_seen(pair: tuple[Recording, Recording]) -> None
 def test_gains_of_a_wrong_robot_do_not_hide_it(pair: tuple[Recording, Recording]) -> None:
     """With gains of their own in every comparison, the robot that was recorded still explains most."""
     off = np.array([1.0, 1.4, 1.3, 1.3, 1.3, 1.25])  # as gains come out that are identified with a ur20
-    bare, heavy = (replace(one, torque=one.torque * off) for one in pair)
+    bare, heavy = (replace(recording, torque=recording.torque * off) for recording in pair)
     states = states_of(Source((heavy,), (bare,), load_robot(NAME).processing))
     assert named(rivals(load_robot("ur20"), states, free_gains=True), "robot", NAME).z > 2.0
     right = [rival for rival in rivals(load_robot(NAME), states, free_gains=True) if rival.kind == "robot"]

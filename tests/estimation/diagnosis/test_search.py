@@ -71,10 +71,10 @@ def test_a_settled_case_is_not_looked_at_again(look: Look) -> None:
 
 def test_the_worst_kind_comes_first_and_the_same_words_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """One cause each for recordings without and with payload."""
-    told = iter([Cause("U", "late", 0.5, 0.4), Cause("L", "turned", 0.5, 0.1)])
-    monkeypatch.setattr(search, "likely_cause", lambda *_: next(told))
+    causes = iter([Cause("U", "late", 0.5, 0.4), Cause("L", "turned", 0.5, 0.1)])
+    monkeypatch.setattr(search, "likely_cause", lambda *_: next(causes))
     assert [cause.source for cause in search.likely_causes(ROBOT, SOURCE)] == ["L", "U"]
-    told = iter([Cause("U", "late", 0.5, 0.4), Cause("L", "late", 0.5, 0.1)])
+    causes = iter([Cause("U", "late", 0.5, 0.4), Cause("L", "late", 0.5, 0.1)])
     assert [cause.source for cause in search.likely_causes(ROBOT, SOURCE)] == ["L"]
 
 

@@ -83,7 +83,7 @@ def test_a_way_that_only_shows_frictions_part_does_not_count() -> None:
 def test_few_blocks_widen_what_joints_of_a_weighing_show() -> None:
     """0.6 kg are 6 standard deviations, but one degree of freedom makes them one."""
     many = by_masses((5.6, 0.1))
-    few = replace(many, masses=tuple(replace(one, degrees_of_freedom=1.0) for one in many.masses))
+    few = replace(many, masses=tuple(replace(group, degrees_of_freedom=1.0) for group in many.masses))
     assert judge(of_weighing(by_joints=many)).level == "do_not_use"
     assert judge(of_weighing(by_joints=few)).level == "use"
     assert judge(of_payload(estimate_of(), by_joints=few)).level == "do_not_use"
@@ -100,17 +100,17 @@ def test_hidden_and_unknown_quantities() -> None:
 
 def test_causes_are_looked_for_where_something_contradicts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Then a smaller gain is told as well."""
-    asked: list[bool] = []
+    flags: list[bool] = []
 
     def causes(_: Robot, __: object, contradicted: bool, apart: bool) -> tuple[Cause, ...]:
-        asked.append(contradicted)
+        flags.append(contradicted)
         return ()
 
     monkeypatch.setattr(recordings, "likely_causes", causes)
     for evidence in (of_payload(estimate_of(), source=SOURCE), of_payload(estimate_of(left=0.2), source=SOURCE)):
         judge(evidence)
     judge(of_payload(estimate_of(ten=with_mass(-5.0)), source=SOURCE))
-    assert asked == [False, True]
+    assert flags == [False, True]
 
 
 def test_a_cause_is_serious_where_it_explains_half() -> None:
@@ -135,12 +135,12 @@ def test_a_tilt_that_does_not_stand_out_moves_nothing() -> None:
     effects = np.eye(10)[:, :2], np.zeros((10, 2))
     for share, moved in ((0.999, False), (1.001, True)):
         values = np.array([0.6, 0.8]) * share * beside_both.TILT
-        seen = Tilt(values, 1e-8 * np.eye(2), effects)
-        change, covariance = seen.change(4)
+        lean = Tilt(values, 1e-8 * np.eye(2), effects)
+        change, covariance = lean.change(4)
         assert change[:2] == pytest.approx(values if moved else 0.0, rel=1e-3)
         square = values[0] ** 2 * (not moved)
         assert covariance[0, 0] == pytest.approx(square + 1e-8, rel=1e-3)
-        assert not seen.change(3)[0].any()
+        assert not lean.change(3)[0].any()
 
 
 def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
@@ -159,11 +159,11 @@ def test_a_delay_that_moves_the_mass_leaves_nothing() -> None:
 def test_what_is_mixed_up_is_looked_for_where_a_guard_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     """And told on both sides of its thresholds."""
     tried = Rival("mixed up", "joints 2 and 3 are exchanged", rival_checks.TURNED, rival_checks.TURNED_Z)
-    for fall, z, told in ((1.001, 1.001, 1), (0.999, 1.001, 0), (1.001, 0.999, 0)):
-        found = tried._replace(fall=fall * tried.fall, z=z * tried.z)
-        monkeypatch.setattr(nuisances, "mixed_up", lambda *_, found=found: (found,))
+    for fall, z, count in ((1.001, 1.001, 1), (0.999, 1.001, 0), (1.001, 0.999, 0)):
+        mixture = tried._replace(fall=fall * tried.fall, z=z * tried.z)
+        monkeypatch.setattr(nuisances, "mixed_up", lambda *_, mixture=mixture: (mixture,))
         evidence = of_payload(estimate_of(), source=SOURCE)
-        assert len(nuisances.mixtures(evidence, ["scale"])) == told
+        assert len(nuisances.mixtures(evidence, ["scale"])) == count
         assert nuisances.mixtures(evidence, ["other_robots"]) == []
         assert nuisances.mixtures(of_payload(estimate_of()), ["scale"]) == []
 

@@ -34,9 +34,9 @@ def fitted(equations: Equations) -> tuple[Array, Array]:
 
 def test_stated_variance_of_few_rows_is_the_scatter() -> None:
     """The residual of 12 rows and 6 unknowns is half as large as the noise: divided by 12 it would state half."""
-    found = [fitted(problem(seed)) for seed in range(DRAWS)]
-    scatter = np.cov(np.array([errors for errors, _ in found]).T)
-    stated = np.mean([covariance for _, covariance in found], axis=0)
+    fits = [fitted(problem(seed)) for seed in range(DRAWS)]
+    scatter = np.cov(np.array([errors for errors, _ in fits]).T)
+    stated = np.mean([covariance for _, covariance in fits], axis=0)
     assert np.diag(stated) == pytest.approx(np.diag(scatter), rel=0.2)
     assert stated == pytest.approx(scatter, abs=0.2 * np.diag(scatter).max())
 

@@ -118,7 +118,7 @@ def test_one_weights_mass_is_taken_on_trust() -> None:
     assert wrong.verdict.level == right.verdict.level
 
 
-def several(masses: tuple[float, ...], told: tuple[float, ...], mounting: tuple[int, ...]) -> DriveGains:
+def several(masses: tuple[float, ...], stated_masses: tuple[float, ...], mounting: tuple[int, ...]) -> DriveGains:
     """Gains by weights of some masses, each mounted a quarter turn farther, and what was told of them [kg]."""
     name, motion = "irb120", made.moved("irb120", 1, 10)
     first, turn, bodies = made.weight(name, 1), np.eye(3), list[InertialParameters]()
@@ -126,7 +126,7 @@ def several(masses: tuple[float, ...], told: tuple[float, ...], mounting: tuple[
         bodies.append(InertialParameters(first.moved(turn, [0.0, 0.0, 0.0]).vector * (mass / first.mass)))
         turn = QUARTER @ turn
     logs = [made.recorded(name, motion, body, (1, k)) for k, body in enumerate((None, *bodies))]
-    loads = [known_mass(mass) for mass in told]
+    loads = [known_mass(mass) for mass in stated_masses]
     problem = gain_problem(load_robot(name), logs[:1], logs[1:], load=loads, mounting=mounting)
     return identify_gains(problem, loads)
 

@@ -27,10 +27,10 @@ def record(simulator: Simulator) -> Record:
         draw = np.random.default_rng([seed, 77])
         pair = []
         for k, body in enumerate((None, load)):
-            one = simulator.record(motion, body, noise, [seed, k], f"run{seed}-{k}")
-            flicker = 2e-5 * draw.standard_normal(one.q.shape)
+            recording = simulator.record(motion, body, noise, [seed, k], f"run{seed}-{k}")
+            flicker = 2e-5 * draw.standard_normal(recording.q.shape)
             flicker[:, [joint - 1 for joint in joints]] = 0.0
-            pair.append(replace(one, q=one.q + flicker))
+            pair.append(replace(recording, q=recording.q + flicker))
         return Pair(*pair)
 
     return make

@@ -74,8 +74,8 @@ def test_intervals_of_few_seconds_hold_and_say_so() -> None:
         error, half = off(identify_payload(problem, 4).estimate)
         assert abs(error) < half < 0.15 * LOAD.mass
     answer = answer_payload(problem, (4,))
-    told = " ".join([*recommended_notes(answer), *payload_notes(answer)])
-    assert "too few for a jackknife: intervals go by the memory of the errors" in told
+    text = " ".join([*recommended_notes(answer), *payload_notes(answer)])
+    assert "too few for a jackknife: intervals go by the memory of the errors" in text
 
 
 @cache
@@ -126,10 +126,10 @@ def test_a_stored_robot_does_not_take_up_slow_errors() -> None:
     All parameters found anew in ten seconds explain most of it away.
     """
     expected = float((1.0 + np.exp(-0.5)) / (1.0 - np.exp(-0.5)))
-    told, anew = list[float](), list[float]()
+    inflations, anew = list[float](), list[float]()
     for seed in range(SEEDS):
         loaded = begun(seed)[1]
-        told += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
+        inflations += payload_problem(ROBOT, [loaded], known=stored(seed), robust=True).inflation
         anew += payload_problem(ROBOT, [loaded], recordings(seed, 0.0)[:1], robust=True).inflation
-    assert np.median(told) == pytest.approx(expected, rel=0.3)
+    assert np.median(inflations) == pytest.approx(expected, rel=0.3)
     assert np.median(anew) < 0.75 * expected

@@ -95,9 +95,9 @@ def test_how_far_each_friction_may_change() -> None:
     names = ("ZZ1", "FS1", "FV1", "OFF1", "FS2", "FV2", "OFF2", "FSM2")
     values = np.array([1.0, -10.0, 5.0, 0.3, 0.0, 4.0, 0.0, 2.0])
     robot = Estimate(names, values, np.eye(8), 100.0, fit_of(0.05), np.ones(6))
-    held = friction_changes(robot, (4.0, 9.0), 0.2)
-    assert {name: one.sigma for name, one in held.items()} == pytest.approx(
+    changes = friction_changes(robot, (4.0, 9.0), 0.2)
+    assert {name: change.sigma for name, change in changes.items()} == pytest.approx(
         {"FS1": 2.0, "FV1": 1.0, "FV2": 0.8, "FSM2": 0.4, "OFF1": 0.12, "OFF2": 0.12}
     )
-    assert {one.inflation for name, one in held.items() if name.endswith("2")} == {9.0}
+    assert {change.inflation for name, change in changes.items() if name.endswith("2")} == {9.0}
     assert friction_changes(robot, (4.0, 9.0), 0.0) == {}

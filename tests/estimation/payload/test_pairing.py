@@ -54,8 +54,8 @@ def test_method_3_compares_what_both_have(
     assert len(problem.pairs) == count
     assert [each.lag for each in problem.pairs] == pytest.approx([LATER] * count, abs=2e-3)
     assert problem.source is not None
-    told = " ".join(note for each in (*problem.source.loaded, *problem.source.unloaded) for note in each.notes)
-    assert "so that method 3 compares what both have" in told
+    text = " ".join(note for each in (*problem.source.loaded, *problem.source.unloaded) for note in each.notes)
+    assert "so that method 3 compares what both have" in text
     estimate = identify_payload(problem, 3)
     assert estimate.mass == pytest.approx(payload.mass, abs=4.0 * float(estimate.larger_sigma[9]))
     assert float(estimate.larger_sigma[9]) < 0.05

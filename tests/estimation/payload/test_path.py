@@ -51,15 +51,15 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     problem = difference_weighing(ROBOT, [loaded], [bare])
     estimate = identify_payload(problem, 3).estimate
     assert problem.difference is not None
-    (held, taken) = from_difference(problem).known
-    assert taken.names == (PATH,)
-    as_measured = replace(from_difference(problem), known=(held, taken._replace(values=np.array([-1.0]))))
+    (levels, path) = from_difference(problem).known
+    assert path.names == (PATH,)
+    as_measured = replace(from_difference(problem), known=(levels, path._replace(values=np.array([-1.0]))))
     plain = as_measured.values(estimate.weights)
     change = plain - estimate.values
     assert abs(estimate["M_L"] - LOAD.mass) < 0.6 * abs(plain[9] - LOAD.mass)
     assert abs(estimate["M_L"] - LOAD.mass) < 4e-4 * mrad * LOAD.mass
     lasting = from_difference(problem).lasting(estimate.weights)
-    exact = replace(from_difference(problem), known=(held, taken._replace(lasting=np.zeros((1, 1)))))
+    exact = replace(from_difference(problem), known=(levels, path._replace(lasting=np.zeros((1, 1)))))
     quarter = lasting - exact.lasting(estimate.weights)
     assert quarter == pytest.approx(np.outer(change, change) / 16.0, rel=1e-6, abs=1e-12)
 
@@ -69,11 +69,11 @@ def test_method_3_takes_it_off_as_well() -> None:
     problem = payload_problem(ROBOT, [loaded], [bare], robust=False)
     assert problem.difference is not None
     assert PATH in problem.difference.columns
-    found = identify_payload(problem, 3).mass
-    (taken,) = from_difference(problem).known
-    as_measured = replace(from_difference(problem), known=(taken._replace(values=np.array([-1.0])),))
+    mass = identify_payload(problem, 3).mass
+    (path,) = from_difference(problem).known
+    as_measured = replace(from_difference(problem), known=(path._replace(values=np.array([-1.0])),))
     plain = as_measured.solved().values[9]
-    assert abs(found - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
+    assert abs(mass - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
 
 
 def test_one_and_the_same_path_leaves_nothing_to_take_off() -> None:

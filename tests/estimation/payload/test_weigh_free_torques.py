@@ -18,8 +18,8 @@ def test_a_constant_torque_and_coulomb_friction_that_changed_do_not_matter(
     pair = record((2, 3, 5, 6))
     qd = np.gradient(pair.loaded.q, pair.loaded.t, axis=0)
     changed = pair.loaded.torque + np.array([0, 9, 5, 0, 3, 1]) + np.array([0, 6, 3, 0, 2, 1]) * np.sign(qd)
-    other = Pair(pair.bare, replace(pair.loaded, torque=changed))
-    first, second = (weighed(simulator.robot, one) for one in (pair, other))
+    changed_pair = Pair(pair.bare, replace(pair.loaded, torque=changed))
+    first, second = (weighed(simulator.robot, each_pair) for each_pair in (pair, changed_pair))
     assert first.short.held.joints == (1, 2)  # counted from 0
     assert second.short.held.joints == ()  # told by the recordings themselves
     assert second.mass == pytest.approx(first.mass, abs=2.0 * first.spread.mass)
@@ -32,19 +32,19 @@ def test_a_constant_torque_within_the_allowance_is_in_the_interval(
     record: Record, simulator: Simulator, arm: PayloadProblem
 ) -> None:
     """What the allowance adds is what the mass changes by when constant torques differ by as much."""
-    motion, found = short(arm), identify_payload(arm, 3)
-    held = motion.held
-    assert held.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
+    motion, payload = short(arm), identify_payload(arm, 3)
+    torques = motion.held
+    assert torques.sigma[1] == pytest.approx(OFFSET_SHARE * simulator.robot.parameters["FS2"], rel=0.1)
     pair = record((2, 3, 5, 6))
     moved = np.zeros(10)
-    for j in held.joints:
-        torque = pair.loaded.torque + np.eye(6)[j] * held.sigma[j]
+    for j in torques.joints:
+        torque = pair.loaded.torque + np.eye(6)[j] * torques.sigma[j]
         moved_pair = difference_weighing(simulator.robot, [replace(pair.loaded, torque=torque)], [pair.bare])
-        other = identify_payload(moved_pair, 3)
-        moved += (other.ten - found.ten) ** 2
+        moved_payload = identify_payload(moved_pair, 3)
+        moved += (moved_payload.ten - payload.ten) ** 2
     setting = motion.joints, free_friction(6), motion.torque_rms, arm.rate
     free = weighing_problem(arm.robot, arm.base, motion.runs, *setting)
-    assert identify_payload(free, 3).ten == pytest.approx(found.ten, abs=5.0 * np.max(found.estimate.sigma))
-    assert found.estimate.robust is not None
+    assert identify_payload(free, 3).ten == pytest.approx(payload.ten, abs=5.0 * np.max(payload.estimate.sigma))
+    assert payload.estimate.robust is not None
     assert moved[9] > 0.0
-    assert found.estimate.robust.covariance[9, 9] > 0.9 * moved[9]
+    assert payload.estimate.robust.covariance[9, 9] > 0.9 * moved[9]

@@ -19,7 +19,7 @@ def test_every_quantity_is_judged_by_its_own(record: Record, simulator: Simulato
     assert np.abs(answer.com - LOAD.com).max() < 4.0 * answer.spread.com.max()
     assert ((answer.com_interval[:, 0] < answer.com) & (answer.com < answer.com_interval[:, 1])).all()
     assert answer.verdict.level in ("use", "mass_and_com_only")
-    assert {one.name for one in answer.by_joints.masses} >= {"joint 2", "joint 3", "joints 2-3", "joints 5-6"}
+    assert {group.name for group in answer.by_joints.masses} >= {"joint 2", "joint 3", "joints 2-3", "joints 5-6"}
 
 
 def test_inertia_counts_only_below_thirty_percent(simulator: Simulator, record: Record) -> None:
@@ -45,27 +45,27 @@ def test_swapped_recordings_are_not_used(record: Record, simulator: Simulator) -
 @pytest.mark.long
 def test_coverage_of_the_mass(record: Record, simulator: Simulator) -> None:
     """20 seeds; the benchmark has 100 of each case."""
-    held, places = 0, np.zeros(3)
+    hits, places = 0, np.zeros(3)
     for seed in range(20):
         answer = weighed(simulator.robot, record((2, 3, 5, 6), seed))
         low, high = answer.mass_interval
-        held += low <= LOAD.mass <= high
+        hits += low <= LOAD.mass <= high
         places += (answer.com_interval[:, 0] <= LOAD.com) & (LOAD.com <= answer.com_interval[:, 1])
-    assert held >= 17  # of 95 %: fewer once in 60
+    assert hits >= 17  # of 95 %: fewer once in 60
     assert (places >= 16).all()
 
 
 def test_gain_errors_widen(record: Record, simulator: Simulator, arm: PayloadProblem) -> None:
-    found = identify_payload(arm, 3).estimate
-    plain, unsure = error_model(found), error_model(found, Gains((0.0,), 0.02))
+    estimate = identify_payload(arm, 3).estimate
+    plain, unsure = error_model(estimate), error_model(estimate, Gains((0.0,), 0.02))
     wider = unsure.sigma[9] ** 2 - plain.sigma[9] ** 2
-    assert np.sqrt(wider) == pytest.approx(0.02 * found["M_L"], rel=1e-6)  # common: scales the mass
+    assert np.sqrt(wider) == pytest.approx(0.02 * estimate["M_L"], rel=1e-6)  # common: scales the mass
 
 
 @pytest.mark.parametrize("seed", range(1, 3))
 def test_few_blocks_count(record: Record, simulator: Simulator, seed: int) -> None:
     """3 s give two blocks: sigma alone would do, but the interval is six times as wide as from many."""
-    pair = Pair(*(cut(one, 2.0, 5.0) for one in record((2, 3, 5, 6), seed)))
+    pair = Pair(*(cut(recording, 2.0, 5.0) for recording in record((2, 3, 5, 6), seed)))
     answer = weighed(simulator.robot, pair)
     assert answer.model.degrees_of_freedom == 1
     low, high = answer.mass_interval

@@ -23,8 +23,8 @@ def test_repeats_spread_and_no_drift(record: Record, simulator: Simulator) -> No
     assert repeats.spread == pytest.approx(np.std(repeats.masses, ddof=1))
     assert not repeats.drifts
     assert answer.spread.mass / repeats.excess < min(repeats.sigmas)
-    one = answer_payload(difference_weighing(simulator.robot, [p.loaded for p in pairs], [pairs[0].bare]))
-    assert one.mass == pytest.approx(LOAD.mass, abs=0.3)
+    single = answer_payload(difference_weighing(simulator.robot, [p.loaded for p in pairs], [pairs[0].bare]))
+    assert single.mass == pytest.approx(LOAD.mass, abs=0.3)
 
 
 @pytest.mark.long
@@ -53,7 +53,7 @@ def test_robot_parameters_instead_of_a_recording(record: Record, simulator: Simu
     )
     assert answer.mass == pytest.approx(LOAD.mass, abs=3.0 * answer.spread.mass)
     exact = replace(problem, known=replace(known, covariance=1e-6 * known.covariance))
-    unsure, certain = (identify_payload(one, 1).estimate.sigma[9] for one in (problem, exact))
+    unsure, certain = (identify_payload(variant, 1).estimate.sigma[9] for variant in (problem, exact))
     assert unsure > certain
     assert [way.name for way in answer.agreement] == ["torque difference (method 3)"]
     with pytest.raises(InputError, match="another model"):

@@ -30,11 +30,11 @@ def test_ripple_that_comes_with_the_payload_is_found(record: Record, simulator: 
     pair = record((2, 3, 5, 6))
     size = sizes(pair)
     plain, rippled = weighed(simulator.robot, pair), weighed(simulator.robot, shaken(pair))
-    found = rippled.short.runs[0].ripple
-    assert {one.joint for one in found} >= {2, 3}
-    clear = [one for one in found if one.joint in (2, 3)]
-    assert all(one.waves == pytest.approx(36.0, abs=1.5) for one in clear)
-    assert all(one.amplitude == pytest.approx(size[one.joint - 1], rel=0.3) for one in clear)
+    ripples = rippled.short.runs[0].ripple
+    assert {ripple.joint for ripple in ripples} >= {2, 3}
+    clear = [ripple for ripple in ripples if ripple.joint in (2, 3)]
+    assert all(ripple.waves == pytest.approx(36.0, abs=1.5) for ripple in clear)
+    assert all(ripple.amplitude == pytest.approx(size[ripple.joint - 1], rel=0.3) for ripple in clear)
     assert rippled.mass == pytest.approx(plain.mass, abs=plain.spread.mass)
     low, high = rippled.mass_interval
     assert low < LOAD.mass < high
@@ -50,14 +50,16 @@ def test_white_noise_has_no_ripple(record: Record, simulator: Simulator) -> None
 def test_in_how_many_parts_it_is_looked_for_does_not_matter(
     record: Record, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pair, found = shaken(record((2, 3, 5, 6))), []
+    pair, ripples = shaken(record((2, 3, 5, 6))), []
     for at_once in (10**9, 60_000, 1):  # all, a few, one
         monkeypatch.setattr(ripple, "_AT_ONCE", at_once)
-        found.append(short(difference_weighing(simulator.robot, [pair.loaded], [pair.bare])).runs[0].ripple)
-    assert len(found[0]) >= 2
-    for other in found[1:]:
-        assert [one[:2] for one in other] == [one[:2] for one in found[0]]
-        assert [one.amplitude for one in other] == pytest.approx([one.amplitude for one in found[0]], rel=1e-12)
+        ripples.append(short(difference_weighing(simulator.robot, [pair.loaded], [pair.bare])).runs[0].ripple)
+    assert len(ripples[0]) >= 2
+    for again in ripples[1:]:
+        assert [wave[:2] for wave in again] == [wave[:2] for wave in ripples[0]]
+        assert [wave.amplitude for wave in again] == pytest.approx(
+            [wave.amplitude for wave in ripples[0]], rel=1e-12
+        )
 
 
 def test_a_long_search_takes_little_memory() -> None:
@@ -75,7 +77,7 @@ def test_a_long_search_takes_little_memory() -> None:
 
 def test_that_it_may_be_chance_is_told(record: Record, simulator: Simulator) -> None:
     answer = weighed(simulator.robot, shaken(record((2, 3, 5, 6))))
-    (told,) = (line for line in detail_notes(answer) if line.startswith("Ripple"))
-    assert "may be chance" in told
-    assert f"probability of {100 * RIPPLE_CHANCE:.0f} %" in told
-    assert f"in one or more with {100 * (1 - (1 - RIPPLE_CHANCE) ** 4):.0f} %" in told  # four joints
+    (note,) = (line for line in detail_notes(answer) if line.startswith("Ripple"))
+    assert "may be chance" in note
+    assert f"probability of {100 * RIPPLE_CHANCE:.0f} %" in note
+    assert f"in one or more with {100 * (1 - (1 - RIPPLE_CHANCE) ** 4):.0f} %" in note  # four joints

@@ -32,8 +32,8 @@ def test_recordings_that_do_not_form_pairs(record: Record, simulator: Simulator)
 
 def test_without_noise_the_payload_is_exact(record: Record, simulator: Simulator) -> None:
     pair = record((2, 3, 5, 6), noise=np.zeros(6))
-    found = identify_payload(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
-    assert found.ten == pytest.approx(LOAD.vector, abs=2e-3)
+    payload = identify_payload(difference_weighing(simulator.robot, [pair.loaded], [pair.bare]), 3)
+    assert payload.ten == pytest.approx(LOAD.vector, abs=2e-3)
 
 
 @pytest.mark.parametrize(("begin", "end"), [(2.3, 17.2), (1.1, 18.2), (3.1, 16.3)])
@@ -50,11 +50,11 @@ def test_ends_cut_in_full_motion_are_left_out_of_a_single_recording(record: Reco
     """Three periods of the cut-off are left out, 5 % at most, as everywhere but in a pair."""
     processing = simulator.robot.processing
     motion = measurement(cut(record((2, 3, 5, 6)).bare, 2.3, 17.2), processing).motion
-    kept = telling_rows(motion, (2, 3, 5, 6), processing)
+    rows = telling_rows(motion, (2, 3, 5, 6), processing)
     whole = telling_rows(motion, (2, 3, 5, 6), processing, ends=True)
     lost = min(3.0 / (processing.cutoff or np.inf), 0.05 * (motion.t[-1] - motion.t[0]))
     inner = (motion.t >= motion.t[0] + lost) & (motion.t <= motion.t[-1] - lost)
     assert whole[~inner].any()
-    assert not kept[motion.t < motion.t[0] + 0.99 * lost].any()
-    assert not kept[motion.t > motion.t[-1] - 0.99 * lost].any()
-    assert (kept[inner] == whole[inner]).mean() > 0.99
+    assert not rows[motion.t < motion.t[0] + 0.99 * lost].any()
+    assert not rows[motion.t > motion.t[-1] - 0.99 * lost].any()
+    assert (rows[inner] == whole[inner]).mean() > 0.99

@@ -14,7 +14,7 @@ def test_with_a_scale_the_wrist_alone_will_do(record: Record, simulator: Simulat
     assert answer.judged["mass"].use == "weighed"
     assert answer.mass == pytest.approx(7.02, abs=1e-3)
     assert answer.weighing is None
-    assert all(one.mass is None for one in answer.by_joints.masses)
+    assert all(group.mass is None for group in answer.by_joints.masses)
     assert np.abs(answer.com - LOAD.com).max() < 0.02
     # 0.02 kg of the scale is all that is unsure about it
     assert answer.spread.mass == pytest.approx(0.02)

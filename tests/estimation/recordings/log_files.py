@@ -78,16 +78,16 @@ def as_bag(
             message = state(head, [names[j] for j in order], *rows)
             writer.write(connection, stamp, store.serialize_cdr(message, state.__msgtype__))
             if gripper:
-                other = state(head, ["finger"], *(np.zeros(1) for _ in range(3)))
-                writer.write(connection, stamp + 1, store.serialize_cdr(other, state.__msgtype__))
+                finger_message = state(head, ["finger"], *(np.zeros(1) for _ in range(3)))
+                writer.write(connection, stamp + 1, store.serialize_cdr(finger_message, state.__msgtype__))
     return path
 
 
 def same(recording: Recording, signals: dict[str, np.ndarray]) -> None:
     assert recording.qd is not None
     assert np.allclose(recording.t - recording.t[0], signals["t"], atol=1e-9)
-    for mine, kind in ((recording.q, "q"), (recording.qd, "qd"), (recording.torque, "tau")):
-        assert np.array_equal(mine, signals[kind])
+    for values, kind in ((recording.q, "q"), (recording.qd, "qd"), (recording.torque, "tau")):
+        assert np.array_equal(values, signals[kind])
 
 
 FORMATS: dict[str, Callable[[Path, dict[str, np.ndarray]], Path]] = {

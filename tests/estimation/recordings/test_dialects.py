@@ -34,20 +34,24 @@ def read(path: Path, title: str) -> Recording:
 def test_every_dialect_with_every_layout(tmp_path: Path, dialect: str, title: str) -> None:
     robot = arm_of(title)
     signals = signals_of(robot)
-    plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
+    plain, dialect_file = tmp_path / "plain.csv", tmp_path / "other.csv"
     plain.write_bytes(_text(_lines(sheet_of(PLAIN, robot, signals))))
     write, words = DIALECTS[dialect]
-    other.write_bytes(write(sheet_of(LAYOUTS[title], robot, signals)))
-    expected, found = read_recording(plain, robot), read(other, title)
-    assert np.allclose(found.t, expected.t, atol=1e-12)
-    assert found.qd is not None
+    dialect_file.write_bytes(write(sheet_of(LAYOUTS[title], robot, signals)))
+    expected, recording = read_recording(plain, robot), read(dialect_file, title)
+    assert np.allclose(recording.t, expected.t, atol=1e-12)
+    assert recording.qd is not None
     assert expected.qd is not None
-    for mine, its in ((found.q, expected.q), (found.qd, expected.qd), (found.torque, expected.torque)):
-        assert np.array_equal(mine, its)
-    told = " ".join(found.notes)
-    assert words in told
+    for values, expected_values in (
+        (recording.q, expected.q),
+        (recording.qd, expected.qd),
+        (recording.torque, expected.torque),
+    ):
+        assert np.array_equal(values, expected_values)
+    notes = " ".join(recording.notes)
+    assert words in notes
     if LAYOUTS[title] is not PLAIN and not LAYOUTS[title].columns["position"][0].startswith("{joint}"):
-        assert f"columns of: {title}" in told
+        assert f"columns of: {title}" in notes
 
 
 def test_a_plain_file_says_nothing(tmp_path: Path) -> None:
@@ -88,12 +92,12 @@ def test_lists_of_a_lerobot_data_set(tmp_path: Path) -> None:
                table.items()}  # fmt: skip
     time = {"timestamp": signals["t"].astype(np.float32), "episode_index": np.zeros(60, dtype=int)}
     pq.write_table(pa.table(columns | time), tmp_path / "a.parquet")
-    found = read_recording(tmp_path / "a.parquet", robot)
-    assert np.allclose(found.q, signals["position"], atol=1e-6)
-    assert np.allclose(found.torque, signals["torque"], atol=1e-6)
-    assert found.qd is not None
-    assert "LeRobot" in " ".join(found.notes)
-    assert "observation.state7" in " ".join(found.notes)
+    recording = read_recording(tmp_path / "a.parquet", robot)
+    assert np.allclose(recording.q, signals["position"], atol=1e-6)
+    assert np.allclose(recording.torque, signals["torque"], atol=1e-6)
+    assert recording.qd is not None
+    assert "LeRobot" in " ".join(recording.notes)
+    assert "observation.state7" in " ".join(recording.notes)
 
 
 @pytest.mark.parametrize(
@@ -121,10 +125,10 @@ def test_units_of_the_file_count(tmp_path: Path) -> None:
     units = ["ms", *["deg"] * 6, *["deg/s"] * 6, *["Nm"] * 6]
     header, *rows = _lines(sheet._replace(rows=sheet.rows * [1000.0, *[1.0] * 18]))
     (tmp_path / "a.csv").write_bytes(_text([header, ",".join(units), *rows]))
-    found = read_recording(tmp_path / "a.csv", robot)
-    assert np.allclose(found.t, signals["t"])
-    assert np.allclose(found.q, np.radians(signals["position"]))
-    assert "position deg; velocity deg/s" in " ".join(found.notes)
+    recording = read_recording(tmp_path / "a.csv", robot)
+    assert np.allclose(recording.t, signals["t"])
+    assert np.allclose(recording.q, np.radians(signals["position"]))
+    assert "position deg; velocity deg/s" in " ".join(recording.notes)
     units[1:7] = ["%"] * 6
     (tmp_path / "a.csv").write_bytes(_text([header, ",".join(units), *rows]))
     with pytest.raises(InputError, match="column 'q1': unit 'percent' of position"):
@@ -140,8 +144,8 @@ def test_rtde_currents_between_blanks(tmp_path: Path) -> None:
     more = [f"{kind}_{j}" for kind in ("target_q", "target_moment") for j in range(6)]
     rows = np.hstack([sheet.rows, 0.9 * signals["position"], 1.1 * signals["torque"]])
     (tmp_path / "a.csv").write_bytes(_text(_lines(sheet._replace(names=[*names, *more], rows=rows), " ")))
-    found = read_recording(tmp_path / "a.csv", robot, [2.0] * 6)
-    assert np.array_equal(found.torque, 2.0 * signals["torque"])
+    recording = read_recording(tmp_path / "a.csv", robot, [2.0] * 6)
+    assert np.array_equal(recording.torque, 2.0 * signals["torque"])
     with pytest.raises(InputError, match=r"carries currents \(actual_current_0\.\.actual_current_5\)"):
         read_recording(tmp_path / "a.csv", robot)
     followed = read_following(tmp_path / "a.csv", robot, [2.0] * 6)

@@ -27,16 +27,16 @@ def test_a_fingerprint_is_the_recordings_not_the_files(
     prints = {read_recording(make(tmp_path / name, signals), arm).fingerprint for name, make in FORMATS.items()}
     assert len(prints) == 1
     header = ["t"] + [f"{kind}{j}" for kind in ("q", "i") for j in range(1, 7)]
-    found = []
+    digests = []
     for change in (0.0, 1e-9):
         i = signals["tau"].copy()
         i[200, 3] += change
         path = tmp_path / f"{change}.csv"
         table = np.column_stack([signals["t"], signals["q"], i])
         np.savetxt(path, table, delimiter=",", header=",".join(header), comments="", fmt="%.17g")
-        found += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
-    assert found[0] == found[1] != found[2] == found[3]
-    assert {found[0]} == prints
+        digests += [read_recording(path, arm, gains).fingerprint for gains in ((1.0,) * 6, (11.976, 9.839) * 3)]
+    assert digests[0] == digests[1] != digests[2] == digests[3]
+    assert {digests[0]} == prints
 
 
 @pytest.mark.parametrize(

@@ -112,8 +112,8 @@ UR = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint
 @pytest.mark.parametrize("prefix", ["", "left_"])
 def test_joints_by_the_makers_names(prefix: str) -> None:
     """A log names them in its own order, perhaps with another arm's beside them: no --joints is needed."""
-    mine = [f"{prefix}{name}" for name in sorted(UR)]
-    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, ("gripper", *mine))
+    own_names = [f"{prefix}{name}" for name in sorted(UR)]
+    raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, ("gripper", *own_names))
     naming = Naming(raw, LogMap(), load_robot("ur10e"))
     assert naming.joints == tuple(f"{prefix}{name}" for name in UR)
 

@@ -77,11 +77,11 @@ def test_what_is_short_before_a_gap_is_left_out(tmp_path: Path, arm: Robot, rows
     assert read_recording(tmp_path / "a.csv", arm).fingerprint == rest.fingerprint
 
 
-@pytest.mark.parametrize(("lasts", "kept"), [(1.99, 1), (2.01, 2)])
-def test_two_seconds_are_enough(tmp_path: Path, arm: Robot, lasts: float, kept: int) -> None:
+@pytest.mark.parametrize(("lasts", "count"), [(1.99, 1), (2.01, 2)])
+def test_two_seconds_are_enough(tmp_path: Path, arm: Robot, lasts: float, count: int) -> None:
     rows = round(100 * lasts) + 1
     path = log(tmp_path / "a.csv", T, without(slice(rows, rows + 300)))
-    assert len(read_recordings(path, arm)) == kept
+    assert len(read_recordings(path, arm)) == count
 
 
 def test_gaps_everywhere_leave_nothing(tmp_path: Path, arm: Robot) -> None:

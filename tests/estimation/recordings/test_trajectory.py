@@ -23,12 +23,12 @@ def written(path: Path, names: list[str], rows: int = 5) -> Path:
     return path
 
 
-@pytest.mark.parametrize("given", [1, 2, 3])
-def test_what_stands_there_is_read(tmp_path: Path, given: int) -> None:
-    table = read_trajectory(written(tmp_path / "m.csv", header(*KINDS[:given])), RX90)
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_what_stands_there_is_read(tmp_path: Path, columns: int) -> None:
+    table = read_trajectory(written(tmp_path / "m.csv", header(*KINDS[:columns])), RX90)
     assert np.array_equal(table.t, 0.01 * np.arange(5))
     for k, values in enumerate((table.q, table.qd, table.qdd)):
-        assert (values is not None) == (k < given)
+        assert (values is not None) == (k < columns)
         if values is not None:
             assert np.array_equal(values[0], np.arange(1 + 6 * k, 7 + 6 * k))
 

@@ -72,9 +72,9 @@ def ros2(text: str) -> Body:
     code = _code(text, "#")
     call = re.fullmatch(r"ros2 service call /\S+/set_payload ur_msgs/srv/SetPayload \"\{(.*)\}\"", code)
     assert call
-    given = {name: float(value) for name, value in re.findall(r"(\w+): (-?\d+\.\d+)", call[1])}
-    entries = [[given.get(f"i{min(a, b)}{max(a, b)}", 0.0) for b in "xyz"] for a in "xyz"]
-    return Body(given["mass"], np.array([given[axis] for axis in "xyz"]), np.array(entries))
+    numbers = {name: float(value) for name, value in re.findall(r"(\w+): (-?\d+\.\d+)", call[1])}
+    entries = [[numbers.get(f"i{min(a, b)}{max(a, b)}", 0.0) for b in "xyz"] for a in "xyz"]
+    return Body(numbers["mass"], np.array([numbers[axis] for axis in "xyz"]), np.array(entries))
 
 
 def franka(text: str) -> Body:

@@ -67,7 +67,7 @@ def test_every_format(run: Run, payload: Callable[..., str], tmp_path: Path, nam
 
 
 @pytest.mark.parametrize(
-    ("methods", "asked", "mass"),
+    ("methods", "options", "mass"),
     [
         ((1, 2, 3, 4), (), 4.0),
         ((1, 2, 3), (), 3.0),
@@ -77,9 +77,9 @@ def test_every_format(run: Run, payload: Callable[..., str], tmp_path: Path, nam
     ],
 )
 def test_which_method(
-    run: Run, payload: Callable[..., str], methods: tuple[int, ...], asked: tuple[str, ...], mass: float
+    run: Run, payload: Callable[..., str], methods: tuple[int, ...], options: tuple[str, ...], mass: float
 ) -> None:
-    _, out, err = run(payload(*(estimate(m, float(m)) for m in methods)), "--to", "ur", *asked)
+    _, out, err = run(payload(*(estimate(m, float(m)) for m in methods)), "--to", "ur", *options)
     assert PARSERS["ur"](out).mass == mass, err
     assert f"method {mass:.0f} (wls)" in out
 
@@ -176,10 +176,10 @@ def test_numbers_that_no_arm_carries_are_refused(
     run: Run, payload: Callable[..., str], kind: str, value: Any, words: str
 ) -> None:
     """Whatever is said of the verdict; text in the place of a number is told by its key."""
-    one = estimate(4, 3.0)
-    one["parameters"][kind] = value
+    entry = estimate(4, 3.0)
+    entry["parameters"][kind] = value
     for word in ((), ("--despite-verdict",)):
-        status, out, err = run(payload(one), "--to", "ur", *word)
+        status, out, err = run(payload(entry), "--to", "ur", *word)
         assert (status, out) == (2, "")
         assert words in err
         assert len(err.splitlines()) == 1

@@ -70,30 +70,30 @@ def written(design: Design) -> WrittenMotion:
     return WrittenMotion(design.problem.robot, design.plan, design.problem.bounds, design_head(design))
 
 
-def same(found: read.Read, design: Design) -> None:
+def same(samples: read.Read, design: Design) -> None:
     """At the times of the file, to its digits."""
     # A time is rounded to a nanosecond: that much faster joints move on, and a trapezoid's acceleration may step.
-    around = [design.plan.at(np.clip(found.t + late, 0.0, design.plan.duration)) for late in (-1e-9, 0.0, 1e-9)]
-    for values, *expected in zip(found[1:], *around, strict=True):
+    around = [design.plan.at(np.clip(samples.t + late, 0.0, design.plan.duration)) for late in (-1e-9, 0.0, 1e-9)]
+    for values, *expected in zip(samples[1:], *around, strict=True):
         if values is not None:
-            missed = np.min([np.abs(values - one).max(axis=1) for one in expected], axis=0)
+            missed = np.min([np.abs(values - sample).max(axis=1) for sample in expected], axis=0)
             assert missed.max() <= DIGITS + 2e-9 * 60.0
 
 
 def test_csv(design: Design) -> None:
-    found = read.csv_samples(csv_text(written(design), 100.0))
-    same(found, design)
-    assert found.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
-    assert np.allclose(np.diff(found.t)[:-1], 0.01)
-    assert found.qd is not None
-    assert np.abs(found.qd[[0, -1]]).max() < 1e-7, "rests at both ends"
+    samples = read.csv_samples(csv_text(written(design), 100.0))
+    same(samples, design)
+    assert samples.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
+    assert np.allclose(np.diff(samples.t)[:-1], 0.01)
+    assert samples.qd is not None
+    assert np.abs(samples.qd[[0, -1]]).max() < 1e-7, "rests at both ends"
 
 
 def test_ros2(design: Design) -> None:
-    names, found = read.ros2(ros2_text(written(design), 50.0))
+    names, samples = read.ros2(ros2_text(written(design), 50.0))
     assert names == [f"joint_{j}" for j in range(1, 7)]
-    same(found, design)
-    assert found.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
+    same(samples, design)
+    assert samples.t[-1] == pytest.approx(design.plan.duration, abs=1e-9)
 
 
 def test_ros2_joint_names(designs: dict[str, Design]) -> None:
@@ -122,9 +122,9 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
     design = designs[kind]
     plan, robot = design.plan, design.problem.robot
     assert isinstance(plan, ViaPoints)
-    found = read.val3(val3_files(written(design), "excite"))
-    assert np.abs(np.radians(found.points) - plan.points).max() < np.radians(6e-7)
-    assert found.code["start"].splitlines() == [
+    program = read.val3(val3_files(written(design), "excite"))
+    assert np.abs(np.radians(program.points) - plan.points).max() < np.radians(6e-7)
+    assert program.code["start"].splitlines() == [
         "begin",
         "movej(jPoint[0], tFlange, mMotion[0])",
         "waitEndMove()",
@@ -136,13 +136,13 @@ def test_val3(designs: dict[str, Design], kind: str) -> None:
     ]
     limits = [joint.limits for joint in robot.joints]
     V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    assert float(found.motions[0]["vel"]) <= 10
-    for k, motion in enumerate(found.motions[1:]):
+    assert float(program.motions[0]["vel"]) <= 10
+    for k, motion in enumerate(program.motions[1:]):
         accel, vel = float(motion["accel"]) / 100.0, float(motion["vel"]) / 100.0
         assert motion["decel"] == motion["accel"]
         assert 0.01 <= vel <= 0.5, "within the speed override"
         distance = np.abs(np.diff(plan.points, axis=0))[k]
-        last = k == len(found.motions) - 2
+        last = k == len(program.motions) - 2
         assert motion["blend"] == ("off" if kind == "rest" or last else "joint")
         if kind == "rest":
             time = read.trapezoid_time(distance, vel * V, accel * A)
@@ -157,12 +157,12 @@ def test_val3_replay_is_what_the_descriptors_ask_for(designs: dict[str, Design],
     design = designs[kind]
     assert isinstance(design.plan, ViaPoints)
     limits = [joint.limits for joint in design.problem.robot.joints]
-    found = read.val3(val3_files(written(design), "excite"))
+    program = read.val3(val3_files(written(design), "excite"))
     replay = val3_replay(written(design))
     motion = replay.motion(500.0)
-    fastest = max(float(entry["vel"]) for entry in found.motions[1:]) / 100.0
+    fastest = max(float(entry["vel"]) for entry in program.motions[1:]) / 100.0
     assert (np.abs(motion.qd) <= fastest * np.array([x.speed for x in limits]) + 1e-9).all()
-    accel = float(found.motions[1]["accel"]) / 100.0
+    accel = float(program.motions[1]["accel"]) / 100.0
     assert (np.abs(motion.qdd) <= accel * np.array([x.acceleration for x in limits]) * (1 + 1e-9)).all()
     assert 0.7 * design.plan.duration < replay.duration < 1.3 * design.plan.duration
     nearest = [np.abs(motion.q - point).max(axis=1).min() for point in design.plan.points]
@@ -177,8 +177,8 @@ def test_val3_of_trapezoids_runs_the_design(designs: dict[str, Design]) -> None:
     assert isinstance(plan, ViaPoints)
     limits = [joint.limits for joint in design.problem.robot.joints]
     V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
-    found = read.val3(val3_files(written(design), "excite"))
-    for k, motion in enumerate(found.motions[1:]):
+    program = read.val3(val3_files(written(design), "excite"))
+    for k, motion in enumerate(program.motions[1:]):
         distance, T = np.abs(np.diff(plan.points, axis=0))[k], plan.durations[k]
         assert float(motion["accel"]) == pytest.approx((distance / A).max() / (0.16 * T**2) * 100.0, abs=0.51)
         time = read.trapezoid_time(distance, float(motion["vel"]) / 100.0 * V, float(motion["accel"]) / 100.0 * A)
@@ -201,14 +201,14 @@ def test_val3_of_blends_leaves_and_rejoins_where_the_design_does(designs: dict[s
     limits = [joint.limits for joint in robot.joints]
     V, A = np.array([x.speed for x in limits]), np.array([x.acceleration for x in limits])
     files = val3_files(written(design), "excite")
-    found = read.val3(files)
+    program = read.val3(files)
     kinematics = forward_kinematics(robot)
 
     def place(q: Array) -> Array:
         return np.asarray(kinematics(q)[1].full()).ravel()
 
     middle = np.cumsum(plan.durations)
-    for k, motion in enumerate(found.motions[1:], 1):
+    for k, motion in enumerate(program.motions[1:], 1):
         cruise = middle[k - 1] - (0.5 * plan.blends[k] if k < 4 else plan.blends[k]) - 0.5 * plan.straight[k - 1]
         speed = np.abs(plan.at(np.array([cruise]))[1][0])
         assert float(motion["vel"]) == pytest.approx(100.0 * (speed / V).max(), abs=0.51)

@@ -13,10 +13,10 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 @pytest.fixture(scope="module")
 def browser() -> str:
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
+    binary = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    if binary is None:
         pytest.skip(f"none of {', '.join(BROWSERS)} is installed")
-    return found
+    return binary
 
 
 def start(browser: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -43,9 +43,11 @@ addEventListener("load", () => {
 @pytest.mark.parametrize("name", ["payload_report", "robot_report"])
 @pytest.mark.parametrize("width", [1200, 500])
 def test_opens(name: str, width: int, browser: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
-    made: Made = request.getfixturevalue(name)
-    page = read(made.text)
-    (tmp_path / "page.html").write_text(made.text.replace("<details>", "<details open>") + PROBE, encoding="utf-8")
+    output: Made = request.getfixturevalue(name)
+    page = read(output.text)
+    (tmp_path / "page.html").write_text(
+        output.text.replace("<details>", "<details open>") + PROBE, encoding="utf-8"
+    )
     done = start(browser, tmp_path, f"--window-size={width},900", "--dump-dom", (tmp_path / "page.html").as_uri())
     assert ":CONSOLE" not in done.stderr
     figures, tables, over, buttons = map(int, read_title(done.stdout).split())

@@ -13,9 +13,9 @@ QUICK += ["--acceleration", "3x", "--via-points", "5", "--starts", "1"]
 
 @pytest.mark.long
 def test_designed_and_judged(tmp_path: Path) -> None:
-    made, judged, samples = (tmp_path / name for name in ("made.html", "judged.html", "motion.csv"))
-    assert main([*QUICK, "--samples", str(samples), "--report", str(made)]) == 0
-    page = read(made.read_text(encoding="utf-8"))
+    design_page, judged, samples = (tmp_path / name for name in ("made.html", "judged.html", "motion.csv"))
+    assert main([*QUICK, "--samples", str(samples), "--report", str(design_page)]) == 0
+    page = read(design_page.read_text(encoding="utf-8"))
     assert len(set(page.ids)) == len(page.ids)
     assert {"motion", "moving", "moving-arm", "data", "figure-motion", "figure-predicted_sigma"} <= set(page.ids)
     assert page.count["svg"] == 4, "three figures and the arm in motion"

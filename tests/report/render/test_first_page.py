@@ -38,7 +38,7 @@ def document(answer: PayloadAnswer) -> StoredPayload:
 
 
 @pytest.mark.parametrize(
-    ("level", "sentence", "told"),
+    ("level", "sentence", "uses"),
     [
         ("use", "Mass, centre of mass and inertia can be used.", ["use", "use", "use"]),
         (
@@ -49,13 +49,13 @@ def document(answer: PayloadAnswer) -> StoredPayload:
         ("do_not_use", "Do not use these numbers.", ["do not use"] * 3),
     ],
 )
-def test_verdict_quantity_by_quantity(level: Any, sentence: str, told: list[str], answer: PayloadAnswer) -> None:
+def test_verdict_quantity_by_quantity(level: Any, sentence: str, uses: list[str], answer: PayloadAnswer) -> None:
     judged = replace(answer, verdict=Verdict(level, (Finding("warning", "", "a <b>reason</b>"),)))
     document = payload_document(judged, answer.problem.robot.processing)
     text = page_html(payload_page(judged, document, [], None, PROVENANCE))
     page = read(text)
     assert sentence in page.texts["p"]
-    assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == told
+    assert re.findall(r'<td class="words"[^>]*>([^<]+)</td>', text) == uses
     assert "A <b>reason</b>." in page.texts["li"]
     assert ("Nothing is given here" in text) == (level == "do_not_use")
     assert ("equivalent ellipsoid" in text) == (level == "use")

@@ -45,8 +45,8 @@ def evil_prediction() -> TorquePrediction:
 
 
 def page_of(blocks: Sequence[Block], provenance: Provenance | None = None) -> Page:
-    made = provenance or Provenance("c", DATE)
-    return report_page(EVIL, made.day, [Text(EVIL)], [Section("one", EVIL, blocks)], (), made)
+    source = provenance or Provenance("c", DATE)
+    return report_page(EVIL, source.day, [Text(EVIL)], [Section("one", EVIL, blocks)], (), source)
 
 
 def test_files_named_like_scripts_are_harmless() -> None:
@@ -60,8 +60,8 @@ def test_files_named_like_scripts_are_harmless() -> None:
     assert page.count["script"] == 1
     assert "alert" not in page.texts["script"][0]
     assert page.texts["h1"] == page.texts["title"][:1] == [EVIL]
-    assert sum(EVIL in one for one in page.texts["code"]) == 1
-    assert sum(EVIL in one for one in page.texts["figcaption"]) == 2
+    assert sum(EVIL in entry for entry in page.texts["code"]) == 1
+    assert sum(EVIL in entry for entry in page.texts["figcaption"]) == 2
 
 
 def test_figures_are_written_alike_twice(tmp_path: Path) -> None:

@@ -37,11 +37,11 @@ FIGURES = [
 def test_every_section_figure_and_table(
     name: str, sections: list[str], figures: list[str], request: pytest.FixtureRequest
 ) -> None:
-    made: Made = request.getfixturevalue(name)
-    page = read(made.text)
+    output: Made = request.getfixturevalue(name)
+    page = read(output.text)
     assert len(set(page.ids)) == len(page.ids)
-    assert [one for one in page.ids if one in SECTIONS or one == "parameters"] == sections
-    assert [one.removeprefix("figure-") for one in page.ids if one.startswith("figure-")] == figures
+    assert [entry for entry in page.ids if entry in SECTIONS or entry == "parameters"] == sections
+    assert [entry.removeprefix("figure-") for entry in page.ids if entry.startswith("figure-")] == figures
     assert page.count["svg"] == page.count["figcaption"] == len(figures)
     assert all(caption.strip() for caption in page.texts["figcaption"] + page.texts["caption"])
     assert page.count["table"] == page.count["caption"] == page.count["thead"] >= 6
@@ -49,14 +49,14 @@ def test_every_section_figure_and_table(
     assert len(described) == len(figures)
     assert set(described) <= set(page.ids)
     files = {f"{figure}.{ending}" for figure in figures for ending in ("png", "svg", "pdf")}
-    assert {path.name for path in made.plots.iterdir()} == files
-    assert len(made.text.encode()) < 3_000_000
+    assert {path.name for path in output.plots.iterdir()} == files
+    assert len(output.text.encode()) < 3_000_000
 
 
 @pytest.mark.parametrize("name", ["payload_report", "robot_report"])
 def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequest) -> None:
-    made: Made = request.getfixturevalue(name)
-    page = read(made.text)
+    output: Made = request.getfixturevalue(name)
+    page = read(output.text)
     loading = [(tag, key, value) for tag, key, value in page.attributes if key in ("src", "href", "action", "data")]
     assert loading
     assert all(value.startswith(("#", "data:")) for _, _, value in loading)
@@ -82,9 +82,9 @@ def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_p
     assert main([*command[:-4], "--json", str(target)]) == 0
     document = json.loads(target.read_text())
     best = next(
-        one
-        for one in document["estimates"]
-        if (one["method"], one["estimator"]) == (document["recommended"]["method"], "constrained")
+        estimate
+        for estimate in document["estimates"]
+        if (estimate["method"], estimate["estimator"]) == (document["recommended"]["method"], "constrained")
     )
     rows = dict(re.findall(r'<tr><th scope="row">([^<]+)</th><td class="number">([^<]+)</td>', payload_report.text))
     assert float(rows["mass"].split()[0]) == pytest.approx(best["parameters"]["M"], abs=0.02)
@@ -103,10 +103,10 @@ def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_p
 @pytest.mark.long
 def test_the_same_input_gives_the_same_bytes(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
     """But for the command, which names another target."""
-    other = tmp_path / "other.html"
-    assert main(payload_command(short_logs, other, payload_report.plots)[:-2]) == 0
-    told = re.compile(r'<code id="command">.*?</code>', re.DOTALL)
-    assert told.sub("", other.read_text(encoding="utf-8")) == told.sub("", payload_report.text)
+    second = tmp_path / "other.html"
+    assert main(payload_command(short_logs, second, payload_report.plots)[:-2]) == 0
+    command_line = re.compile(r'<code id="command">.*?</code>', re.DOTALL)
+    assert command_line.sub("", second.read_text(encoding="utf-8")) == command_line.sub("", payload_report.text)
 
 
 def test_no_report_without_being_asked(short_logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

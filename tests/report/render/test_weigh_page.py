@@ -56,8 +56,8 @@ def test_the_first_screen_leads_with_what_to_do() -> None:
     assert places == sorted(places)
     assert "condition number" not in first
     assert "condition number" in text
-    told = re.findall(r'<td class="words"[^>]*>([^<]+)</td>', first)
-    assert told == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
+    uses = re.findall(r'<td class="words"[^>]*>([^<]+)</td>', first)
+    assert uses == [answer.judged[name].use for name in ("mass", "centre of mass", "inertia")]
     low, high = answer.mass_interval
     cells = re.search(r"mass</th><td[^>]*>([\d.]+) kg</td><td[^>]*>([\d.]+) to ([\d.]+)<", first)
     assert cells is not None
@@ -70,7 +70,7 @@ def test_repeats_and_an_assumed_inertia_are_told_first() -> None:
     page = page_of(answer)
     first = page_html(page).split("<nav", 1)[0]
     assert "3 recordings, each alone" in first
-    assert "repeats" in {one.name for one in page.drawings()}
+    assert "repeats" in {drawing.name for drawing in page.drawings()}
     assert (answer.stand_in is not None) == ("ASSUMED, not measured" in first)
 
 

@@ -115,14 +115,14 @@ def by_usd(text: str, folder: Path) -> Read:
     stage = Usd.Stage.Open(str(path))
     bodies, drives = {}, {}
     for prim in stage.Traverse():
-        told = prim.GetCustomDataByKey("dynident")
+        custom = prim.GetCustomDataByKey("dynident")
         if prim.HasAPI(UsdPhysics.MassAPI):
             mass = UsdPhysics.MassAPI(prim)
             q = mass.GetPrincipalAxesAttr().Get()
             R = _matrix(q.GetReal(), *q.GetImaginary())
             inertia = R @ np.diag(mass.GetDiagonalInertiaAttr().Get()) @ R.T
             com = np.array(mass.GetCenterOfMassAttr().Get())
-            bodies[told["name"]] = Body(mass.GetMassAttr().Get(), com, inertia)
+            bodies[custom["name"]] = Body(mass.GetMassAttr().Get(), com, inertia)
         elif prim.IsA(UsdPhysics.RevoluteJoint) or prim.IsA(UsdPhysics.PrismaticJoint):
             axis, unit = ("angular", math.pi / 180.0) if prim.IsA(UsdPhysics.RevoluteJoint) else ("linear", 1.0)
             own = f"physxJointAxis:{axis}"
@@ -135,10 +135,12 @@ def by_usd(text: str, folder: Path) -> Read:
                 "friction": (f"{own}:dynamicFrictionEffort", 1.0),
                 "damping": (f"{own}:viscousFrictionCoefficient", 1.0 / unit),
             }
-            found = {what: (prim.GetAttribute(name), factor) for what, (name, factor) in scaled.items()}
-            drives[told["name"]] = {
-                what: attribute.Get() * factor
-                for what, (attribute, factor) in found.items()
+            attributes = {
+                quantity: (prim.GetAttribute(name), factor) for quantity, (name, factor) in scaled.items()
+            }
+            drives[custom["name"]] = {
+                quantity: attribute.Get() * factor
+                for quantity, (attribute, factor) in attributes.items()
                 if attribute and attribute.HasAuthoredValue()
             }
     return Read(bodies, drives)

@@ -75,8 +75,8 @@ def test_a_users_model_moves_as_the_robot(kind: str, own: Path, whole: WholeRobo
     if kind == "urdf":  # which MuJoCo reads without rotors
         rotors = np.array([whole.robot.parameters.get(f"IA{j}", 0.0) for j in range(1, 7)])
         expected = expected - rotors * states[2]
-    found = by_mujoco(path, states, whole.joint_names)
-    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
+    torque = by_mujoco(path, states, whole.joint_names)
+    np.testing.assert_allclose(torque, expected, atol=1e-6 * np.abs(expected).max())
     assert stripped(changed.text) == stripped(before)
 
 
@@ -91,16 +91,16 @@ def stripped(text: str) -> list[str]:
 def test_what_does_not_match_is_listed_or_refused(own: Path, whole: WholeRobot, tmp_path: Path) -> None:
     text = own.read_text(encoding="utf-8")
     last = whole.joint_names[5]
-    other = tmp_path / "other.urdf"
-    other.write_text(text.replace(f'"{last}"', '"wrist"'), encoding="utf-8")
-    notes = " ".join(into("urdf", str(other), whole, []).notes)
-    assert f"Joints of {ARM} that are not in {other}: {last}." in notes
-    assert f"Joints of {other} that are left alone: wrist." in notes
+    target = tmp_path / "other.urdf"
+    target.write_text(text.replace(f'"{last}"', '"wrist"'), encoding="utf-8")
+    notes = " ".join(into("urdf", str(target), whole, []).notes)
+    assert f"Joints of {ARM} that are not in {target}: {last}." in notes
+    assert f"Joints of {target} that are left alone: wrist." in notes
     for k, name in enumerate(whole.joint_names):
         text = text.replace(f'"{name}"', f'"other{k}"')
-    other.write_text(text, encoding="utf-8")
+    target.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="none of its joints"):
-        into("urdf", str(other), whole, [])
+        into("urdf", str(target), whole, [])
     kuka = with_stand_in(replace(load_robot("kr6_r900"), joint_names=whole.robot.joint_names))
     with pytest.raises(InputError, match="its geometry, zero or sense is not kr6_r900's"):
         into("urdf", str(own), whole_robot(kuka, dict(kuka.parameters), "a stand-in"), [])

@@ -117,21 +117,23 @@ HELD = {
 @pytest.mark.parametrize("arm", ARMS)
 def test_simulators_read_the_same_numbers_back(whole: WholeRobot, reader: str, tmp_path: Path) -> None:
     form, read, tolerance = READERS[reader]
-    found = read(FORMATS[form].text(whole), tmp_path)
+    content = read(FORMATS[form].text(whole), tmp_path)
     by_joint = reader.startswith("pinocchio")
     for joint, link in zip(whole.joint_names, whole.links, strict=True):
-        body = found.bodies[joint if by_joint else link.link]
+        body = content.bodies[joint if by_joint else link.link]
         np.testing.assert_allclose(body.mass, link.body.mass, rtol=tolerance)
         np.testing.assert_allclose(body.com, link.body.com, atol=tolerance)
         size = float(np.abs(link.body.inertia_com).max())
         np.testing.assert_allclose(body.inertia, link.body.inertia_com, atol=tolerance * max(size, 1e-3))
     drives = whole.drives if form == "mjcf" else whole.apart
     for j, (name, drive) in enumerate(zip(whole.joint_names, drives, strict=True)):
-        expected = {what: max(label.value, 0.0) for what, label in drive.items() if what != "offset"}
+        expected = {quantity: max(label.value, 0.0) for quantity, label in drive.items() if quantity != "offset"}
         expected |= {"offset": drive["offset"].value} if "offset" in drive else {}
         expected |= limits(whole.robot, j)
-        for what in HELD[reader] & expected.keys():
-            assert found.drives[name][what] == pytest.approx(expected[what], rel=tolerance, abs=tolerance), what
+        for quantity in HELD[reader] & expected.keys():
+            assert content.drives[name][quantity] == pytest.approx(
+                expected[quantity], rel=tolerance, abs=tolerance
+            ), quantity
 
 
 def limits(robot: Robot, j: int) -> dict[str, float]:
@@ -139,19 +141,19 @@ def limits(robot: Robot, j: int) -> dict[str, float]:
     limit = robot.joints[j].limits
     low, high = limit.position
     both = {"low": low, "high": high} if math.isfinite(low) and math.isfinite(high) else {}
-    one = {"speed": limit.speed, "acceleration": limit.acceleration, "torque": limit.torque}
-    return both | {what: value for what, value in one.items() if math.isfinite(value)}
+    values = {"speed": limit.speed, "acceleration": limit.acceleration, "torque": limit.torque}
+    return both | {quantity: value for quantity, value in values.items() if math.isfinite(value)}
 
 
 @pytest.mark.parametrize("arm", ["rx90 with spring"])
 def test_what_a_format_cannot_hold_is_said(whole: WholeRobot) -> None:
     for name, form in FORMATS.items():
-        told = " ".join(form.head(whole))
-        assert ("No place for the spring on joint_2" in told) == (name != "mjcf")
-        assert ("No place for the drive that turns with the sum of joint_5 and joint_6" in told) == (name != "mjcf")
-        assert ("No place for offset" in told) == (name != "mjcf")
-        assert ("No place for limits of acceleration" in told) == (name in ("mjcf", "usd"))
-        assert ("No place for limits of speed" in told) == (name == "mjcf")
+        text = " ".join(form.head(whole))
+        assert ("No place for the spring on joint_2" in text) == (name != "mjcf")
+        assert ("No place for the drive that turns with the sum of joint_5 and joint_6" in text) == (name != "mjcf")
+        assert ("No place for offset" in text) == (name != "mjcf")
+        assert ("No place for limits of acceleration" in text) == (name in ("mjcf", "usd"))
+        assert ("No place for limits of speed" in text) == (name == "mjcf")
     table = replace(whole.robot.drives, spring=Spring(2, table=((-2.0, 1.0), (2.0, 3.0))))
     tabled = replace(whole, robot=replace(whole.robot, drives=table))
     assert "No place for the spring on joint_2 (a table)" in " ".join(FORMATS["mjcf"].head(tabled))
@@ -166,16 +168,16 @@ def test_what_is_not_known_is_left_out_with_a_line(whole: WholeRobot) -> None:
     """No rotor, no friction and no negative number is made up."""
     blind = replace(whole.robot, drives=Drives.on_link_side())
     values = {name: label.value for link in whole.links for name, label in link.parameters.items()}
-    kept = {name: values[name] for name in standard_columns(blind)}
-    bare = whole_robot(blind, kept, "a table")
+    known = {name: values[name] for name in standard_columns(blind)}
+    bare = whole_robot(blind, known, "a table")
     negative = whole_robot(whole.robot, values | {"FV2": -3.0}, "a table")
     for form in FORMATS.values():
-        told = " ".join(form.head(bare))
-        assert "Rotor inertias (armature) are left out: torque sensors behind the gears do not show them" in told
-        assert "Friction is left out" in told
+        text = " ".join(form.head(bare))
+        assert "Rotor inertias (armature) are left out: torque sensors behind the gears do not show them" in text
+        assert "Friction is left out" in text
         assert "armature=" not in form.text(bare)
-        told = " ".join(form.head(negative))
-        assert "written as zero: shoulder_lift_joint damping" in told
+        text = " ".join(form.head(negative))
+        assert "written as zero: shoulder_lift_joint damping" in text
         assert 'damping="-' not in form.text(negative)
         assert "<damping>-" not in form.text(negative)
 
@@ -194,8 +196,8 @@ def test_marks_survive_a_round_trip(whole: WholeRobot, tmp_path: Path) -> None:
     stage = pxr.Stage.Open(str(path))
     stage.Export(str(tmp_path / "b.usda"))
     again = pxr.Stage.Open(str(tmp_path / "b.usda"))
-    told = again.GetPrimAtPath("/rx90/joints/joint_3").GetCustomDataByKey("dynident")["armature"]
-    assert (told["mark"], told["value"]) == ("prior", whole.apart[2]["armature"].value)
+    label = again.GetPrimAtPath("/rx90/joints/joint_3").GetCustomDataByKey("dynident")["armature"]
+    assert (label["mark"], label["value"]) == ("prior", whole.apart[2]["armature"].value)
 
 
 def test_a_spring_hangs_where_its_law_says() -> None:
@@ -246,9 +248,9 @@ def identified(robot: Robot, truth: dict[str, float], seed: int) -> WholeRobot:
     estimate = Estimate(
         base.columns, values, np.diag(sigma**2), np.inf, Fit(np.ones(1), np.ones(1), (1,)), np.ones(1)
     )
-    found = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 50.0))
+    nearest = solve_constrained_prior(robot, base, estimate, cylinder_prior(robot, 50.0))
     masses = mass_ranges(robot, base, estimate)
-    return whole_robot(robot, found.parameters, "noise", base, estimate, found.prior.source, masses)
+    return whole_robot(robot, nearest.parameters, "noise", base, estimate, nearest.prior.source, masses)
 
 
 @pytest.mark.parametrize("name", ["rx90", "kr6_r900"])

@@ -49,12 +49,12 @@ def ends(shape: Shape) -> tuple[Array, Array]:
 def positions(robot: Robot, q: Array) -> list[Array]:
     """Origins of frames 0 to n and of the payload's, by the symbolic chain of the dynamics."""
     base = robot.base.inverse()
-    R, p, found = base.R, base.p, [base.p]
+    R, p, places = base.R, base.p, [base.p]
     for joint, value in zip(robot.joints, q, strict=True):
         turn, origin = (np.array(ca.DM(x)) for x in joint_transform(joint, ca.SX(float(value))))
         R, p = R @ turn, p + R @ origin.ravel()
-        found.append(p)
-    return [*found, p + R @ robot.flange.p]
+        places.append(p)
+    return [*places, p + R @ robot.flange.p]
 
 
 @pytest.mark.parametrize(
@@ -190,10 +190,10 @@ def test_the_file_holds_every_pose_in_its_time(page: tuple[View, str]) -> None:
     ]
     assert np.isfinite([p for *_, p in placed]).all()
     for number in (2, 7):
-        mine = {t: np.array(p) for t, name, p in placed if name == f"/{number}"}
+        by_time = {t: np.array(p) for t, name, p in placed if name == f"/{number}"}
         for k in range(1, len(view.times)):
-            last = max((t for t in mine if t <= view.times[k] + 1e-9), default=None)
-            shown = view.frames[0][number].p if last is None else mine[last]
+            last = max((t for t in by_time if t <= view.times[k] + 1e-9), default=None)
+            shown = view.frames[0][number].p if last is None else by_time[last]
             assert np.abs(shown - view.frames[k][number].p).max() < 1e-6
 
 
@@ -211,7 +211,7 @@ def test_without_the_extra_one_line_says_what_to_install(
         html_of(view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2)))
     for option in ("--show", f"--view={tmp_path / 'a.html'}"):
         assert main(["robot", "show", "--robot", "ur10e", option]) == 2
-        told = capsys.readouterr()
-        assert told.out == ""
-        assert told.err.count("\n") == 1
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
