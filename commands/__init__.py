@@ -38,6 +38,11 @@ _RENAMED = {command: {"--csv": "--samples"} for command in ("design", "near")}
 """Commands, and their options that have another name now."""
 
 
+def answered(level: str) -> int:
+    """Exit status of an answer with a verdict of this level."""
+    return DO_NOT_USE if level == "do_not_use" else ANSWERED
+
+
 def moved(words: Sequence[str]) -> str | None:
     """What to write today instead of a command line of the version before; None for all others."""
     for k, word in enumerate(words[1:], 1):

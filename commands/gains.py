@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from .. import estimation, report
 from ..common.errors import InputError
-from . import ANSWERED, DO_NOT_USE
+from . import answered
 from .options import Options, PageOptions, ProcessingOptions, RobotOptions, add_command, option
 from .progress import status
 from .values import masses_list, whole_list
@@ -98,4 +98,4 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
     files.show(report.gains_screen(gains))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
     files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
-    return DO_NOT_USE if gains.verdict.level == "do_not_use" else ANSWERED
+    return answered(gains.verdict.level)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
-from . import ANSWERED, DO_NOT_USE
+from . import answered
 from .options import (
     EssentialOptions,
     GainOptions,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from ..common.progress import Progress
     from ..model import Processing, Recording
+    from ..report import Page, Provenance
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -190,20 +191,34 @@ def run(
     files.write_json(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)
     )
-    files.write_page(
-        lambda: report.robot_page(
-            result,
-            possible,
-            result.predictions,
-            result.excitation,
-            files.provenance(setup.in_words(), request, arm, processing),
-            others=len(held_out or recordings) - len(result.predictions),
-            extra=[report.rollout_section(rollouts)] if rollouts else [],
-        )
-    )
+
+    def page() -> Page:
+        provenance = files.provenance(setup.in_words(), request, arm, processing)
+        return _page(result, possible, rollouts, provenance, len(held_out or recordings))
+
+    files.write_page(page)
     files.write_tables(
         screen, lambda: estimation.answers.identification_system(result, recordings, setup.processing)
     )
     recipe = recipe_of("identify", setup, gains, essential=essential.rule())
     passport.write(lambda: fleet.robot_passport(result, recipe, logs_of(request)))
-    return DO_NOT_USE if result.verdict.level == "do_not_use" else ANSWERED
+    return answered(result.verdict.level)
+
+
+def _page(
+    result: estimation.Identification,
+    possible: estimation.possible.PossibleRobot | None,
+    rollouts: Sequence[estimation.rollout.Rollout],
+    provenance: Provenance,
+    recorded: int,
+) -> Page:
+    """The report; ``recorded``: how many recordings could be drawn."""
+    return report.robot_page(
+        result,
+        possible,
+        result.predictions,
+        result.excitation,
+        provenance,
+        others=recorded - len(result.predictions),
+        extra=[report.rollout_section(rollouts)] if rollouts else [],
+    )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .. import fleet, report
-from . import ANSWERED, COMMANDS, DO_NOT_USE
+from . import ANSWERED, COMMANDS, answered
 from .options import Options, ResultOptions, add_command, option
 
 
@@ -63,7 +63,7 @@ def run_show(request: _One, files: ResultOptions) -> int:
     answer = fleet.answered(passport)
     files.show(report.passport_screen(passport, answer))
     files.write_json(lambda: report.documents.passport_document(passport, answer))
-    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+    return answered(answer.verdict.level)
 
 
 def run_merge(request: _Several, merged: _Merged, files: _Quietly) -> int:
@@ -73,7 +73,7 @@ def run_merge(request: _Several, merged: _Merged, files: _Quietly) -> int:
     fleet.write_passport(merged.out, passport)
     files.show(report.passport_screen(passport, answer))
     files.write_json(lambda: report.documents.passport_document(passport, answer))
-    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+    return answered(answer.verdict.level)
 
 
 def run_compare(request: _Several, files: ResultOptions) -> int:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from .. import estimation, fleet, report
 from ..common.errors import InputError
-from ..common.files import checksum
-from . import ANSWERED, DO_NOT_USE
+from . import answered
+from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
 from .options import (
     EssentialOptions,
     FramedRobotOptions,
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..common.progress import Progress
+    from ..estimation.files import StoredPayload
     from ..model import Recording
+    from ..report import Page, Provenance
 
 
 @dataclass(frozen=True)
@@ -86,10 +88,7 @@ class _Payload(FrictionOptions):
 
     def check(self, essential: bool) -> None:
         """Refuse options that the methods asked for cannot use."""
-        if not self.unloaded and not self.robot_parameters:
-            raise InputError(
-                "give --unloaded recordings or --robot-parameters: without either nothing can be compared"
-            )
+        check_compared(self)
         if self.free_friction and self.method not in ("1", "all"):
             raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
         if not self.robot_parameters and self.method not in ("4", "all"):
@@ -132,7 +131,7 @@ def run(
     rule = essential.rule()
     request.check(rule is not None)
     constraints = knowledge.constraints()
-    stored = estimation.files.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = stored_robot(request)
     setup = processing.setup(arm.load(), stored)
     unloaded, loaded, held_out = (
         setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
@@ -142,30 +141,19 @@ def run(
         problem = _problem(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
         answer = _answer(problem, request, setup, held_out, constraints, gain_errors, rule)
-    screen = report.payload_screen(answer, files.document)
-    files.show(screen)
-    document = report.documents.payload_document(answer, setup.processing, setup.gains)
-    files.write_json(lambda: document)
-    files.write_page(
-        lambda: report.payload_page(
-            answer,
-            document,
-            answer.predictions,
-            answer.excitation,
-            files.provenance(setup.in_words(), request, arm, processing),
-            others=len(loaded) + len(held_out) - len(answer.predictions),
-        )
-    )
+
+    def page(document: StoredPayload) -> Page:
+        provenance = files.provenance(setup.in_words(), request, arm, processing)
+        return _page(answer, document, provenance, len(loaded) + len(held_out))
+
+    screen = show_payload(answer, setup, files, page)
     files.write_tables(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
-    passport.write(
-        lambda: fleet.payload_passport(
-            answer, (), _recipe(request, setup, gain_errors, rule, constraints), logs_of(request)
-        )
-    )
-    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+    recipe = _recipe(request, setup, gain_errors, rule, constraints)
+    passport.write(lambda: fleet.payload_passport(answer, (), recipe, logs_of(request)))
+    return answered(answer.verdict.level)
 
 
 def _answer(
@@ -177,8 +165,8 @@ def _answer(
     gains: estimation.Gains | None,
     essential: estimation.fit.StopRule | None,
 ) -> estimation.PayloadAnswer:
-    """The payload by the methods asked for; constraints that leave no body are the user's to mend."""
-    try:
+    """The payload by the methods asked for."""
+    with constraints_solved():
         return estimation.answer_payload(
             problem,
             request.methods,
@@ -189,8 +177,12 @@ def _answer(
             gains=gains,
             essential=essential,
         )
-    except estimation.SolverError as error:
-        raise InputError(str(error)) from None
+
+
+def _page(answer: estimation.PayloadAnswer, document: StoredPayload, provenance: Provenance, recorded: int) -> Page:
+    """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
+    others = recorded - len(answer.predictions)
+    return report.payload_page(answer, document, answer.predictions, answer.excitation, provenance, others)
 
 
 def _problem(
@@ -233,5 +225,5 @@ def _recipe(
         friction_change=request.change,
         scale_sigma=request.scale_sigma or 0.0,
         constraints=tuple(constraints),
-        parameters=checksum(request.robot_parameters) if request.robot_parameters else "",
+        parameters=checksum_of_robot(request),
     )

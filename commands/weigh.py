@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
-from ..common.files import checksum
-from . import ANSWERED, DO_NOT_USE
+from . import answered
+from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
 from .options import (
     FrictionOptions,
     GainOptions,
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..common.progress import Progress
+    from ..estimation.files import StoredPayload
+    from ..report import Page, Provenance
 
 
 @dataclass(frozen=True)
@@ -93,40 +95,36 @@ def run(
     view.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
-    stored = estimation.files.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
+    stored = stored_robot(request)
     setup = processing.setup(arm.load(), stored)
     loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
     gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
     with status("reading") as progress:
         problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
         progress("estimating")
-        try:
+        with constraints_solved():
             answer = estimation.answer_payload(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
-        except estimation.SolverError as error:
-            raise InputError(str(error)) from None
-    measured = stand_in is not None and answer.stand_in is None
-    files.show(report.payload_screen(answer, files.document, measured))
-    document = report.documents.payload_document(answer, setup.processing, setup.gains)
-    files.write_json(lambda: document)
 
-    def page() -> report.Page:
-        weighing_page = report.weigh_page(
-            answer, document, files.provenance(setup.in_words(), request, arm, processing)
-        )
-        if files.plots and not weighing_page.drawings():
-            raise InputError("--plots: no joints see the mass, there is nothing to draw")
-        return weighing_page
+    def page(document: StoredPayload) -> Page:
+        return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
 
-    files.write_page(page)
+    show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
     view.write_view(lambda: report.view.view_of_answer(setup.robot, loaded[0], answer))
-    passport.write(
-        lambda: fleet.payload_passport(
-            answer, others, _recipe(request, setup, gains, constraints, stand_in), logs_of(request)
-        )
-    )
-    return DO_NOT_USE if answer.verdict.level == "do_not_use" else ANSWERED
+    recipe = _recipe(request, setup, gains, constraints, stand_in)
+    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(request)))
+    return answered(answer.verdict.level)
+
+
+def _page(
+    answer: estimation.PayloadAnswer, document: StoredPayload, provenance: Provenance, plots: str | None
+) -> Page:
+    """The report, or the line that says why there are no figures."""
+    page = report.weigh_page(answer, document, provenance)
+    if plots and not page.drawings():
+        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+    return page
 
 
 def _refuse_beside_stream(
@@ -150,8 +148,7 @@ def _refuse_without_stream(request: _Weigh, stream: LiveOptions, controller: Hos
         controller.refuse(option_name, "belongs to --live or --replay")
     if not request.loaded:
         raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
-    if not request.unloaded and not request.robot_parameters:
-        raise InputError("give --unloaded recordings or --robot-parameters: without either nothing can be compared")
+    check_compared(request)
     if not request.robot_parameters:
         request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
 
@@ -195,5 +192,5 @@ def _recipe(
         constraints=tuple(constraints),
         stand_in=stand_in,
         moving=request.moving,
-        parameters=checksum(request.robot_parameters) if request.robot_parameters else "",
+        parameters=checksum_of_robot(request),
     )
