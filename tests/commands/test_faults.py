@@ -6,9 +6,7 @@ Each law goes over every command and every option that names a file or a folder.
 import argparse
 import contextlib
 import io
-import os
 import shutil
-import stat
 import tempfile
 from collections.abc import Iterator
 from itertools import pairwise
@@ -19,12 +17,9 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.commands.options import reading
-from dynident.common.errors import InputError
-from dynident.common.files import keeping, write_bytes, write_text
-from dynident.report.figures.canvas import new_figure, save_figure
 from dynident.report.render.terminal import COLUMNS
 from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
-from dynident.tests.commands.options import LINES, PORTS, make_passports, put_payloads
+from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.live.played import playing
@@ -217,66 +212,12 @@ def test_a_run_overwrites_the_options_of_an_earlier_one(folder: Path) -> None:
         (folder / output).unlink()
 
 
-def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:
-    """Names within a folder are known late: the write itself refuses."""
-    target, link = tmp_path / "mine.csv", tmp_path / "link.csv"
-    target.write_text("mine")
-    link.symlink_to(target)
-    with keeping([target]):
-        for path in (target, link, tmp_path / "x" / ".." / "mine.csv"):
-            with pytest.raises(InputError, match="read or written it already"):
-                write_text(path, "other")
-        write_text(tmp_path / "new", "first")
-        with pytest.raises(InputError, match="read or written it already"):
-            write_text(tmp_path / "new", "second")
-        write_text(os.devnull, "as often")
-        write_text(os.devnull, "as one likes")
-    assert target.read_text() == "mine"
-    assert (tmp_path / "new").read_text() == "first"
-    write_text(target, "another run")
-    assert target.read_text() == "another run"
-
-
 def test_a_drawing_beside_a_file_does_not_overwrite_it(folder: Path) -> None:
     """``robot new`` draws beside its file: named alike, the second is refused."""
     status, _, err = run([*words("robot new"), "--out", "arm.svg"])
     assert status == 2
     assert "arm.svg: this run has read or written it already" in err
     Path("arm.svg").unlink()
-
-
-@pytest.mark.skipif(os.name == "nt", reason="modes are POSIX's")
-@pytest.mark.parametrize("umask", [0o022, 0o077, 0o002])
-def test_modes_are_the_users(tmp_path: Path, umask: int) -> None:
-    old = os.umask(umask)
-    try:
-        write_text(tmp_path / "new", "x")
-        save_figure(new_figure(1.0, 1.0), tmp_path / "new.png")
-        (tmp_path / "there").write_text("y")
-        (tmp_path / "there").chmod(0o640)
-        write_bytes(tmp_path / "there", b"z")
-    finally:
-        os.umask(old)
-    modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
-    assert modes == {"new": 0o666 & ~umask, "new.png": 0o666 & ~umask, "there": 0o640}
-
-
-def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    class Full(io.BytesIO):
-        def write(self, _: Any, /) -> int:
-            raise OSError(28, "No space left on device")
-
-    def full(descriptor: int, _: str) -> Full:
-        os.close(descriptor)
-        return Full()
-
-    path = tmp_path / "figure.png"
-    path.write_bytes(b"old")
-    monkeypatch.setattr(os, "fdopen", full)
-    with pytest.raises(InputError, match=r"figure\.png: cannot be written: No space left on device"):
-        save_figure(new_figure(1.0, 1.0), path)
-    assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_titles_and_frames_are_never_markup(folder: Path) -> None:

@@ -14,7 +14,8 @@ import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
 from dynident.model import INERTIAL
-from dynident.tests.commands.options import LINES, OPTIONS, PORTS, make_passports, put_payloads
+from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
+from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 from dynident.tests.live.played import playing

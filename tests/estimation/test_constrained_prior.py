@@ -162,13 +162,8 @@ def test_units_of_length_do_not_matter(random_parameters: Parameters) -> None:
         ]
         prior = RobotPrior(tuple(InertialParameters(np.array(ten)) for ten in own), "test")
         nearest = solve_constrained_prior(there, base, estimate, prior)
-        results.append(
-            (
-                nearest,
-                {name: value / units[name] for name, value in nearest.parameters.items()},
-                origins(there, base),
-            )
-        )
+        values = {name: value / units[name] for name, value in nearest.parameters.items()}
+        results.append((nearest, values, origins(there, base)))
     (first, metres, origin), (second, millimetres, same) = results
     assert second.chi2_rise == pytest.approx(first.chi2_rise, rel=1e-6)
     assert second.weight == pytest.approx(first.weight, rel=1e-4)

@@ -1,0 +1,99 @@
+"""A line for each command that answers, and the inputs that it needs beside the frozen runs' own."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+from dynident import fleet
+from dynident.common.files import checksum
+from dynident.estimation import identify, read_recording
+from dynident.estimation.fit import weighted
+from dynident.model import load_robot
+
+AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
+PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
+
+NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
+BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {NOISE}"
+WHOLE = f"--robot rx90 --via-points 4 --starts 1 {NOISE}"
+SCALE = "--mass 6 --mass-sigma 0.1"
+NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 {NOISE}"
+SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
+
+PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}
+"""Of the controller that is played while lines run: others for each process that tests."""
+PLAYED = f"--host 127.0.0.1 --port {PORTS['port']}"
+
+LINES = {
+    "weigh": "--robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_near_loaded.csv --json b.json",
+    "verify": "--robot rx90 --before before.csv --after after.csv",
+    "payload": f"--robot rx90 {PAIR} --method 3 --json b.json",
+    "identify": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
+    "rollout": "--robot rx90 --robot-parameters earlier.json --data rx_arm_loaded.csv --json b.json",
+    "gains": f"--robot ur10e {AMPERES} --mass 6.2 --decimate 4 --json b.json",
+    "apply": f"flange.json --to ur --yes {PLAYED} --script-port {PORTS['script_port']}",
+    "record": f"ur {PLAYED} --seconds 0.1 --out b.csv",
+    "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
+    "fleet report": "nightly --json b.json",
+    "fleet simulate": "six_axis.toml --arms 2 --days 2 --rate 50 --points 4 --out out",
+    "compare": "first.csv second.csv --robot rx90 --json b.json",
+    "passport show": "first.npz --json b.json",
+    "passport merge": "first.npz second.npz --out merged.npz",
+    "passport compare": "first.npz second.npz --json b.json",
+    "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
+    "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
+    "robot list": "",
+    "robot show": "--robot rx90",
+    "robot new": "--name arm --joint=z,0,0,0 --joint=y,0,0,0.3 --flange 0,0,0.6,z,x",
+    "robot check": "--robot rx90 --data rx_arm_unloaded.csv --json b.json",
+    **{f"robot {name}": f"--robot six_axis.toml --out a.{name}" for name in ("mjcf", "usd", "urdf", "sdf")},
+    "codegen": "--robot rx90 --function base_regressor --out code",
+    "design": f"{BRIEF} --via-points 4",
+    "near": NEAR,
+    "score": SCORE,
+    "simulate": "--robot rx90 --trajectory rx_short.csv --rate 50 --out out",
+    "demo": "--trajectories 3 --out out",
+}
+
+
+def put_payloads(folder: Path) -> None:
+    """Two payloads in the flange's frame: one to use, and one that its verdict refuses."""
+    document = json.loads((folder / "rx_payload.json").read_text())
+    document["frame"] = "tool0: the bare flange"
+    for name, level in (("flange", "use"), ("refused", "do_not_use")):
+        document["verdict"]["level"] = level
+        (folder / f"{name}.json").write_text(json.dumps(document))
+
+
+def make_passports(folder: Path) -> None:
+    """Three passports of one robot: of a recording, of it with other noise, and with still other noise."""
+    robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
+    header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
+    (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
+    for seed, name in enumerate(("first", "second", "third")):
+        noise = np.random.default_rng(seed).normal(scale=0.3, size=(len(rows), 6))
+        np.savetxt(
+            folder / f"{name}.csv", rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0))), delimiter=",",
+            header=header, comments="", fmt="%.9g",
+        )  # fmt: skip
+        log = fleet.Log("without payload", f"{name}.csv", checksum(folder / f"{name}.csv"))
+        result = identify(robot, [read_recording(folder / f"{name}.csv", robot)])
+        passport = fleet.robot_passport(result, fleet.Recipe("identify", robot.processing), [log])
+        fleet.write_passport(folder / f"{name}.npz", passport)
+    make_store(folder, passport)
+
+
+def make_store(folder: Path, passport: fleet.RobotPassport) -> None:
+    """A store of two arms and three nights, drawn on a passport's motion."""
+    store, draw = fleet.Store.made(folder / "nightly", passport.robot, passport.recipe), np.random.default_rng(0)
+    values, rows = weighted(passport.equations).values, {}
+    for arm in ("left", "right"):
+        for night in range(1, 4):
+            about, name = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}.csv"
+            night_passport = fleet.drawing.drawn(
+                passport, values, fleet.drawing.noise_of(passport), draw, name, about
+            )
+            rows[name] = fleet.store.Row(name, night_passport.logs[0].sha256, about, f"{arm}{night}")
+            store.put(f"{arm}{night}", fleet.passport_bytes(night_passport))
+    store.finish(rows, {})

@@ -1,0 +1,160 @@
+"""Workers that are processes, a pool that dies, or a cluster: the store is that of one run alone."""
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from dynident import fleet
+from dynident.cli import main
+from dynident.common.errors import InputError
+from dynident.estimation.recordings.read import read_recordings
+from dynident.fleet import engine
+from dynident.tests.fleet.night_logs import ROBOT, Lost, contents, entries
+
+
+@pytest.mark.long
+def test_two_processes_one_of_them_killed(store: Path, tmp_path: Path) -> None:
+    """The pool is made anew; nothing is lost, nothing counts twice."""
+    killed: list[int] = []
+
+    def kill(_: float) -> None:
+        if not killed:
+            killed.append(int(multiprocessing.active_children()[0].pid or 0))
+            os.kill(killed[0], signal.SIGKILL)
+
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2, progress=kill)
+    assert reduced.crashes >= 1
+    assert contents(tmp_path / "s") == contents(store)
+
+
+def deadly(*_: Any) -> None:
+    """What ends a process without a word, as a fault in a compiled library does."""
+    os._exit(9)
+
+
+def pool_with_deadly_logs(workers: int) -> Executor:
+    """Processes that the logs of arm b end."""
+    return ProcessPoolExecutor(workers, multiprocessing.get_context("fork"), poison)
+
+
+def poison() -> None:
+    """In a worker: reading a recording of arm b ends it."""
+    vars(fleet.worker)["read_recordings"] = lambda path, *more: (
+        deadly() if path.startswith("b/") else read_recordings(path, *more)
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are forked, so that they read as the test says")
+def test_a_log_that_ends_its_worker_each_time_is_one_row(
+    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fleet.results, "process_pool", pool_with_deadly_logs)
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
+    assert reduced.crashes >= 1
+    assert reduced.new == 2
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
+    assert {file for file, why in reduced.refused.items() if why == fleet.results.KILLS} == {
+        "b/2026-01-01.csv", "b/2026-01-03.csv"
+    }  # fmt: skip
+
+
+def test_workers_that_cannot_begin_are_no_fault_of_a_log(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def pool(_: int) -> contextlib.AbstractContextManager[Executor]:
+        return contextlib.nullcontext(Lost(0))
+
+    monkeypatch.setattr(fleet.results, "process_pool", pool)
+    with pytest.raises(InputError, match="workers were lost after 0 of"):
+        fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", workers=2)
+
+
+class KilledWorker(Exception):  # noqa: N818
+    """A task that each worker died of, as Dask says it."""
+
+
+def test_a_batch_that_kills_is_tried_one_by_one(store: Path, tmp_path: Path) -> None:
+    class Killed(engine.Here):
+        def submit(self, fn: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+            if any(task.entry.path.startswith("b/2026-01-01") for task in arguments[1]):
+                future: Future[Any] = Future()
+                future.set_exception(KilledWorker())
+                return future
+            return super().submit(fn, *arguments, **more)
+
+    reduced = fleet.reduce_fleet(entries(), ROBOT, tmp_path / "s", executor=Killed(), batch=3)
+    assert reduced.refused["b/2026-01-01.csv"] == fleet.results.KILLS
+    assert (reduced.new, reduced.crashes) == (2, 2)
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextlib.contextmanager
+def cluster(port: int, workers: int = 2) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A real scheduler and its workers, processes of their own, on this machine's loopback alone."""
+    address, quiet = f"tcp://127.0.0.1:{port}", subprocess.DEVNULL
+    start = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    scheduler = [*start, "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard",
+              "--no-nanny", "--host", "127.0.0.1", "--death-timeout", "20"]  # fmt: skip
+    running = [subprocess.Popen(line, stdout=quiet, stderr=quiet) for line in [scheduler, *[worker] * workers]]
+    try:
+        yield address, running
+    finally:
+        for process in running:
+            process.kill()
+        for process in running:
+            process.wait()
+
+
+def reached(address: str, workers: int) -> None:
+    """Wait until all workers are there."""
+    for _ in range(600):
+        with contextlib.suppress(InputError), engine.dask_executor(address, 1) as (_, count):
+            if count == workers:
+                return
+        time.sleep(0.2)
+    raise AssertionError("no workers")
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_a_dask_scheduler_and_two_workers(store: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Equal to the serial store; a worker killed in the middle; the scheduler killed and restarted."""
+    port = free_port()
+    with cluster(port) as (address, running):
+        reached(address, 2)
+        with engine.dask_executor(address, 1) as (executor, count):
+            killed = threading.Timer(1.0, running[-1].kill)
+            killed.start()
+            fleet.reduce_fleet(entries(), ROBOT, tmp_path / "a", executor=executor, workers=count)
+            killed.join()
+        assert contents(tmp_path / "a") == contents(store)
+        with (
+            pytest.raises(InputError, match=r"workers were lost after \d of 5"),
+            engine.dask_executor(address, 1) as (executor, count),
+        ):
+            fleet.reduce_fleet(
+                entries(), ROBOT, tmp_path / "b", executor=executor, progress=lambda _: running[0].kill()
+            )
+    with cluster(port) as (address, _):
+        reached(address, 2)
+        line = f"fleet reduce a b turned other.csv --robot rx90 --store {tmp_path / 'b'} --scheduler {address}"
+        assert main([*line.split(), "--pattern", "{arm}/{day}.csv", "--batch", "2"]) == 0
+    assert "5 logs refused" in capsys.readouterr().out
+    assert contents(tmp_path / "b") == contents(store)
