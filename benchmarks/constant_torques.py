@@ -22,6 +22,7 @@ from dynident.estimation.equations.observer import Observer
 from dynident.estimation.payload.short_motion import telling_rows
 from dynident.estimation.signals.measurements import measurement
 from dynident.model import Robot, base_parameters, load_robot
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 GAINS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
@@ -61,7 +62,30 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
     """Constant torque and Coulomb friction of each joint and window."""
     columns = parts[0].columns
     own = [k for k, name in enumerate(columns) if name.startswith(("OFF", "FS")) and name[-1].isdigit()]
-    rest = [k for k in range(len(columns)) if k not in own]
+    rest = len(columns) - len(own)
+    A, y, joint, place = stacked(parts, own)
+    x, variance, error = solved_by_joint(A, y, joint, robot.n)
+    spreads = []
+    for j in range(robot.n):
+        series = [
+            (part.t[j], error[(joint == j) & (place == k)]) for k, part in enumerate(parts) if len(part.t[j]) > 3
+        ]
+        step = min(float(np.diff(t).min()) for t, _ in series)
+        memory = max(1.0, 2.0 * autocorrelation_time(series, step) / step)
+        torque = float(np.sqrt(np.mean(y[joint == j] ** 2)))
+        at = {kind: own.index(columns.index(f"{kind}{j + 1}")) for kind in ("OFF", "FS")}
+        where = {kind: rest + len(own) * np.arange(len(parts)) + k for kind, k in at.items()}
+        friction = float(np.mean(x[where["FS"]]))
+        for kind, k in where.items():
+            spreads.append(Scatter(kind, j + 1, x[k], memory * variance[k], friction, torque))
+    return spreads
+
+
+def stacked(
+    parts: Sequence[Observation], own: list[int]
+) -> tuple[Array, Array, NDArray[np.int_], NDArray[np.int_]]:
+    """Rows of all windows, in which each has columns ``own`` to itself; torques, joint and window of each row."""
+    rest = [k for k in range(len(parts[0].columns)) if k not in own]
     blocks, torques, joints, places = [], [], [], []
     for k, part in enumerate(parts):
         for j, (W, Y) in enumerate(zip(part.W, part.Y, strict=True)):
@@ -73,31 +97,19 @@ def scatters(robot: Robot, parts: Sequence[Observation]) -> list[Scatter]:
             torques.append(Y)
             joints += [j] * len(Y)
             places += [k] * len(Y)
-    A, y, joint, place = np.vstack(blocks), np.concatenate(torques), np.array(joints), np.array(places)
+    return np.vstack(blocks), np.concatenate(torques), np.array(joints), np.array(places)
+
+
+def solved_by_joint(A: Array, y: Array, joint: NDArray[np.int_], n: int) -> tuple[Array, Array, Array]:
+    """Least squares with each joint's own weight: solution, its variances, errors."""
     scale = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    weight = np.ones(robot.n)
+    weight = np.ones(n)
     for _ in range(3):
         rows = weight[joint][:, None] * A / scale
         x = np.linalg.lstsq(rows, weight[joint] * y, rcond=1e-10)[0] / scale
         error = y - A @ x
-        weight = np.array([1.0 / np.sqrt(np.mean(error[joint == j] ** 2)) for j in range(robot.n)])
-    variance = np.diag(np.linalg.pinv(rows.T @ rows, rcond=1e-12)) / scale**2
-    spreads = []
-    for j in range(robot.n):
-        series = [
-            (part.t[j], error[(joint == j) & (place == k)]) for k, part in enumerate(parts) if len(part.t[j]) > 3
-        ]
-        step = min(float(np.diff(t).min()) for t, _ in series)
-        memory = max(1.0, 2.0 * autocorrelation_time(series, step) / step)
-        torque = float(np.sqrt(np.mean(y[joint == j] ** 2)))
-        at = {
-            kind: [len(rest) + k * len(own) + own.index(columns.index(f"{kind}{j + 1}")) for k in range(len(parts))]
-            for kind in ("OFF", "FS")
-        }
-        friction = float(np.mean(x[at["FS"]]))
-        for kind, where in at.items():
-            spreads.append(Scatter(kind, j + 1, x[where], memory * variance[where], friction, torque))
-    return spreads
+        weight = np.array([1.0 / np.sqrt(np.mean(error[joint == j] ** 2)) for j in range(n)])
+    return x, np.diag(np.linalg.pinv(rows.T @ rows, rcond=1e-12)) / scale**2, error
 
 
 def beyond_noise(some: Sequence[Scatter], unit: Callable[[Scatter], float]) -> tuple[float, float, float]:

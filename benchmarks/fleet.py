@@ -10,7 +10,7 @@ import os
 import resource
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -130,7 +130,12 @@ def power(passport: RobotPassport, seeds: int) -> None:
             late = [night_of(changed[joint, d], quiet[-1].pooled, 0.0, 0.0) for d in range(USUAL, USUAL + DAYS)]
             stepped[seed, joint] = replace(quiet[-1], nights=(*quiet[-1].nights[:USUAL], *late))
         print(f"  {seed + 1} of {seeds} arms", flush=True)
-    first, total = quiet[0].nights[0].day, 0
+    print_detections(quiet, stepped)
+
+
+def print_detections(quiet: Sequence[Arm], stepped: Mapping[tuple[int, int], Arm]) -> None:
+    """Print how many steps are seen; ``stepped``: the quiet arms by seed and joint that steps."""
+    first, total, seeds = quiet[0].nights[0].day, 0, len(quiet)
     for joint in range(1, 7):
         name = f"FS{joint}"
         usual = [line for arm in quiet for line in series_of(arm, first) if line.quantity == name]

@@ -11,6 +11,7 @@ but the violations.
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -66,8 +67,14 @@ def main() -> None:
                 f"outside found: {run.outside}, CPU {run.cpu[0]:.1f} s (unsafe {run.cpu[1]:.1f} s)",
                 flush=True,
             )
+    print_summary(runs, arguments.share)
+    print(f"CPU in all {time.process_time() - begun:.0f} s")
+
+
+def print_summary(runs: Sequence[Run], share: float) -> None:
+    """Print what was asked and what was seen over all runs."""
     active = [run for run in runs if run.active]
-    print(f"\n{len(runs)} runs at {arguments.share:g} of the rating, {len(active)} with an active torque limit")
+    print(f"\n{len(runs)} runs at {share:g} of the rating, {len(active)} with an active torque limit")
     print(f"violations: asked 0, seen {sum(run.violations for run in runs)} of {BODIES} bodies and the worst, each")
     if active:
         print(f"tight: asked >= 99 %, seen {100 * min(run.reached for run in active):.2f} % at least where active")
@@ -77,9 +84,7 @@ def main() -> None:
         f"body outside the set that breaks a limit: found in {sum(run.outside for run in active)} of {len(active)}"
     )
     safe, unsafe = (np.median([run.cpu[k] for run in runs]) for k in (0, 1))
-    print(
-        f"CPU of a search: {safe:.1f} s, {unsafe:.1f} s without payloads; all {time.process_time() - begun:.0f} s"
-    )
+    print(f"CPU of a search: {safe:.1f} s, {unsafe:.1f} s without payloads")
 
 
 def measured(robot: Robot, share: float, seed: int, lowered: bool) -> Run:

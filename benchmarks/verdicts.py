@@ -11,7 +11,7 @@ with seeds from 10,000 on.
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
@@ -113,16 +113,18 @@ def table(done: list[Run]) -> Table:
     for heading in (*headings, "inertia error % where use"):
         result.add_column(heading, justify="left" if heading in headings[:2] else "right")
     for group, members in _grouped(done):
-        levels = Counter(trial.level for trial in members)
-        used = [100 * trial.inertia_error for trial in members if trial.level == "use"]
-        right = sum(trial.level == trial.expected for trial in members if trial.answered)
-        worst = max((abs(100 * trial.mass_error) for trial in members if trial.answered), default=np.nan)
-        counts = [levels[level] for level in ("use", "mass_and_com_only", "do_not_use", "error")]
-        result.add_row(
-            *group, str(len(members)), *map(str, counts), f"{right}", f"{worst:.2f}",
-            f"{max(used):.0f}" if used else "",
-        )  # fmt: skip
+        result.add_row(*group, str(len(members)), *_counts(members))
     return result
+
+
+def _counts(members: Sequence[Run]) -> list[str]:
+    """How often each level was said, how often rightly, and the largest errors."""
+    levels, answered = Counter(trial.level for trial in members), [trial for trial in members if trial.answered]
+    used = [100 * trial.inertia_error for trial in members if trial.level == "use"]
+    right = sum(trial.level == trial.expected for trial in answered)
+    worst = max((abs(100 * trial.mass_error) for trial in answered), default=np.nan)
+    counts = [str(levels[level]) for level in ("use", "mass_and_com_only", "do_not_use", "error")]
+    return [*counts, f"{right}", f"{worst:.2f}", f"{max(used):.0f}" if used else ""]
 
 
 def _grouped(done: list[Run]) -> Iterator[tuple[tuple[str, str], list[Run]]]:

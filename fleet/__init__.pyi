@@ -2,6 +2,7 @@ from . import alarms as alarms
 from . import answers as answers
 from . import catalog as catalog
 from . import codec as codec
+from . import comparing as comparing
 from . import drawing as drawing
 from . import engine as engine
 from . import files as files
@@ -19,11 +20,11 @@ from . import worker as worker
 from .answers import answered as answered
 from .answers import payload_passport as payload_passport
 from .answers import robot_passport as robot_passport
+from .comparing import Difference as Difference
+from .comparing import compared as compared
 from .files import passport_bytes as passport_bytes
 from .files import read_passport as read_passport
 from .files import write_passport as write_passport
-from .merging import Difference as Difference
-from .merging import compared as compared
 from .merging import merged_passports as merged_passports
 from .passport import Log as Log
 from .passport import Passport as Passport

@@ -15,7 +15,7 @@ from scipy.stats import chi2 as chi_squared
 
 from ..common.arrays import Array
 from ..estimation.fit.estimate import Estimate
-from .merging import CHANCE
+from .comparing import CHANCE
 
 
 class Bodies(NamedTuple):

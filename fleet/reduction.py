@@ -75,11 +75,17 @@ def reduce_fleet(
     results = results_of(plan, [missing[k : k + batch] for k in range(0, len(missing), batch)], executor, workers)
     bad, crashes = _kept(results, place, len(missing), progress)
     refused |= {task.entry.path: bad[task.key] for task in missing if task.key in bad}
-    good = {t.entry.path: Row(t.entry.path, t.sha256, t.entry.about, t.key) for t in tasks if t.key not in bad}
-    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in good}
-    place.finish({file: row for file, row in before.items() if file not in refused} | good, earlier | refused)
+    good = [task for task in tasks if task.key not in bad]
+    _list_anew(place, good, before, refused)
     known = len(tasks) - len(missing)
     return Reduced(place, len(good) - known, known, refused, crashes)
+
+
+def _list_anew(place: Store, good: Sequence[Task], before: Mapping[str, Row], refused: Mapping[str, str]) -> None:
+    """Write the store's lists: what this run reduced and refused, and of earlier runs what it does not replace."""
+    rows = {task.entry.path: Row(task.entry.path, task.sha256, task.entry.about, task.key) for task in good}
+    earlier = {file: why for file, why in place.refused().items() if file not in before and file not in rows}
+    place.finish({file: row for file, row in before.items() if file not in refused} | rows, {**earlier, **refused})
 
 
 def _kept(

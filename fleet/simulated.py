@@ -4,7 +4,7 @@ Everything is drawn: each arm's parameters about its type's, each day's temperat
 and when. Each arm draws from a seed of its own, so that more arms or days leave the first ones as they are.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 from typing import Literal, NamedTuple
@@ -157,14 +157,25 @@ def _arm(robot: Robot, scenario: Scenario, k: int, kind: str) -> TrueArm:
     logs = _logs(scenario, draw)
     nights = []
     for d, day in enumerate(days):
-        parameters = dict(successor if kind == "replaced" and d >= since else own)
-        for name, share in zip(rubbing, scatter[d], strict=True):
-            parameters[name] *= max(1.0 + share - scenario.per_kelvin * (warm[d] - USUAL), 0.0)
-        if event is not None and event.quantity and d >= since:
-            parameters[event.quantity] *= 1.0 + event.size
-        carried = scenario.load if kind == "payload" and d >= since else 0.0
+        changed = d >= since
+        shares = 1.0 + scatter[d] - scenario.per_kelvin * (warm[d] - USUAL)
+        bodies = successor if kind == "replaced" and changed else own
+        parameters = _rubbing_otherwise(bodies, rubbing, shares, event if changed else None)
+        carried = scenario.load if kind == "payload" and changed else 0.0
         nights.append(TrueNight(day, float(warm[d]), carried, logs[d], parameters))
     return TrueArm(f"arm{k + 1:03d}", event, own, tuple(nights))
+
+
+def _rubbing_otherwise(
+    own: Mapping[str, float], rubbing: Sequence[str], shares: Array, event: Event | None
+) -> dict[str, float]:
+    """An arm's parameters on a day: each friction times its share, and what an event wears."""
+    parameters = dict(own)
+    for name, share in zip(rubbing, shares, strict=True):
+        parameters[name] *= max(share, 0.0)
+    if event is not None and event.quantity:
+        parameters[event.quantity] *= 1.0 + event.size
+    return parameters
 
 
 def _twin(robot: Robot, apart: float, draw: np.random.Generator) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """A fleet over time: what drifts, what changed, and which arm differs from its twins."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,8 +8,8 @@ from scipy.linalg import solve_triangular
 
 from ..common.schema import Document
 from .alarms import FALSE_ALARMS, Alarm, alarm_of, bounds_of
+from .comparing import Compared, side_by_side
 from .identity import Exchange, named
-from .merging import Compared, side_by_side
 from .nights import Arm, bodies_of
 from .series import FEWEST, Scatter, Series, scatter_of, series_of
 
@@ -55,16 +55,32 @@ def fleet_of(arms: Sequence[Arm], false_alarms: float = FALSE_ALARMS) -> Fleet:
     arms = tuple(sorted(arms, key=lambda arm: arm.name))
     first = min(night.day for arm in arms for night in arm.nights)
     series = tuple(line for arm in arms for line in series_of(arm, first))
-    names = list(dict.fromkeys(line.quantity for line in series))
-    scatter = {name: scatter_of([line for line in series if line.quantity == name]) for name in names}
+    scatter = _scatters(series)
     bounds = bounds_of(series, scatter, false_alarms)
-    alarms = (alarm_of(line, scatter[line.quantity], bounds[line.quantity]) for line in series)
-    largest = sorted((alarm for alarm in alarms if alarm is not None), key=lambda alarm: -abs(alarm.sigmas))
     drifts = (drift_of(line, scatter[line.quantity]) for line in series)
     steady = tuple(drift for drift in drifts if drift is not None)
+    alarms = _alarms(series, scatter, bounds)
+    return Fleet(arms, series, scatter, bounds, alarms, steady, _twins(arms), _exchanges(arms), first)
+
+
+def _scatters(series: Sequence[Series]) -> dict[str, Scatter]:
+    """Scatter of each quantity, over all arms."""
+    names = dict.fromkeys(line.quantity for line in series)
+    return {name: scatter_of([line for line in series if line.quantity == name]) for name in names}
+
+
+def _alarms(
+    series: Sequence[Series], scatter: Mapping[str, Scatter], bounds: Mapping[str, float]
+) -> tuple[Alarm, ...]:
+    """Steps that chance does not make, the clearest first."""
+    alarms = (alarm_of(line, scatter[line.quantity], bounds[line.quantity]) for line in series)
+    return tuple(sorted((alarm for alarm in alarms if alarm is not None), key=lambda alarm: -abs(alarm.sigmas)))
+
+
+def _exchanges(arms: Sequence[Arm]) -> tuple[Exchange, ...]:
+    """Arms that are another one from some day on, and which of the fleet that is."""
     pooled = [(arm.name, bodies_of(arm.pooled)) for arm in arms]
-    exchanges = tuple(named(arm.exchange, pooled) for arm in arms if arm.exchange is not None)
-    return Fleet(arms, series, scatter, bounds, tuple(largest), steady, _twins(arms), exchanges, first)
+    return tuple(named(arm.exchange, pooled) for arm in arms if arm.exchange is not None)
 
 
 def drift_of(series: Series, scatter: Scatter) -> Drift | None:

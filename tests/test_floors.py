@@ -29,6 +29,7 @@ FLOORS = {
         "codec",
         "files",
         "answers",
+        "comparing",
         "merging",
         "catalog",
         "store",

@@ -22,7 +22,7 @@ from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
 from ..payload.problem import PayloadProblem
-from ..payload.repeats import repeats_of, widened
+from ..payload.repeats import Repeats, repeats_of, widened
 from ..payload.result import PayloadEstimate, in_payload_frame
 from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
@@ -72,8 +72,7 @@ def answer_payload(
     scale = next((known for known in constraints if isinstance(known, KnownMass)), None)
     free, left_out = _identified(problem, methods, free_friction, scale)
     repeats = repeats_of(problem, scale)
-    free = [widened(estimate, repeats.excess) for estimate in free] if repeats is not None else free
-    free, guards = guarded(problem, free, gains, known)
+    free, guards = guarded(problem, _spread(free, repeats), gains, known)
     unseen = known.held_out if known is not None else _held_out(problem, held_out, processing)
     constrained, failures = _constrained(free, constraints, gains)
     answer = PayloadAnswer(
@@ -97,6 +96,11 @@ def answer_payload(
         raise _first_failure(free, failures, verdict)
     answer = replace(answer, verdict=verdict, sampled=known or sampled(evidence, verdict, unseen))
     return _assumed(_essential(answer, essential), stand_in)
+
+
+def _spread(free: list[PayloadEstimate], repeats: Repeats | None) -> list[PayloadEstimate]:
+    """Estimates with the scatter of repeated recordings beyond their own, where there are any."""
+    return [widened(estimate, repeats.excess) for estimate in free] if repeats is not None else free
 
 
 def _without_failures(

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lapack
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.files import write_bytes
-from ...common.linear import independent, rank, upper, without
+from ...common.linear import rank
 from ...model import INERTIAL
 from .anchors import Anchor, anchored
 from .conditioning import condition, scaled
+from .elimination import eliminated_from
 from .leave_one_out import WithoutEach, each
 from .npz import SHARED, fields_of
 from .shared_torque import SharedTorque, beside, compressed, refilled
@@ -139,7 +139,7 @@ class Equations:
             others = beside(self.shared, j, len(factor))
             remaining, eliminated = np.column_stack([factor[:, [*rest, -1]], others]), factor[:, gone]
             remaining, eliminated = anchored(remaining, eliminated, len(rest), columns, anchors, j)
-            left, others, count = _eliminated(remaining, eliminated, others.shape[1])
+            left, others, count = eliminated_from(remaining, eliminated, others.shape[1])
             factors.append(left)
             shared += refilled(self.shared, j, others)
             ranks.append(rank(factor[:, gone]) if anchors else count)
@@ -230,31 +230,6 @@ class Equations:
         """
         W = self.stacked()[:, :-1]
         return condition(W), condition(scaled(W))
-
-
-def _eliminated(remaining: Array, off: Array, beside: int) -> tuple[Array, Array, int]:
-    """Triangular factor of some columns less what others explain, the last ones beside it, and the others' rank.
-
-    Of clearly independent columns one QR of all that are not zero says it.
-
-    Args:
-        remaining: N x c.
-        off: what is taken out, N x k.
-        beside: number of the last columns of ``remaining`` that take no part in the factor.
-    """
-    off, width = off[:, off.any(axis=0)], remaining.shape[1] - beside
-    if not len(remaining):
-        return remaining[:, :width], remaining[:, width:], 0
-    touched = np.append(
-        np.flatnonzero(remaining[:, : width - 1].any(axis=0)), np.arange(width - 1, remaining.shape[1])
-    )
-    k, c = off.shape[1], len(touched) - beside
-    R = upper(lapack.dgeqrf(np.column_stack([off, remaining[:, touched]]))[0][: k + c])
-    if not independent(off, R):
-        return *compressed(without(remaining, off), beside), rank(off)
-    factor = np.zeros((len(R) - k, remaining.shape[1]))
-    factor[:, touched] = R[k:, k:]
-    return factor[:, :width], factor[:, width:], k
 
 
 def triangular(rows: Array) -> Array:

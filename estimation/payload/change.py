@@ -103,14 +103,13 @@ class ChangeWatch:
         Call it once for each block that was added.
         """
         self._blocks += 1
-        window, count = self.window, len(self.window.blocks)
-        if count >= _KNOWN:
+        window = self.window
+        if len(window.blocks) >= _KNOWN:
             self._usual.append(_usual(window, self._blocks))
         if not self._usual:
             return None
         usual = self._usual[0]
-        since = self._blocks - usual.blocks
-        ends = [end for end in _ENDS if end <= count - _BEFORE and (end <= since or since >= _LAG)]
+        ends = self._ends(usual)
         if not ends:
             return None
         rows = _weighted(window.less, usual.held)
@@ -124,6 +123,11 @@ class ChangeWatch:
             return None
         self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
         return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
+
+    def _ends(self, usual: _Usual) -> list[int]:
+        """How many last blocks may hold another payload: enough stand before them, the errors are older."""
+        since, most = self._blocks - usual.blocks, len(self.window.blocks) - _BEFORE
+        return [end for end in _ENDS if end <= most and (end <= since or since >= _LAG)]
 
     @cached_property
     def _least(self) -> float:

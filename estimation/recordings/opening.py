@@ -66,9 +66,7 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
         used = [(log, names) for log, names in shares if names]
         order = [[name for _, names in used for name in names].index(name) for name in columns]
         for side_by_side in zip_longest(*(log.blocks(names) for log, names in used), fillvalue=np.empty((0, 0))):
-            if len({len(part) for part in side_by_side}) > 1:
-                files = ", ".join(log.path.name for log, _ in used)
-                raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
+            _check_alike(side_by_side, folder, [log for log, _ in used])
             yield np.hstack(side_by_side)[:, order]
 
     def notes() -> tuple[str, ...]:
@@ -76,6 +74,13 @@ def _joined(folder: Path, log_map: LogMap) -> RawLog:
 
     units = {name: unit for log in logs for name, unit in log.units.items()}
     return RawLog(folder, tuple(name for log in logs for name in log.names), blocks, units=units, notes=notes)
+
+
+def _check_alike(side_by_side: Sequence[Array], folder: Path, logs: Sequence[RawLog]) -> None:
+    """Refuse files of one recording that end after different numbers of rows."""
+    if len({len(part) for part in side_by_side}) > 1:
+        files = ", ".join(log.path.name for log in logs)
+        raise InputError(f"{folder}: {files} have not the same number of rows: are they of one recording?")
 
 
 def opened(path: str | Path, robot: Robot, log_map: LogMap) -> RawLog:

@@ -5,7 +5,7 @@ from ...estimation import Identification, PayloadAnswer
 from ...estimation.files.parts import Number, VerdictDocument
 from ...fleet import Passport
 from ...fleet.answers import numbers_of
-from ...fleet.merging import Compared
+from ...fleet.comparing import Compared
 from .parts import verdict_document
 
 

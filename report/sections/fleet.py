@@ -7,8 +7,8 @@ import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.alarms import Alarm
+from ...fleet.comparing import CHANCE
 from ...fleet.identity import Exchange
-from ...fleet.merging import CHANCE
 from ...fleet.reduction import Reduced
 from ...fleet.series import FEWEST, LAST, Series
 from ..blocks import Banner, Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns

@@ -7,7 +7,7 @@ import numpy as np
 from ...estimation import Identification, PayloadAnswer
 from ...fleet import Passport
 from ...fleet.answers import numbers_of
-from ...fleet.merging import CHANCE, Compared
+from ...fleet.comparing import CHANCE, Compared
 from ..blocks import Banner, Block, Notes, Remarks, Screen, Table, columns
 
 _SHOWN = 10

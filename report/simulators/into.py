@@ -1,38 +1,29 @@
 """Identified numbers in a user's own model, matched by names of joints and moved into its frames."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...estimation.possible import Labelled, WholeRobot
-from ...model import InertialParameters, Pose
-from ...model.files.tree import read_urdf
+from ...model import InertialParameters
 from ...model.frames import frames_at
 from . import mjcf, urdf
 from .form import attributes, comment, link_marks
 from .frames import own_frame
+from .placed import READERS, Extra, Placed
 from .xml_text import Element, XmlText
 
 FAR = 0.005
 """m: how far a joint's axis may lie beside the robot's own; descriptions round lengths to a millimetre."""
 TURNED = math.radians(0.5)
 """rad: by how much it may be turned."""
-
-
-class Placed(NamedTuple):
-    """A joint of a model at zero, in its world: a point on its axis, the axis, and the body that it moves."""
-
-    point: Array
-    axis: Array
-    body: str
-    pose: Pose
 
 
 class Part(NamedTuple):
@@ -70,7 +61,7 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
     Raises:
         InputError: if the file cannot be used, no joint matches, or its geometry is not the robot's.
     """
-    placed, extra = _READERS[kind](path)
+    placed, extra = READERS[kind](path)
     text = XmlText(Path(path).read_bytes(), path)
     names = _matching(whole, placed, path)
     moved = _bodies(whole, names, placed, path)
@@ -112,7 +103,7 @@ def _unmatched(
         yield f"Joints of {path} that are left alone: {', '.join(others)}."
 
 
-def _carried(extra: "Extra", links: set[str]) -> Iterator[tuple[str, float]]:
+def _carried(extra: Extra, links: set[str]) -> Iterator[tuple[str, float]]:
     """Bodies with mass that are fixed to one of the links, straight or through others."""
     for body, (fixed, mass) in extra.items():
         while fixed not in links and fixed in extra:
@@ -212,56 +203,6 @@ def _between(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
     return np.asarray(offset - directions @ np.linalg.lstsq(directions, offset, rcond=1e-9)[0])
 
 
-Extra = dict[str, tuple[str, float]]
-"""Bodies fixed to others: to which, and their mass [kg]."""
-
-
-def _read_mjcf(path: str) -> tuple[dict[str, Placed], Extra]:
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError("--into an MJCF file needs MuJoCo: pip install 'dynident[simulators]'") from None
-    try:
-        model: Any = mujoco.MjModel.from_xml_path(path)
-    except ValueError as error:
-        raise InputError(f"{path}: MuJoCo does not take it: {' '.join(str(error).split())}") from None
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    mujoco.mj_kinematics(model, data)
-    placed = {}
-    for k in range(model.njnt):
-        body = int(model.jnt_bodyid[k])
-        pose = Pose.of(data.xmat[body].reshape(3, 3), data.xpos[body])
-        placed[model.joint(k).name] = Placed(
-            data.xanchor[k].copy(), data.xaxis[k].copy(), model.body(body).name, pose
-        )
-    fixed = {
-        model.body(k).name: (model.body(int(model.body_weldid[k])).name, float(model.body_mass[k]))
-        for k in range(1, model.nbody)
-        if model.body_weldid[k] not in (0, k) and model.body_mass[k] > 0.0
-    }
-    return placed, fixed
-
-
-def _read_urdf(path: str) -> tuple[dict[str, Placed], Extra]:
-    tree = read_urdf(path)
-    children = {joint.child: joint for joint in tree.joints}
-
-    def pose(link: str) -> Pose:
-        joint = children.get(link)
-        return Pose() if joint is None else pose(joint.parent) @ joint.origin
-
-    placed, fixed = {}, {}
-    for joint in tree.joints:
-        there, body = pose(joint.child), tree.links[joint.child]
-        if joint.kind == "fixed":
-            fixed[joint.child] = (joint.parent, body.mass if body is not None else 0.0)
-            continue
-        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        placed[joint.name] = Placed(there.p, there.R @ axis, joint.child, there)
-    return placed, fixed
-
-
 def _named(text: XmlText, tag: str, name: str, path: str) -> Element:
     for element in text.root.walk():
         if element.tag == tag and element.attributes.get("name") == name:
@@ -297,5 +238,4 @@ def _set_inertial(text: XmlText, parent: Element, lines: list[str]) -> None:
         text.replace(inertial, "\n".join(lines))
 
 
-_READERS: dict[str, Callable[[str], tuple[dict[str, Placed], Extra]]] = {"mjcf": _read_mjcf, "urdf": _read_urdf}
 _WRITERS = {"mjcf": _write_mjcf, "urdf": _write_urdf}
