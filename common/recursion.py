@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dtbtrs
 
 from .arrays import Array
 
@@ -36,8 +37,6 @@ class Section(NamedTuple):
         Returns:
             The filtered signals, (N, k), and the state after them, (2, k).
         """
-        from scipy.linalg.lapack import dtbtrs
-
         driven = self.b0 * signals
         driven[1:] += self.b1 * signals[:-1]
         driven[2:] += self.b2 * signals[:-2]

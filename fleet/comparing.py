@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ..common.arrays import Array
 from ..common.errors import InputError
@@ -40,8 +41,6 @@ class Difference:
     @property
     def bound(self) -> float:
         """Sigmas that no parameter exceeds but with probability ``CHANCE``, all of them together (Bonferroni)."""
-        from scipy.special import stdtrit
-
         return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / len(self.names)))
 
     @property
@@ -111,8 +110,6 @@ class Compared:
     @property
     def bound(self) -> float:
         """Sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni)."""
-        from scipy.special import stdtrit
-
         return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / self.values.size))
 
     @property

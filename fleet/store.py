@@ -128,13 +128,13 @@ def write_parquet(path: Path, names: Sequence[str], rows: Sequence[Sequence[str 
         InputError: if it cannot be written.
     """
     try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
+        import pyarrow.parquet
     except ModuleNotFoundError:
         return False
-    columns = [pa.array([row[k] for row in rows], None if rows else pa.string()) for k in range(len(names))]
+    kind = None if rows else pyarrow.string()
+    columns = [pyarrow.array([row[k] for row in rows], kind) for k in range(len(names))]
     content = io.BytesIO()
-    pq.write_table(pa.table(columns, names=list(names)), content)
+    pyarrow.parquet.write_table(pyarrow.table(columns, names=list(names)), content)
     write_bytes(path, content.getvalue())
     return True
 

@@ -1,5 +1,6 @@
 """A recording as it grows: samples in the controller's own time, and what is wrong with them."""
 
+import gzip
 import math
 import struct
 from collections import Counter
@@ -166,13 +167,10 @@ def _csv(columns: Sequence[str], rows: Rows) -> bytes:
 
 
 def _compressed(columns: Sequence[str], rows: Rows) -> bytes:
-    import gzip
-
     return gzip.compress(_csv(columns, rows), mtime=0)
 
 
 def _parquet(columns: Sequence[str], rows: Rows) -> bytes:
-    import pyarrow
     import pyarrow.parquet
 
     table = pyarrow.table(dict(zip(columns, map(list, zip(*rows, strict=True)), strict=True)))

@@ -187,6 +187,44 @@ def test_estimation_waits_with_what_is_slow() -> None:
     assert not loaded & {"cvxpy", "matplotlib", "scipy.signal", "scipy.interpolate", "rich"}
 
 
+SLOW = {"clarabel", "cvxpy", "distributed", "fsspec", "matplotlib", "mujoco", "pandas", "pyarrow", "scipy", "viser"}
+"""Packages that take long to import, or are an extra: a function may import them where it uses them."""
+
+
+def inner_imports(tree: ast.Module) -> set[tuple[int, str]]:
+    """Line and package of each import within a function; relative ones begin with a dot."""
+    packages = set()
+    for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+        for node in ast.walk(function):
+            if isinstance(node, ast.Import):
+                packages |= {(node.lineno, alias.name.split(".")[0]) for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                packages.add((node.lineno, "." * node.level + (node.module or "").split(".")[0]))
+    return packages
+
+
+def test_imports_stand_at_the_top() -> None:
+    """Within functions only what is slow or an extra, and seldom: rooms wait by themselves (``common/lazy.py``)."""
+    inner = [
+        (path.relative_to(ROOT).as_posix(), package)
+        for path in FILES
+        for _, package in inner_imports(ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert not [place for place in inner if place[1] not in SLOW]
+    assert len(inner) <= 25
+
+
+@pytest.mark.parametrize(
+    ("line", "package"),
+    [("import json", "json"), ("from ..model import Robot", "..model"), ("from . import a", ".")],
+)
+def test_an_inner_import_is_seen(line: str, package: str) -> None:
+    assert inner_imports(ast.parse(f"{line}\ndef f():\n  {line}\n  def g():\n    {line}")) == {
+        (3, package),
+        (5, package),
+    }
+
+
 def test_rooms_are_found_in_the_package_only() -> None:
     """At top level their relative imports fail, so that no second copy of a class is made."""
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"

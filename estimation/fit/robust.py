@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
@@ -18,8 +19,6 @@ FEW = 10
 
 def student95(degrees_of_freedom: float) -> float:
     """How many standard deviations a 95 % interval reaches to either side, by Student's t."""
-    from scipy.special import stdtrit
-
     return float(stdtrit(max(degrees_of_freedom, 1.0), 0.975))
 
 

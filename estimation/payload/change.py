@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri, fdtri
 
 from ...common.arrays import Array
 from ..equations.equations import triangular
@@ -132,14 +133,10 @@ class ChangeWatch:
     @cached_property
     def _least(self) -> float:
         """The fall that chance passes as rarely as is allowed where the size of the errors is known exactly."""
-        from scipy.special import chdtri
-
         return float(chdtri(4, self.false_alarms / _PER_HOUR / len(_ENDS)))
 
     def _limit(self, tried: _Tried, rows: "_Rows", usual: _Usual) -> float:
         """The fall of chi2 that chance passes as rarely as is allowed; infinite where this one is far below."""
-        from scipy.special import fdtri
-
         if tried.fall <= self.scale * self._least:
             return np.inf
         chance = self.false_alarms / _PER_HOUR / len(_ENDS)

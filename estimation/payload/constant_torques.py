@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import chdtrc
 
 from ...common.arrays import Array
 from ...common.linear import decomposed, least_squares, without
@@ -187,8 +188,6 @@ def _joint(name: str) -> int:
 
 
 def _unlikely(rise: float, joints: int) -> bool:
-    from scipy.special import chdtrc
-
     return joints > 0 and bool(chdtrc(joints, max(rise, 0.0)) < _CONTRADICTED)
 
 

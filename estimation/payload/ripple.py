@@ -9,6 +9,7 @@ less than one wave over the joint's range is no different from weight and is not
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 
 from ...common.arrays import Array
 from ...common.linear import decomposed
@@ -148,8 +149,6 @@ def _found(wave: float, gain: float, rows: _Rows) -> _Found:
 
 def _chance(gain: float, rest: float, spare: int) -> float:
     """Probability that white noise lowers the sum of squares to ``rest`` by as much (F test)."""
-    from scipy.special import fdtrc
-
     return float(fdtrc(2, spare, 0.5 * gain / rest * spare)) if spare > 0 and rest > 0.0 else 1.0
 
 

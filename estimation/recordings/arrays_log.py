@@ -83,24 +83,22 @@ def mat_log(path: Path, layout: Layout) -> RawLog:
 
 
 def _version_5(path: Path) -> RawLog:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-    from scipy.sparse import issparse
+    import scipy.io
 
     with _reading(path, "a MAT file"):
         content = path.read_bytes()
         _check_elements(content)
         objects = objects_of_version_5(content)
         try:
-            data = loadmat(path, squeeze_me=False, struct_as_record=True)
-        except MatReadError as error:
+            data = scipy.io.loadmat(path, squeeze_me=False, struct_as_record=True)
+        except scipy.io.matlab.MatReadError as error:
             raise ValueError(error) from None
     arrays = {name: value for key in data if key[0] != "_" for name, value in _fields(key, data[key])}
 
     def load(name: str) -> Array:
         with _reading(path, "a MAT file"):
             value = arrays[name]
-            return np.asarray(value.toarray() if issparse(value) else value, dtype=np.float64)
+            return np.asarray(value.toarray() if scipy.sparse.issparse(value) else value, dtype=np.float64)
 
     return _arrays_log(path, {name: tuple(value.shape) for name, value in arrays.items()}, load, objects)
 

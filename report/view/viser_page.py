@@ -20,16 +20,17 @@ _LAST = 1.0  # s: how long the last pose stays
 _STILL = 1e-9  # m and of a turn: what moves less is not written again
 
 
-def require_viewer() -> None:
-    """Refuse a view where its library is not installed.
+def require_viewer() -> Any:
+    """The library of views; a view is refused where it is not installed.
 
     Raises:
         InputError: says what to install.
     """
     try:
-        import viser  # noqa: F401
+        import viser
     except ImportError:
         raise InputError("--view and --show need the extra view: pip install 'dynident[view]'") from None
+    return viser
 
 
 def write_view(path: str | Path, view: View) -> None:
@@ -53,7 +54,6 @@ def show_view(path: str | Path | None, view: View) -> str:
 
 def html_of(view: View) -> str:
     """The view as HTML."""
-    require_viewer()
     with _server() as server:
         handles = _built(server, view)
         serialiser = server.get_scene_serializer()
@@ -68,8 +68,7 @@ def html_of(view: View) -> str:
 @contextlib.contextmanager
 def _server() -> Iterator[Any]:
     """A server on a free port of this machine alone, whose scene is taken down and which says nothing."""
-    import viser
-
+    viser = require_viewer()
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
         try:

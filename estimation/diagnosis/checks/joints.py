@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from scipy.special import fdtrc
 
 from ....common.arrays import Array
 from ...fit.robust import few_blocks
@@ -71,8 +72,6 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
 
 def _beyond_chance(square: float, joints: int, freedom: float) -> float:
     """Whether a mean square of so many joints' disagreement is more than chance, from 0 to 1 (F test)."""
-    from scipy.special import fdtrc
-
     first, last = CHANCE
     return float(np.clip((first - fdtrc(joints, min(freedom, 1e9), square)) / (first - last), 0.0, 1.0))
 
