@@ -11,7 +11,6 @@ but the violations.
 
 import argparse
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -54,12 +53,12 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=1)
     parser.add_argument("--share", type=float, default=0.5, help="of the rated payload")
     parser.add_argument("--lowered", action="store_true", help="torque limits until one is active")
-    arguments, runs = parser.parse_args(), []
+    asked, runs = parser.parse_args(), []
     begun = time.process_time()
-    for name in arguments.arms.split(","):
+    for name in asked.arms.split(","):
         robot = stand_in.rehearsed(load_robot(name))
-        for seed in range(arguments.poses):
-            run = measured(robot, arguments.share, seed, arguments.lowered)
+        for seed in range(asked.poses):
+            run = measured(robot, asked.share, seed, asked.lowered)
             runs.append(run)
             print(
                 f"{name:12} {run.violations} violations, reaches {100 * run.reached:.2f} % of a limit, "
@@ -67,14 +66,8 @@ def main() -> None:
                 f"outside found: {run.outside}, CPU {run.cpu[0]:.1f} s (unsafe {run.cpu[1]:.1f} s)",
                 flush=True,
             )
-    print_summary(runs, arguments.share)
-    print(f"CPU in all {time.process_time() - begun:.0f} s")
-
-
-def print_summary(runs: Sequence[Run], share: float) -> None:
-    """Print what was asked and what was seen over all runs."""
     active = [run for run in runs if run.active]
-    print(f"\n{len(runs)} runs at {share:g} of the rating, {len(active)} with an active torque limit")
+    print(f"\n{len(runs)} runs at {asked.share:g} of the rating, {len(active)} with an active torque limit")
     print(f"violations: asked 0, seen {sum(run.violations for run in runs)} of {BODIES} bodies and the worst, each")
     if active:
         print(f"tight: asked >= 99 %, seen {100 * min(run.reached for run in active):.2f} % at least where active")
@@ -84,7 +77,9 @@ def print_summary(runs: Sequence[Run], share: float) -> None:
         f"body outside the set that breaks a limit: found in {sum(run.outside for run in active)} of {len(active)}"
     )
     safe, unsafe = (np.median([run.cpu[k] for run in runs]) for k in (0, 1))
-    print(f"CPU of a search: {safe:.1f} s, {unsafe:.1f} s without payloads")
+    print(
+        f"CPU of a search: {safe:.1f} s, {unsafe:.1f} s without payloads; all {time.process_time() - begun:.0f} s"
+    )
 
 
 def measured(robot: Robot, share: float, seed: int, lowered: bool) -> Run:

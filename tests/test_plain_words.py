@@ -23,7 +23,12 @@ EMPTY = {
 """Participles and pronouns: as a name each could hold anything."""
 NOT_YET = {
     path.relative_to(ROOT).as_posix()
-    for glob in ("trajectories/design/*.py", "commands/near*.py", "commands/design*.py")
+    for glob in (
+        "trajectories/design/*.py",
+        "commands/near*.py",
+        "commands/design*.py",
+        "benchmarks/payload_sets.py",
+    )
     for path in ROOT.glob(glob)
 }
 """Files in another change's hands."""

@@ -14,8 +14,8 @@ FILES = sorted(
 )
 PRODUCT = sorted({path.relative_to(ROOT).parts[0] for path in FILES} - {"tests"})
 MOST_LINES, MOST_STEPS, MOST_LINES_OF_A_FILE = 40, 12, 300
-NOT_YET = {"commands/near.py: run"}
-"""A function in another change's hands."""
+NOT_YET = {"commands/near.py: run", "benchmarks/payload_sets.py: main"}
+"""Functions in another change's hands."""
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
