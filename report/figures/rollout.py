@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimation.rollout import Rollout
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, panels, plain
+from .canvas import BLUE, GREY, ORANGE, log_scale, panels, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +34,7 @@ def _curves(rollout: Rollout, unit: tuple[str, float]) -> Figure:
         low, high = np.array([spread for spread in spreads if spread is not None]).T / unit[1]
         axis.plot(rollout.times, low, color=color, linestyle=line, label=by)
         axis.fill_between(rollout.times, low, high, color=color, alpha=0.2, linewidth=0)
-    axis.set_yscale("log")
+    log_scale(axis)
     axis.set_xlabel("time after the start [s]")
     axis.set_ylabel(f"error [{unit[0]}]")
     axis.legend(fontsize=9, frameon=False)
