@@ -64,18 +64,15 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
     Args:
         score: of the motion x; one that misses a limit on its own samples is left as it is.
     """
-    first = kept = Kept(x, score, _missed(problem, problem.family.plan(x)) if score.feasible else ())
-    slower = 1.0 + _most(first)
-    for _ in range(_EASES):
-        if not kept.missed or not by_torques_alone(first):
-            return kept
-        eased = problem.family.eased(x, slower, 1.0)
+    first = Kept(x, score, _missed(problem, problem.family.plan(x)) if score.feasible else ())
+    if not first.missed or not by_torques_alone(first):
+        return first
+    for ease in range(_EASES):
+        eased = problem.family.eased(x, 1.0 + 2.0**ease * _most(first), 1.0)
         after = score_samples(problem, problem.family.sample(eased, FINER))
-        if not after.feasible:
-            return first
-        kept = Kept(eased, after, _missed(problem, problem.family.plan(eased)))
-        slower = 1.0 + 2.0 * (slower - 1.0)
-    return first if kept.missed else kept
+        if after.feasible and not _missed(problem, problem.family.plan(eased)):
+            return Kept(eased, after, ())
+    return first
 
 
 def by_torques_alone(kept: Kept) -> bool:
