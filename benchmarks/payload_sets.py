@@ -70,7 +70,7 @@ def measured(robot: Robot, share: float, seed: int, lowered: bool) -> Run:
     draw = np.random.default_rng(seed)
     case = held_case(robot, share, DURATION, draw)
     unsafe = solve_design(case.problem(None), seed=seed, starts=1)
-    case = case.lowered(unsafe.plan) if lowered else case
+    case = case.lowered(unsafe) if lowered else case
     safe = solve_design(case.problem(case.payloads), seed=seed, starts=1)
     if not safe.feasible:
         raise InputError(f"{robot.name}, pose {seed}: no motion keeps every limit")

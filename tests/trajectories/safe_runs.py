@@ -41,8 +41,10 @@ class Case(NamedTuple):
         loads = Loads(self.robot.parameters, payloads)
         return build_design(self.robot, self.shape, self.goal, bounds=self.bounds, loads=loads)
 
-    def lowered(self, plan: NearMotion) -> "Case":
+    def lowered(self, design: Design) -> "Case":
         """Torque limits of 85 % of what a motion needs with its worst bodies, yet 20 % above its rehearsal's."""
+        plan = design.plan
+        assert isinstance(plan, NearMotion)
         fast, slow = (
             worst_shares(self.robot, motion, self.payloads, np.ones(self.robot.n))
             for motion in (plan.motion(RATE), plan.slowed(REHEARSAL).motion(REHEARSAL * RATE))

@@ -18,7 +18,7 @@ def test_limits_hold_for_every_body_and_one_is_active(arm: str, pose: int) -> No
     draw = np.random.default_rng(pose)
     free = held_case(stand_in.rehearsed(load_robot(arm)), 0.5, 3.0, draw)
     unsafe = solve_design(free.problem(None), seed=pose, starts=1)
-    case = free.lowered(unsafe.plan)
+    case = free.lowered(unsafe)
     problem = case.problem(case.payloads)
     safe = solve_design(problem, seed=pose, starts=1)
     assert safe.feasible
