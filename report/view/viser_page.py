@@ -111,7 +111,7 @@ def _look(server: Any, view: View) -> None:
     places = np.array([pose.p for frames in view.frames for pose in frames])
     middle, size = 0.5 * (places.min(axis=0) + places.max(axis=0)), float(np.ptp(places, axis=0).max())
     server.initial_camera.look_at = middle
-    server.initial_camera.position = middle + (size + 0.3) * np.array([0.9, -1.0, 0.6])
+    server.initial_camera.position = middle + (size + 0.3) * np.array([0.75, -0.85, 0.5])
 
 
 def _move(handles: dict[str, Any], view: View, k: int) -> None:
