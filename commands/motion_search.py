@@ -32,6 +32,11 @@ def best_motion(
             progress(f"{step.text}, {step.evaluations} evaluations{words(step.best)}")
 
         design = trajectories.solve_design(problem, seed=seed, starts=starts, progress=show)
+    if design.missed:
+        raise InputError(
+            f"the whole run, or its rehearsal, does not keep every limit ({design.missed[0]}): choose other poses, "
+            "or another --seed"
+        )
     if not design.feasible:
         stopped = "interrupted: " if design.interrupted else ""
         missed = "; ".join(design.score.violations)

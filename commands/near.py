@@ -15,7 +15,7 @@ from ..common.errors import InputError
 from . import ANSWERED
 from .motion_pages import FIGURE_RATE
 from .motion_search import best_motion
-from .near_options import REHEARSAL, NearFiles, NearOptions
+from .near_options import NearFiles, NearOptions
 from .options import (
     LimitOptions,
     NoiseOptions,
@@ -33,10 +33,7 @@ from .values import gains_list
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
-_RUN_RATE, _SLOW_RATE = 500.0, 50.0  # Hz: at which a whole run, and its rehearsal, are looked at
-_ROUNDING = 1e-9  # of a limit
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
-_BETWEEN = 0.02  # of a torque limit: what a search may miss between its samples
 
 
 def add_parser(commands: Any) -> None:
@@ -82,12 +79,9 @@ def run(
     limited, loads = _torques(known, bounds, limits, options)
     scene = limits.read_scene()
 
-    def within(share: float) -> trajectories.DesignProblem:
-        lowered = replace(limited, torque=share * limited.torque)
-        return trajectories.build_design(robot, shape, goal, bounds=lowered, loads=loads, scene=scene)
-
-    trajectories.design.check_held(within(1.0), shape.poses)
-    design = _kept(within, options.seed, options.starts)
+    problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
+    trajectories.design.check_held(problem, shape.poses)
+    design = best_motion(problem, options.seed, options.starts)
 
     def bearing(payloads: trajectories.PayloadSet) -> trajectories.DesignProblem:
         heavier = known.loads(payloads, limits.torque_margin)
@@ -103,49 +97,6 @@ def run(
     files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     view.write_view(lambda: report.view.view_of(robot, samples, problem=design.problem))
     return ANSWERED
-
-
-def _kept(within: Callable[[float], trajectories.DesignProblem], seed: int, starts: int) -> trajectories.Design:
-    """A motion whose whole run keeps every limit.
-
-    Between the samples of the search dry friction turns its sign: where the run misses a torque limit by what that
-    takes, the search is made once more below it.
-
-    Args:
-        within: the problem with a share of the torque limits.
-        seed, starts: of the search.
-
-    Raises:
-        InputError: if the run does not keep a limit; names it.
-    """
-    problem = within(1.0)
-    design = best_motion(problem, seed, starts)
-    missed = _missed(problem, design)
-    if missed and all(limit.name.startswith("torque") and limit.relative < _BETWEEN for limit in missed):
-        most = max(limit.relative for limit in missed)
-        design = best_motion(within(1.0 - 1.5 * most), seed, starts)
-        design = replace(design, problem=problem, score=design.score.judged_by(problem))
-        missed = _missed(problem, design)
-    if missed:
-        raise InputError(
-            f"the whole run, or its rehearsal, does not keep every limit ({missed[0]}): choose other poses"
-        )
-    return design
-
-
-def _missed(
-    problem: trajectories.DesignProblem, design: trajectories.Design
-) -> list[trajectories.design.LimitCheck]:
-    return [limit for limit in _whole_run(problem, design) if limit.relative > _ROUNDING]
-
-
-def _whole_run(
-    problem: trajectories.DesignProblem, design: trajectories.Design
-) -> tuple[trajectories.design.LimitCheck, ...]:
-    """Limits that count in the whole run, the ways between two poses included, and in its rehearsal."""
-    assert isinstance(design.plan, trajectories.NearMotion)
-    runs = design.plan.motion(_RUN_RATE), design.plan.slowed(REHEARSAL).motion(_SLOW_RATE)
-    return tuple(limit for run in runs for limit in trajectories.design.checks_of_run(problem, run))
 
 
 def _ladder(

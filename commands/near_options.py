@@ -14,8 +14,6 @@ from ..common.files import write_text
 from .options import MotionFiles, Options, option
 from .values import gains_list, joint_list, positive, positive_number, whole
 
-REHEARSAL = 0.1
-"""Of the speed."""
 _DURATION, _RANGE, _MASS = 30.0, 30.0, 3.0  # s, deg, kg
 
 
@@ -130,7 +128,7 @@ class NearFiles(MotionFiles):
 def _runs_before(path: str, ladder: tuple[trajectories.design.Rung, ...]) -> list[tuple[str, float]]:
     """File and speed of each run before the one at full speed."""
     if not ladder:
-        return [(path, REHEARSAL)]
+        return [(path, trajectories.design.REHEARSAL)]
     first = Path(path)
     speeds = [rung.speed for rung in ladder if rung.speed < 1.0]
     return [(str(first.with_name(f"{first.stem}_{k}{first.suffix}")), speed) for k, speed in enumerate(speeds, 1)]

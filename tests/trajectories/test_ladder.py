@@ -1,10 +1,14 @@
 """The ladder of speeds: each run bears what the one before leaves possible, by bodies put into the regressor."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, load_robot, stand_in
 from dynident.tests.trajectories.bodies import worst_shares
+from dynident.tests.trajectories.safe_runs import held_case
 from dynident.trajectories import (
     Design,
     DesignProblem,
@@ -19,6 +23,8 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design import speed_ladder
 
+KINDS = ("ur10e", "panda", "rx90")
+"""Six axes; seven axes with torques of the link side; coupled drives and a spring."""
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)
 EXPECTED = InertialParameters.from_com(3.0, [0.0, 0.0, 0.1], 0.009 * np.eye(3))
@@ -76,3 +82,37 @@ def test_what_no_speed_bears_is_refused(fast: NearMotion) -> None:
 def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
     with pytest.raises(InputError, match="allows no faster one"):
         speed_ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("arm", KINDS)
+def test_arms_of_each_kind_climb(arm: str) -> None:
+    """The motion is for a quarter of the rating, on limits that it just keeps: the rating itself needs a slower one."""
+    free = held_case(stand_in.rehearsed(load_robot(arm)), 1.0, 4.0, np.random.default_rng(0))
+    light = free.payloads.lighter(0.25 * free.payloads.mass)
+    expected = 0.8 * light.mass
+    design = solve_design(free.problem(light), seed=0, starts=1)
+    fast = design.plan
+    assert isinstance(fast, NearMotion)
+    needed, held = (
+        worst_shares(free.robot, run, payloads, np.ones(free.robot.n))
+        for run, payloads in ((fast.motion(200.0), light), (fast.slowed(0.1).motion(20.0), free.payloads))
+    )
+    limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.05 * held))
+    case = free._replace(bounds=replace(free.bounds, torque=limits))
+
+    def told(run: NearMotion) -> float:
+        return case.goal.predicted(case.robot, run, case.shape.joints).mass
+
+    rungs = speed_ladder(case.problem, case.payloads, fast, expected, told)
+    assert len(rungs) >= 2
+    assert rungs[0].mass == case.payloads.mass
+    assert rungs[-1].motion is fast
+    for rung, after in pairwise(rungs):
+        bearable = case.payloads.lighter(rung.mass)
+        slow, faster = (step.motion.motion(200.0 * step.speed) for step in (rung, after))
+        assert 0.99 <= worst_shares(case.robot, slow, bearable, limits).max() <= 1.0 + 1e-3
+        assert worst_shares(case.robot, faster, bearable, limits).max() > 1.0
+        assert after.mass == rung.bound
+    last = case.payloads.lighter(rungs[-1].mass)
+    assert worst_shares(case.robot, fast.motion(200.0), last, limits).max() <= 1.0 + 1e-3

@@ -28,3 +28,5 @@ from .score import taught_over_time as taught_over_time
 from .search import Design as Design
 from .search import Step as Step
 from .search import solve_design as solve_design
+from .whole_run import REHEARSAL as REHEARSAL
+from .whole_run import missed_on_run as missed_on_run

@@ -8,14 +8,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.arrays import Array
-from ..motions.near import FreeNear
 from ..motions.samples import Family
 
 Smooth = Callable[[Array], tuple[float, Array]]
 """A smooth number of a motion, and its gradient; inf where there is none."""
-_MOST = 400  # numbers whose curvature is kept as a matrix
 _MEMORY = 40  # pairs of steps and slopes that L-BFGS keeps
 _LARGE = 1e6  # stands for inf: the line search then goes back
 _FLAT, _STILL = 1e-6, 1e-8  # slope, and a step's relative gain, at which a descent ends
@@ -37,16 +36,14 @@ class Minimum(NamedTuple):
     curvature: Array | None = None
 
 
-def keeps_curvature(family: Family) -> bool:
-    """Whether descents of a family go on from each other's curvature: motions near a pose, of not too many numbers.
-
-    Motions through the whole range have many more minima; there fresh descents end at better ones.
-    """
-    return isinstance(family, FreeNear) and family.size <= _MOST
-
-
 def minimised(
-    function: Smooth, x: Array, family: Family, iterations: int, curvature: Array | None = None
+    function: Smooth,
+    x: Array,
+    family: Family,
+    iterations: int,
+    *,
+    by_matrix: bool = False,
+    curvature: Array | None = None,
 ) -> Minimum:
     """Minimise a smooth number within a family's bounds.
 
@@ -55,6 +52,7 @@ def minimised(
         x: where the descent begins.
         family: bounds x.
         iterations: at most.
+        by_matrix: whether the curvature is kept, as a matrix; else the last steps alone.
         curvature: of an earlier descent whose minimum is near; None without.
     """
 
@@ -62,21 +60,24 @@ def minimised(
         value, slope = function(y)
         return (value, slope) if np.isfinite(value) else (_LARGE, slope)
 
-    if not keeps_curvature(family):
-        return _by_memory(finite, x, family, iterations)
-    return _by_matrix(finite, x, iterations, curvature)
+    if by_matrix:
+        return _by_matrix(finite, x, family, iterations, curvature)
+    return _by_memory(finite, x, family, iterations)
 
 
-def _by_matrix(function: Smooth, x: Array, iterations: int, curvature: Array | None) -> Minimum:
+def _by_matrix(function: Smooth, x: Array, family: Family, iterations: int, curvature: Array | None) -> Minimum:
     """BFGS: H, the inverse of the second derivatives, by one update of rank two a step."""
     (value, slope), evaluations, H = function(x), 1, curvature
     for _ in range(iterations):
-        if np.abs(slope).max() <= _FLAT:
+        if np.abs(slope[_free(x, slope, family)]).max(initial=0.0) <= _FLAT:
             break
-        way = -slope / np.abs(slope).sum() if H is None else -H @ slope
-        if not slope @ way < 0.0:
-            H, way = None, -slope / np.abs(slope).sum()
-        step, new, new_slope, trials = _step(function, x, value, float(slope @ way), way)
+        way = None if H is None else _within(-H @ slope, x, slope, family)
+        if way is None:
+            H, way = None, _within(-slope / np.abs(slope).sum(), x, slope, family)
+        if way is None:
+            break
+        longest = _longest(way, x, family)
+        step, new, new_slope, trials = _step(function, x, value, float(slope @ way), way, longest)
         evaluations += trials
         if not new < value:
             if H is None:
@@ -92,6 +93,24 @@ def _by_matrix(function: Smooth, x: Array, iterations: int, curvature: Array | N
     return Minimum(x, evaluations, H)
 
 
+def _free(x: Array, slope: Array, family: Family) -> NDArray[np.bool_]:
+    """Numbers that a step may change: not those at a bound that the slope pushes them against."""
+    return ~(((x <= family.low) & (slope > 0.0)) | ((x >= family.high) & (slope < 0.0)))
+
+
+def _within(way: Array, x: Array, slope: Array, family: Family) -> Array | None:
+    """A step cut at the family's bounds; None if it then leads up."""
+    way = np.where(_free(x, slope, family), np.clip(x + way, family.low, family.high) - x, 0.0)
+    return way if slope @ way < 0.0 else None
+
+
+def _longest(way: Array, x: Array, family: Family) -> float:
+    """Share of a step that the family's bounds allow, at least 1."""
+    room = np.where(way > 0.0, family.high - x, x - family.low)
+    shares = room[way != 0.0] / np.abs(way[way != 0.0])
+    return max(1.0, float(shares.min(initial=np.inf)))
+
+
 def _updated(H: Array, s: Array, y: Array) -> Array:
     """H after a step s that changed the slope by y, s'y > 0."""
     share, Hy = 1.0 / (s @ y), H @ y
@@ -99,11 +118,14 @@ def _updated(H: Array, s: Array, y: Array) -> Array:
     return np.asarray(H - cross - cross.T + np.outer(s, s * (share * (1.0 + share * (y @ Hy)))))
 
 
-def _step(function: Smooth, x: Array, value: float, fall: float, way: Array) -> tuple[float, float, Array, int]:
+def _step(
+    function: Smooth, x: Array, value: float, fall: float, way: Array, longest: float
+) -> tuple[float, float, Array, int]:
     """A step along ``way`` that gains enough and leaves less slope: step, value, slope, trials.
 
     Args:
         value, fall: at x, the number and its slope along ``way``, negative.
+        longest: step that stays within bounds.
     """
     low, high, step = 0.0, np.inf, 1.0
     for trial in range(1, _TRIALS + 1):
@@ -112,9 +134,9 @@ def _step(function: Smooth, x: Array, value: float, fall: float, way: Array) -> 
             high = step
             least = -0.5 * fall * step**2 / (new - value - fall * step)  # of the parabola through both
             step = float(np.clip(least, 0.1 * step, 0.5 * step)) if low == 0.0 else 0.5 * (low + high)
-        elif slope @ way < _BEND * fall:
+        elif slope @ way < _BEND * fall and step < longest:
             low = step
-            step = 2.0 * step if high == np.inf else 0.5 * (low + high)
+            step = min(2.0 * step, longest) if high == np.inf else 0.5 * (low + high)
         else:
             return step, new, slope, trial
     return step, np.inf, slope, _TRIALS

@@ -11,7 +11,7 @@ from ...common.errors import InputError
 from ..motions.near import NearMotion
 from .payloads import PayloadSet
 from .problem import DesignProblem
-from .score import checks_of_run
+from .whole_run import RUN_RATE, missed_on_run
 
 _SLOWEST = 0.02  # of the speed: a slower run takes too long
 _HALVINGS = 12  # of the interval of speeds
@@ -20,8 +20,6 @@ _SIGMAS = (
 )
 _FASTER = 1.05  # a step that gains less leads nowhere
 _MOST = 12  # steps
-_RATE = 250.0  # Hz: at which a run at full speed is looked at
-_ROUNDING = 1e-9  # of a limit
 
 
 class Rung(NamedTuple):
@@ -95,5 +93,4 @@ def _fastest(problem: DesignProblem, motion: NearMotion) -> float | None:
 
 def _kept(problem: DesignProblem, motion: NearMotion, speed: float) -> bool:
     run = motion if speed == 1.0 else motion.slowed(speed)
-    checks = checks_of_run(problem, run.motion(speed * _RATE))
-    return all(limit.relative <= _ROUNDING for limit in checks)
+    return not missed_on_run(problem, run, speed * RUN_RATE)

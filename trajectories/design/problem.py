@@ -1,6 +1,6 @@
 """The design problem: everything that gives a criterion, its limits and their slopes for a vector x."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +76,14 @@ class DesignProblem:
     def torque_limited(self) -> bool:
         """Whether a motion has to keep torque limits."""
         return any(limit.kind == "torque" for limit in self.limits)
+
+    def with_torque_share(self, share: float) -> "DesignProblem":
+        """Ask the same of a motion with only a share of the torque limits."""
+        limits = (
+            replace(limit, low=share * limit.low, high=share * limit.high) if limit.kind == "torque" else limit
+            for limit in self.limits
+        )
+        return replace(self, limits=tuple(limits))
 
     def state(self, x: Array, width: float, finer: int = 1) -> State:
         """Samples and regressor; ``width`` 0 for the exact sign."""

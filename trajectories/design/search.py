@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,38 +13,19 @@ from ...common.speech import Speaks
 from ...model import Motion
 from ..motions.samples import Plan
 from .criterion import ORDERS, STARTS
-from .descent import keeps_curvature, minimised
+from .descent import Minimum, Smooth, minimised
+from .effort import Effort, effort_of
+from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import Learnt, Score
 from .settle import FINE_WIDTH, WIDTH, Multipliers, eased_within
+from .whole_run import below_limits, by_torques_alone, kept_throughout
 
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
 _STIFFNESS = 10.0  # of the augmented Lagrangian; values are of the order of 1
 _NEARER = 60  # iterations towards the limits
-_TURNS = 8  # of settling
 _OF = 3  # starts, one is improved to the end of the first stage
-_GAIN = 2e-3  # of a criterion: a stage that gains less is the last of its kind
-
-
-class Effort(NamedTuple):
-    """How long a search goes on.
-
-    Attributes:
-        first: iterations from a start, shared by the surrogate's orders.
-        refined: iterations of each stage after that.
-        settled: iterations of each turn of settling.
-        stages: of refinement; the last has the fine sign.
-    """
-
-    first: int
-    refined: int
-    settled: int
-    stages: int
-
-
-_FRESH, _KEPT = Effort(160, 150, 60, 4), Effort(150, 50, 40, 3)
-"""Where each descent learns the curvature anew, and where it goes on from the last one's."""
 
 
 class Step(NamedTuple):
@@ -73,6 +54,7 @@ class Design(Speaks):
         evaluations: of criterion and gradient.
         cpu_s: processor time of the search [s].
         interrupted: whether it was stopped before its end.
+        missed: limits that the whole run misses, between the samples of ``score`` and on the ways between poses.
     """
 
     problem: DesignProblem
@@ -83,6 +65,7 @@ class Design(Speaks):
     evaluations: int
     cpu_s: float
     interrupted: bool = False
+    missed: tuple[LimitCheck, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -101,8 +84,8 @@ class Design(Speaks):
 
     @property
     def feasible(self) -> bool:
-        """Whether all limits are met; ``score.violations`` names those that are not, and by how much."""
-        return self.score.feasible
+        """Whether all limits are met; ``score.violations`` and ``missed`` name those that are not."""
+        return self.score.feasible and not self.missed
 
 
 def solve_design(
@@ -115,8 +98,9 @@ def solve_design(
     """Find the most informative motion.
 
     Several random starts are improved for a while, the best of them to the end; then the limits are checked on
-    a grid ten times finer, and drawn in where the motion oversteps them between samples. Ctrl-C ends the search
-    with the best motion so far.
+    a grid ten times finer, and drawn in where the motion oversteps them between samples. At last the whole run is
+    looked at: where it misses a torque limit, the motion is eased, or searched for once more below that limit.
+    Ctrl-C ends the search with the best motion so far.
 
     Args:
         problem: made by ``build_design``.
@@ -127,19 +111,27 @@ def solve_design(
         The motion with its score. If the limits cannot be met, the motion that misses them least, with
         ``feasible`` False and the violations named in ``score.violations``.
     """
-    begun, interrupted = time.process_time(), False
+    begun = time.process_time()
     starts = STARTS[problem.criterion.kind] if starts is None else starts
+    search = _searched(problem, seed, starts, progress)
+    kept = kept_throughout(problem, *search.found)
+    if kept.missed and by_torques_alone(kept) and not search.interrupted:
+        lower = _searched(below_limits(problem, kept), seed, starts, progress)
+        lower.evaluations += search.evaluations
+        search, x = lower, lower.found[0]
+        kept = kept_throughout(problem, x, lower.found[1].judged_by(problem))
+    plan, cpu = problem.family.plan(kept.x), time.process_time() - begun
+    return Design(problem, plan, kept.score, seed, starts, search.evaluations, cpu, search.interrupted, kept.missed)
+
+
+def _searched(problem: DesignProblem, seed: int, starts: int, progress: Callable[[Step], None]) -> "_Search":
+    """A search that has come to its end, or was interrupted."""
     search = _Search(problem, np.random.default_rng(seed), progress)
     try:
         search.run(starts)
     except KeyboardInterrupt:
-        interrupted = True
-    if search.best is None:  # interrupted before the first look
-        search.consider(search.random(), "random start")
-    assert search.best is not None
-    x, score = search.best
-    cpu = time.process_time() - begun
-    return Design(problem, problem.family.plan(x), score, seed, starts, search.evaluations, cpu, interrupted)
+        search.interrupted = True
+    return search
 
 
 @dataclass
@@ -152,6 +144,7 @@ class _Search:
         progress: called after each stage.
         evaluations: of criterion and gradient.
         best: the motion and its score.
+        interrupted: whether it was stopped before its end.
     """
 
     problem: DesignProblem
@@ -159,21 +152,31 @@ class _Search:
     progress: Callable[[Step], None]
     evaluations: int = 0
     best: tuple[Array, Score] | None = None
+    interrupted: bool = False
 
     @property
+    def found(self) -> tuple[Array, Score]:
+        """The best motion and its score; a random start if the search was interrupted before its first look."""
+        if self.best is None:
+            self.consider(self.random(), "random start")
+        assert self.best is not None
+        return self.best
+
+    @cached_property
     def effort(self) -> Effort:
         """Iterations and stages."""
-        return _KEPT if keeps_curvature(self.problem.family) else _FRESH
+        return effort_of(self.problem)
 
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end; then settle it within its limits."""
-        course, effort, worth = self._best_start(starts), self.effort, _Worth(keeps_curvature(self.problem.family))
+        course, effort = self._best_start(starts), self.effort
+        worth = _Worth(effort.gain)
         order = ORDERS[self.problem.criterion.kind][-1]
         for stage in range(effort.stages - 1):
             if not worth(self._improved(course, order, WIDTH, effort.refined, f"refined {stage + 1}")):
                 break
         worth(self._improved(course, order, FINE_WIDTH, effort.refined, f"refined {effort.stages}"))
-        for turn in range(_TURNS):
+        for turn in range(effort.turns):
             if course.limits.settle(self.problem, course.x):
                 break
             if not worth(self._improved(course, order, FINE_WIDTH, effort.settled, f"settled {turn + 1}")):
@@ -224,8 +227,7 @@ class _Search:
     def _improved(self, course: "_Course", order: float, width: float, iterations: int, text: str) -> Score:
         """Descend, update the multipliers where that ends, and judge the motion there."""
         function = partial(self.problem.evaluate, order=order, width=width, limits=course.limits)
-        end = minimised(function, course.x, self.problem.family, iterations, course.curvature)
-        self.evaluations += end.evaluations
+        end = self._descended(function, course.x, iterations, course.curvature)
         course.x, course.curvature = end.x, end.curvature
         course.limits.update(self.problem.state(course.x, width))
         return self.consider(course.x, text)
@@ -238,9 +240,15 @@ class _Search:
             if limits.violation(problem.state(x, WIDTH)) <= 0.0:
                 break
             function = partial(problem.trespass, width=WIDTH, limits=limits)
-            end = minimised(function, x, problem.family, _NEARER)
-            x, self.evaluations = end.x, self.evaluations + end.evaluations
+            x = self._descended(function, x, _NEARER).x
         return x
+
+    def _descended(self, function: Smooth, x: Array, iterations: int, curvature: Array | None = None) -> Minimum:
+        """Descend and count the evaluations."""
+        family, by_matrix = self.problem.family, self.effort.by_matrix
+        end = minimised(function, x, family, iterations, by_matrix=by_matrix, curvature=curvature)
+        self.evaluations += end.evaluations
+        return end
 
 
 @dataclass
@@ -265,17 +273,19 @@ class _Worth:
     """Whether stages of a search still gain.
 
     Attributes:
-        counts: whether a stage that gains little is the last; not where descents gain anew from stage to stage.
+        gain: a stage that gains less is the last of its kind; None where any may be followed by a better one.
         value: the last motion's criterion; None where it did not keep its limits.
     """
 
-    counts: bool
+    gain: float | None
     value: float | None = None
 
     def __call__(self, score: Score) -> bool:
         """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
         before, self.value = self.value, score.value if score.feasible else None
-        return not self.counts or before is None or self.value is None or before - self.value > _GAIN
+        if self.gain is None or before is None or self.value is None:
+            return True
+        return before - self.value > self.gain
 
 
 def _rank(score: Score) -> tuple[float, float]:

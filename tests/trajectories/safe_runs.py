@@ -1,0 +1,101 @@
+"""Motions for every payload in bounds, about random poses of any arm, and how near bodies come to limits."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from dynident.common.errors import InputError
+from dynident.model import InertialParameters, Robot
+from dynident.tests.trajectories.bodies import drawn_bodies, drawn_shares, worst_shares
+from dynident.trajectories import (
+    Design,
+    DesignProblem,
+    JointBounds,
+    Loads,
+    NearGoal,
+    NearMotion,
+    NearShape,
+    PayloadSet,
+    build_design,
+)
+from dynident.trajectories.design import REHEARSAL, check_held
+
+BODIES, RATE = 10_000, 100.0
+_RADIUS, _REACH = 0.15, 0.1  # m: of the ball, and of its centre before the flange
+_OUTSIDE = 1.1  # times the mass and the half axes
+_TRIES = 200  # poses
+_RANGE = 25.0  # deg
+
+
+class Case(NamedTuple):
+    """A pose in which every payload can be held, and what is asked of a motion about it."""
+
+    robot: Robot
+    payloads: PayloadSet
+    shape: NearShape
+    goal: NearGoal
+    bounds: JointBounds
+
+    def problem(self, payloads: PayloadSet | None) -> DesignProblem:
+        """Torque limits hold for each payload of a set, or for the arm alone."""
+        loads = Loads(self.robot.parameters, payloads)
+        return build_design(self.robot, self.shape, self.goal, bounds=self.bounds, loads=loads)
+
+    def lowered(self, plan: NearMotion) -> "Case":
+        """Torque limits of 85 % of what a motion needs with its worst bodies, yet 20 % above its rehearsal's."""
+        fast, slow = (
+            worst_shares(self.robot, motion, self.payloads, np.ones(self.robot.n))
+            for motion in (plan.motion(RATE), plan.slowed(REHEARSAL).motion(REHEARSAL * RATE))
+        )
+        torque = np.minimum(self.bounds.torque, np.maximum(0.85 * fast, 1.2 * slow))
+        return self._replace(bounds=replace(self.bounds, torque=torque))
+
+    @property
+    def wider(self) -> PayloadSet:
+        """Bodies that are somewhat heavier and stand further out."""
+        return PayloadSet(_OUTSIDE * self.payloads.mass, self.payloads.centre, _OUTSIDE * self.payloads.axes)
+
+
+class Seen(NamedTuple):
+    """How near bodies come to the limits of a motion.
+
+    Attributes:
+        violations: bodies that break a limit, of those drawn and the worst.
+        reached: share of a limit that the worst body comes to.
+        outside: share that the worst body of a wider set comes to.
+    """
+
+    violations: int
+    reached: float
+    outside: float
+
+
+def held_case(robot: Robot, share: float, duration: float, draw: np.random.Generator) -> Case:
+    """The first random pose that shows the mass and holds every payload up to a share of the rated one at rest."""
+    rated = robot.rated_payload if np.isfinite(robot.rated_payload) else 5.0
+    payloads = PayloadSet.within(share * rated, _RADIUS, (0.0, 0.0, _REACH)).seen_from(robot.flange)
+    bounds, mass = JointBounds.of(robot), payloads.mass
+    expected = InertialParameters.from_com(mass, [0.0, 0.0, _REACH], 0.003 * mass * np.eye(3))
+    goal, joints = NearGoal(0.007 * bounds.torque, 10.0, expected), tuple(range(2, robot.n + 1))
+    for _ in range(_TRIES):
+        pose = bounds.middle + 0.6 * bounds.half * draw.uniform(-1.0, 1.0, robot.n)
+        shape = NearShape(pose[None], joints, np.full(len(joints), np.radians(_RANGE)), duration)
+        if not shape.visibility(robot).mass_visible:
+            continue
+        case = Case(robot, payloads, shape, goal, bounds)
+        try:
+            check_held(case.problem(payloads), shape.poses)
+        except InputError:
+            continue
+        return case
+    raise InputError(f"{robot.name}: no pose in {_TRIES} holds every payload")
+
+
+def seen_of(case: Case, design: Design, draw: np.random.Generator) -> Seen:
+    """Put bodies into the arm's own regressor along a motion, on another grid than the design's."""
+    motion, limits = design.motion(RATE), case.bounds.torque
+    drawn = drawn_shares(case.robot, motion, drawn_bodies(case.payloads, BODIES, draw), limits)
+    reached, outside = (
+        float(worst_shares(case.robot, motion, payloads, limits).max()) for payloads in (case.payloads, case.wider)
+    )
+    return Seen(int((drawn > 1.0).any(axis=0).sum()) + int(reached > 1.0), reached, outside)

@@ -1,0 +1,32 @@
+"""Arms of each kind about three poses: no body within bounds breaks a limit, one comes to it, one outside does."""
+
+import numpy as np
+import pytest
+from dynident.model import load_robot, stand_in
+from dynident.tests.trajectories.safe_runs import held_case, seen_of
+from dynident.trajectories import score_motion, solve_design
+
+KINDS = ("ur10e", "panda", "rx90")
+"""Six axes; seven axes with torques of the link side; coupled drives and a spring."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pose", range(3))
+@pytest.mark.parametrize("arm", KINDS)
+def test_limits_hold_for_every_body_and_one_is_active(arm: str, pose: int) -> None:
+    """By the arm's own regressor, on another grid; torque limits are lowered until one is active."""
+    draw = np.random.default_rng(pose)
+    free = held_case(stand_in.rehearsed(load_robot(arm)), 0.5, 3.0, draw)
+    unsafe = solve_design(free.problem(None), seed=pose, starts=1)
+    case = free.lowered(unsafe.plan)
+    problem = case.problem(case.payloads)
+    safe = solve_design(problem, seed=pose, starts=1)
+    assert safe.feasible
+    seen = seen_of(case, safe, draw)
+    assert seen.violations == 0
+    assert 0.99 <= seen.reached <= 1.0
+    assert seen.outside > 1.0
+    fast = safe.motion(500.0)
+    assert score_motion(problem, fast).feasible
+    assert "torque" in score_motion(case.problem(case.wider), fast).violations[0]
+    assert not score_motion(problem, unsafe.motion(500.0)).feasible

@@ -1,0 +1,120 @@
+"""A motion's whole run, as a controller makes it: what it misses between the samples that a search looks at.
+
+Dry friction turns its sign with a joint's speed, so that a torque may leap between two samples. The run is looked
+at on a dense grid, and just before and after each turn.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import Motion
+from ..motions.near import NearMotion
+from ..motions.samples import Plan, sample_count
+from .limits import LimitCheck
+from .problem import DesignProblem
+from .score import FINER, TOLERANCE, Score, checks_of_run, score_samples
+
+REHEARSAL = 0.1
+"""Of the speed: a motion near a pose is watched that slowly before it is run."""
+RUN_RATE = 500.0  # Hz: at which a run at full speed is looked at
+_BLOCK = 20_000  # samples at a time
+_NEWTON = 4  # steps to the moment of a turn
+_BESIDE = 1e-7  # s: before and after a turn
+_BETWEEN = 0.02  # of a torque limit: what a search may miss between its samples
+_EASES = 6  # each twice as much as the last
+_BELOW = 1.5  # times what a run misses: a search below the limit leaves that free
+
+
+class Kept(NamedTuple):
+    """A motion after its whole run was looked at.
+
+    Attributes:
+        x: the motion.
+        score: of it.
+        missed: limits that the whole run misses, the worst first.
+    """
+
+    x: Array
+    score: Score
+    missed: tuple[LimitCheck, ...]
+
+
+def missed_on_run(problem: DesignProblem, plan: Plan, rate: float = RUN_RATE) -> tuple[LimitCheck, ...]:
+    """Torque and clearance limits that a run misses, the ways between two poses included; the worst first.
+
+    Args:
+        rate: of the grid [Hz]; the moments just before and after each joint's turns come on top.
+    """
+    if not any(limit.kind in ("torque", "clearance") for limit in problem.limits):
+        return ()
+    worst: dict[str, LimitCheck] = {}
+    for motion in _blocks(plan, rate):
+        for check in checks_of_run(problem, motion):
+            if check.relative > max(TOLERANCE, worst[check.name].relative if check.name in worst else 0.0):
+                worst[check.name] = check
+    return tuple(sorted(worst.values(), key=lambda check: -check.relative))
+
+
+def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
+    """The motion if its whole run keeps all limits, or one slower or smaller by what torques miss if that run does.
+
+    Args:
+        score: of the motion x; one that misses a limit on its own samples is left as it is.
+    """
+    first = Kept(x, score, _missed(problem, problem.family.plan(x)) if score.feasible else ())
+    if not first.missed or not by_torques_alone(first):
+        return first
+    for ease in range(_EASES):
+        eased = problem.family.eased(x, 1.0 + 2.0**ease * _most(first), 1.0)
+        after = score_samples(problem, problem.family.sample(eased, FINER))
+        if after.feasible and not _missed(problem, problem.family.plan(eased)):
+            return Kept(eased, after, ())
+    return first
+
+
+def by_torques_alone(kept: Kept) -> bool:
+    """Whether a run misses torque limits only, and by no more than what may happen between samples."""
+    return all(check.name.startswith("torque") and check.relative < _BETWEEN for check in kept.missed)
+
+
+def below_limits(problem: DesignProblem, kept: Kept) -> DesignProblem:
+    """The problem with torque limits lowered by what a run misses, and some more."""
+    return problem.with_torque_share(1.0 - _BELOW * _most(kept))
+
+
+def _missed(problem: DesignProblem, plan: Plan) -> tuple[LimitCheck, ...]:
+    """Limits that count in the whole run, and in its rehearsal where there is one."""
+    missed = missed_on_run(problem, plan)
+    if isinstance(plan, NearMotion):
+        missed += missed_on_run(problem, plan.slowed(REHEARSAL), REHEARSAL * RUN_RATE)
+    return missed
+
+
+def _most(kept: Kept) -> float:
+    return max((check.relative for check in kept.missed), default=0.0)
+
+
+def _blocks(plan: Plan, rate: float) -> Iterator[Motion]:
+    """The run in parts that fit into memory, each with its turns."""
+    t = np.arange(sample_count(plan.duration, rate)) / rate
+    for start in range(0, max(len(t) - 1, 1), _BLOCK):
+        own = t[start : start + _BLOCK + 1]
+        all_times = np.union1d(own, _turns(plan, own))
+        yield Motion(all_times, *plan.at(all_times))
+
+
+def _turns(plan: Plan, t: Array) -> Array:
+    """Moments just before and after a joint's speed changes its sign, between times of a grid [s]."""
+    _, qd, qdd = plan.at(t)
+    k, joint = np.nonzero(qd[:-1] * qd[1:] < 0.0)
+    low, high = t[k], t[k + 1]
+    turn = low + (high - low) * qd[k, joint] / (qd[k, joint] - qd[k + 1, joint])
+    for _ in range(_NEWTON if len(turn) else 0):
+        _, qd, qdd = plan.at(turn)
+        speed, bend = (x[np.arange(len(turn)), joint] for x in (qd, qdd))
+        step = np.divide(speed, bend, out=np.zeros_like(speed), where=bend != 0.0)
+        turn = np.clip(turn - step, low, high)
+    return np.concatenate([np.maximum(turn - _BESIDE, low), np.minimum(turn + _BESIDE, high)])
