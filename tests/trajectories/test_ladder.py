@@ -87,18 +87,18 @@ def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("arm", KINDS)
 def test_arms_of_each_kind_climb(arm: str) -> None:
-    """The motion is for a quarter of the rating, on limits that it just keeps: the rating itself needs a slower one."""
+    """For a quarter of the rating, on limits that the motion just keeps: the rating itself needs a slower one."""
     free = held_case(stand_in.rehearsed(load_robot(arm)), 1.0, 4.0, np.random.default_rng(0))
     light = free.payloads.lighter(0.25 * free.payloads.mass)
     expected = 0.8 * light.mass
     design = solve_design(free.problem(light), seed=0, starts=1)
     fast = design.plan
     assert isinstance(fast, NearMotion)
-    needed, held = (
+    needed, holding = (
         worst_shares(free.robot, run, payloads, np.ones(free.robot.n))
         for run, payloads in ((fast.motion(200.0), light), (fast.slowed(0.1).motion(20.0), free.payloads))
     )
-    limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.05 * held))
+    limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.05 * holding))
     case = free._replace(bounds=replace(free.bounds, torque=limits))
 
     def told(run: NearMotion) -> float:
