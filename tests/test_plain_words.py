@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from dynident.tests.docs.pages import blocks
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted(
@@ -13,6 +14,7 @@ FILES = sorted(
     for path in ROOT.rglob("*.py")
     if not {"build", "dist"} & set(path.parts) and not any(part.startswith(".") for part in path.parts)
 )
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 ROOMS = sorted({path.relative_to(ROOT).parts[0] for path in FILES})
 LEANING = re.compile(r"(Of|The same|Same|As|Those|These|Its|Their)\b")
 """How a docstring begins that needs the text before it."""
@@ -87,6 +89,12 @@ def test_a_leaning_line_is_seen(words: str) -> None:
 @pytest.mark.parametrize("room", ROOMS)
 def test_names_say_which_quantity_they_hold(room: str) -> None:
     assert not [f"{path}:{name}" for path, tree in parsed(room) for name in empty_names(tree)]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.relative_to(ROOT).as_posix() for page in PAGES])
+def test_names_in_pages_say_it_too(page: Path) -> None:
+    code = [block.text for block in blocks(page) if block.language == "python"]
+    assert not [name for text in code for name in empty_names(ast.parse(text))]
 
 
 @pytest.mark.parametrize(
