@@ -39,13 +39,13 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=1)
     parser.add_argument("--share", type=float, default=0.5, help="of the rated payload")
     parser.add_argument("--lowered", action="store_true", help="torque limits until one is active")
-    asked, runs = parser.parse_args(), []
+    arguments, runs = parser.parse_args(), []
     begun = time.process_time()
-    for name in asked.arms.split(","):
+    for name in arguments.arms.split(","):
         robot = stand_in.rehearsed(load_robot(name))
-        for seed in range(asked.poses):
+        for seed in range(arguments.poses):
             try:
-                run = measured(robot, asked.share, seed, asked.lowered)
+                run = measured(robot, arguments.share, seed, arguments.lowered)
             except InputError as error:
                 print(error, flush=True)
                 continue
@@ -57,7 +57,7 @@ def main() -> None:
                 flush=True,
             )
     if runs:
-        summary(runs, asked.share)
+        summary(runs, arguments.share)
     print(f"all: {time.process_time() - begun:.0f} s CPU")
 
 
@@ -89,8 +89,8 @@ def summary(runs: list[Run], share: float) -> None:
         print(f"tight: asked >= 99 %, seen {100 * min(run.seen.reached for run in active):.2f} % at least")
         ratios = [run.sigma_ratio for run in active]
         print(f"sigma of the mass: median asked <= 1.3, seen {np.median(ratios):.2f}, at most {max(ratios):.2f}")
-    found = sum(run.seen.outside > 1.0 for run in active)
-    print(f"body outside the set that breaks a limit: found in {found} of {len(active)}")
+    count = sum(run.seen.outside > 1.0 for run in active)
+    print(f"body outside the set that breaks a limit: found in {count} of {len(active)}")
     safe, unsafe = (np.median([run.cpu[k] for run in runs]) for k in (0, 1))
     print(f"CPU of a search: {safe:.1f} s, {unsafe:.1f} s without payloads")
 

@@ -86,8 +86,8 @@ def run(
     """Run it."""
     view.check_view()
     robot = arm.load()
-    asked = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
-    request = build_request(robot, asked, goal, limits)
+    lengths = Asked(shape.shape(), shape.known_length(), shape.max_duration, shape.start_pose(robot))
+    request = build_request(robot, lengths, goal, limits)
     robot, kind = request.problem.robot, request.problem.criterion.kind
     files.check(robot)
     if files.val3:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from .options.limits import Known
 from .options.reading import about
 from .progress import note, status
 from .values import gains_list
+
+if TYPE_CHECKING:
+    from ..model.visibility import PayloadVisibility
 
 _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
@@ -62,8 +65,6 @@ def run(
     """Visibility first, then the design."""
     robot = arm.load()
     options.check(robot)
-    if noise.torque_noise is None:
-        noise.refuse("independent_rate", "has no effect without --torque-noise")
     files.check(robot, "rehearsal")
     view.check_view()
     known = limits.known(robot)
@@ -71,11 +72,7 @@ def run(
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, options.seed)
     visibility = shape.visibility(robot)
-    try:
-        trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
-    except InputError:
-        files.show(report.Screen([report.visibility_table(visibility)]))
-        raise
+    _check_shown(visibility, options, files)
     limited, loads = _torques(known, bounds, limits, options)
     scene = limits.read_scene()
 
@@ -97,6 +94,15 @@ def run(
     files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     view.write_view(lambda: report.view.view_of(robot, samples, problem=design.problem))
     return ANSWERED
+
+
+def _check_shown(visibility: PayloadVisibility, options: NearOptions, files: NearFiles) -> None:
+    """Refuse joints that do not show the mass, and print what they show."""
+    try:
+        trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
+    except InputError:
+        files.show(report.Screen([report.visibility_table(visibility)]))
+        raise
 
 
 def _ladder(
@@ -155,6 +161,8 @@ def _shape(
 
 def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.JointBounds) -> tuple[Array, float]:
     """Standard deviation of torque samples per joint [N·m or N], and how many are independent in a second."""
+    if options.torque_noise is None:
+        options.refuse("independent_rate", "has no effect without --torque-noise")
     noise = options.sigma(bounds)
     if noise is not None:
         if noise.shape != (robot.n,) or not (noise > 0.0).all():

@@ -76,17 +76,17 @@ class NearOptions(Options):
 
     def ranges(self, robot: model.Robot) -> Array:
         """A range for each moving joint [rad or m]."""
-        given, joints = self.range or (_RANGE,), self.joints
-        if len(given) not in (1, len(joints)):
+        numbers, joints = self.range or (_RANGE,), self.joints
+        if len(numbers) not in (1, len(joints)):
             raise InputError(
-                f"--range has {len(given)} numbers for {len(joints)} joints: give one, or one for each"
+                f"--range has {len(numbers)} numbers for {len(joints)} joints: give one, or one for each"
             )
         turning = [robot.joints[joint - 1].revolute for joint in joints]
-        if len(given) == 1 and not all(turning):
+        if len(numbers) == 1 and not all(turning):
             raise InputError(
                 "--range: give one number for each joint, in deg where it turns and in m where it slides"
             )
-        each = given * len(joints) if len(given) == 1 else given
+        each = numbers * len(joints) if len(numbers) == 1 else numbers
         return np.array([np.radians(x) if turns else x for x, turns in zip(each, turning, strict=True)])
 
     @property

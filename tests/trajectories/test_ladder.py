@@ -93,17 +93,17 @@ def test_arms_of_each_kind_climb(arm: str) -> None:
     design = solve_design(free.problem(light), seed=0, starts=1)
     fast = design.plan
     assert isinstance(fast, NearMotion)
-    needed, held = (
+    needed, holding = (
         worst_shares(free.robot, run, payloads, np.ones(free.robot.n))
         for run, payloads in ((fast.motion(200.0), light), (fast.slowed(0.02).motion(5.0), free.payloads))
     )
-    limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.1 * held))
+    limits = np.minimum(free.bounds.torque, np.maximum(1.02 * needed, 1.1 * holding))
     case = free._replace(bounds=replace(free.bounds, torque=limits))
 
-    def told(run: NearMotion) -> float:
+    def sigma(run: NearMotion) -> float:
         return case.goal.predicted(case.robot, run, case.shape.joints).mass
 
-    rungs = speed_ladder(case.problem, case.payloads, fast, expected, told)
+    rungs = speed_ladder(case.problem, case.payloads, fast, expected, sigma)
     assert len(rungs) >= 2
     assert rungs[0].mass == case.payloads.mass
     assert rungs[-1].motion is fast

@@ -22,10 +22,10 @@ def test_limits_hold_for_every_body_and_one_is_active(arm: str, pose: int) -> No
     problem = case.problem(case.payloads)
     safe = solve_design(problem, seed=pose, starts=1)
     assert safe.feasible
-    seen = seen_of(case, safe, draw)
-    assert seen.violations == 0
-    assert 0.99 <= seen.reached <= 1.0
-    assert seen.outside > 1.0
+    figures = seen_of(case, safe, draw)
+    assert figures.violations == 0
+    assert 0.99 <= figures.reached <= 1.0
+    assert figures.outside > 1.0
     fast = safe.motion(500.0)
     assert score_motion(problem, fast).feasible
     assert "torque" in score_motion(case.problem(case.wider), fast).violations[0]

@@ -79,29 +79,29 @@ def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() 
     score = score_samples(FREE, FREE.family.sample(X, FINER))
     for share, mended in ((0.998, True), (0.9, False)):
         tight = problem(np.where(np.arange(6) == 1, share * most, BOUNDS.torque))
-        kept = kept_throughout(tight, X, score)
-        assert (kept.missed == ()) == mended == (not np.array_equal(kept.x, X))
+        outcome = kept_throughout(tight, X, score)
+        assert (outcome.missed == ()) == mended == (not np.array_equal(outcome.x, X))
         if mended:
-            assert missed_on_run(tight, tight.family.plan(kept.x), 900.0) == ()
-            assert np.abs(kept.x).max() == pytest.approx(np.abs(X).max(), rel=0.05)
-            assert kept.score.value > score.value
+            assert missed_on_run(tight, tight.family.plan(outcome.x), 900.0) == ()
+            assert np.abs(outcome.x).max() == pytest.approx(np.abs(X).max(), rel=0.05)
+            assert outcome.score.value > score.value
         else:
-            assert not by_torques_alone(kept)
-            assert kept.missed[0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
+            assert not by_torques_alone(outcome)
+            assert outcome.missed[0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
 
 
 def test_the_rehearsal_counts() -> None:
     """A limit that the slow run breaks and the fast one keeps."""
     slow = PLAN.slowed(REHEARSAL) if isinstance(PLAN, NearMotion) else None
     assert slow is not None
-    fast, held = (
+    fast, holding = (
         peaks(np.linspace(0.0, PLAN.duration, 8001)),
         np.abs(own_torque(ARM, slow.motion(50.0))).max(axis=0),
     )
     score = score_samples(FREE, FREE.family.sample(X, FINER))
-    loose = problem(np.maximum(fast, held) * 1.01)
+    loose = problem(np.maximum(fast, holding) * 1.01)
     assert kept_throughout(loose, X, score).missed == ()
-    weak = problem(np.where(held > 0.1, 0.97 * held, BOUNDS.torque))
+    weak = problem(np.where(holding > 0.1, 0.97 * holding, BOUNDS.torque))
     assert {check.worst for check in missed_on_run(weak, slow, 50.0)} <= {
         check.worst for check in kept_throughout(weak, X, score).missed
     }

@@ -90,15 +90,15 @@ def _height(point: ca.SX, surface: HalfSpace) -> ca.SX:
 
 def _segments_apart(first: tuple[Capsule, ca.SX, ca.SX], second: tuple[Capsule, ca.SX, ca.SX]) -> ca.SX:
     """Distance of two axes (Ericson, Real-Time Collision Detection, 5.1.9), zero-length ones included."""
-    (body, p1, q1), (other, p2, q2) = first, second
+    (body, p1, q1), (second_body, p2, q2) = first, second
     u, v, r = q1 - p1, q2 - p2, p1 - p2
     a, e = ca.dot(u, u), ca.dot(v, v)
     c, f, b = ca.dot(u, r), ca.dot(v, r), ca.dot(u, v)
-    if body.sphere and other.sphere:
+    if body.sphere and second_body.sphere:
         s, t = ca.SX(0), ca.SX(0)
     elif body.sphere:
         s, t = ca.SX(0), _unit(f / e)
-    elif other.sphere:
+    elif second_body.sphere:
         s, t = _unit(-c / a), ca.SX(0)
     else:
         s = _unit((b * f - c * e) / (a * e - b * b + _TINY))

@@ -82,9 +82,9 @@ def _onto_sphere(s: list[ca.SX], largest: list[ca.SX], outside: ca.SX) -> list[c
     """
     free = outside
     for i in range(3):
-        mine = ca.logic_and(free, largest[i])
+        at_largest = ca.logic_and(free, largest[i])
         lacking = ca.sqrt(ca.fmax(1.0 - sum(s[j] ** 2 for j in range(3) if j != i), 0.0))
-        s = [*s[:i], ca.if_else(mine, ca.if_else(s[i] < 0.0, -lacking, lacking), s[i]), *s[i + 1 :]]
+        s = [*s[:i], ca.if_else(at_largest, ca.if_else(s[i] < 0.0, -lacking, lacking), s[i]), *s[i + 1 :]]
         free = ca.logic_and(free, ca.logic_not(largest[i]))
     length = ca.sqrt(sum(x * x for x in s))
     return [ca.if_else(outside, x / (length + _LEAST), x) for x in s]

@@ -112,10 +112,10 @@ def floor_under(
     """
     count = states or 3 * len(problem.names)
     family = FreeStates(problem.bounds, count)
-    kept = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
-    free = replace(problem, family=family, limits=kept)
+    further_limits = tuple(limit for limit in problem.limits if limit.kind not in ("state", "duration"))
+    free = replace(problem, family=family, limits=further_limits)
     x = family.random(np.random.default_rng(seed), problem.clear)
-    limits = Multipliers(kept, free.state(x, WIDTH), _STIFFNESS, _MARGIN)
+    limits = Multipliers(further_limits, free.state(x, WIDTH), _STIFFNESS, _MARGIN)
     orders = ORDERS[problem.criterion.kind]
     plan = [(order, WIDTH) for order in (*orders, *[orders[-1]] * effort)] + [(orders[-1], FINE_WIDTH)]
     for order, width in plan:

@@ -33,11 +33,11 @@ class Earlier:
         Raises:
             InputError: if the factor lacks a column or has another one.
         """
-        other = set(self.columns) ^ set(columns)
-        if other or np.shape(self.factor)[-1] != len(self.columns):
+        unmatched = set(self.columns) ^ set(columns)
+        if unmatched or np.shape(self.factor)[-1] != len(self.columns):
             raise InputError(
-                f"the earlier recordings' factor does not fit the design's columns: {', '.join(sorted(other)[:6])} "
-                "stand on one side only; select the same columns"
+                "the earlier recordings' factor does not fit the design's columns: "
+                f"{', '.join(sorted(unmatched)[:6])} stand on one side only; select the same columns"
             )
         return np.asarray(self.factor)[:, [self.columns.index(name) for name in columns]]
 

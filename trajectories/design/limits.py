@@ -77,9 +77,9 @@ def state_limit(name: Literal["position", "speed", "acceleration"], low: Array, 
     def pullback(_: State, slope: Array, into: State) -> None:
         into.samples[place][...] += slope / each(half, len(slope))
 
-    one = np.ones(low.shape[1])
+    unit = np.ones(low.shape[1])
     # In messages the first part stands for all; each sample is judged by its own.
-    return Limit("state", name, joint_labels(len(one)), -one, one, middle[0], half[0], values, pullback)
+    return Limit("state", name, joint_labels(len(unit)), -unit, unit, middle[0], half[0], values, pullback)
 
 
 def torque_limit(kernel: RegressorKernel, chi: Array, torque: Array, load: str = "") -> Limit:

@@ -60,8 +60,8 @@ class NearGoal:
         payload, moving = payload_columns(robot), [joint - 1 for joint in shape.joints]
         kernel, samples = _payload_kernel(robot), family.sample(family.random(np.random.default_rng(0)))
         W = kernel.matrix(samples).reshape(robot.n, len(samples.q), -1)[moving].reshape(-1, len(kernel.columns))
-        seen = [*visibility.chosen, *range(len(payload), len(kernel.columns))]
-        names = tuple(kernel.columns[seen[k]] for k in leftmost_independent(W[:, seen]))
+        indices = [*visibility.chosen, *range(len(payload), len(kernel.columns))]
+        names = tuple(kernel.columns[indices[k]] for k in leftmost_independent(W[:, indices]))
         interest = tuple(name for name in names if name in payload)
         noise, earlier = np.full(robot.n, np.inf), None
         noise[moving] = self.noise[moving]
@@ -102,9 +102,9 @@ class NearGoal:
             share = np.sqrt(self.rate / motion.rate) / self.noise[joint - 1]
             rows.append(share * without(own[:, :10], own[:, 10:]))
         A = np.vstack(rows)
-        seen = visibility_of(A, joints)
-        places, T, b = seen.resolved(self.mass_sigma is not None)
-        C = _covariance(A[:, list(seen.chosen)], seen.chosen, self.mass_sigma)
+        visibility = visibility_of(A, joints)
+        places, T, b = visibility.resolved(self.mass_sigma is not None)
+        C = _covariance(A[:, list(visibility.chosen)], visibility.chosen, self.mass_sigma)
         total = T @ C @ T.T + (0.0 if self.mass_sigma is None else np.outer(b, b) * self.mass_sigma**2)
         return payload_spread(self.expected.vector, total, places)
 
@@ -137,14 +137,14 @@ def second_pose(
     wrist = [j for j in range(max(n - 3, 0), n) if j + 1 in shape.joints and robot.joints[j].revolute]
     pose, candidates = shape.poses[0], []
     for pattern in np.ndindex(*(3,) * len(wrist)):
-        other = pose.copy()
-        other[wrist] += _APART * (np.array(pattern) - 1.0)
-        if any(step != 1 for step in pattern) and ((other > bounds.low) & (other < bounds.high)).all():
-            candidates.append(other)
+        candidate = pose.copy()
+        candidate[wrist] += _APART * (np.array(pattern) - 1.0)
+        if any(step != 1 for step in pattern) and ((candidate > bounds.low) & (candidate < bounds.high)).all():
+            candidates.append(candidate)
     alone = _least_uncertainty(robot, replace(shape, poses=pose[None]), goal, bounds, seed)
     with_other = [
-        (_least_uncertainty(robot, replace(shape, poses=np.array([pose, other])), goal, bounds, seed), k)
-        for k, other in enumerate(candidates)
+        (_least_uncertainty(robot, replace(shape, poses=np.array([pose, candidate])), goal, bounds, seed), k)
+        for k, candidate in enumerate(candidates)
     ]
     best, k = min(with_other, default=(np.inf, 0))
     return candidates[k] if best < _HELPS * alone else None

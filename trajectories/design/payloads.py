@@ -128,11 +128,11 @@ def _kernel(region: Region) -> Kernel:
     if region == "ball":
         basis = eigen(Q)
         opposite = Eigen([-value for value in basis.values], basis.vectors)
-        found = [largest_in_ball(basis, slope), largest_in_ball(opposite, -slope)]
+        extremes = [largest_in_ball(basis, slope), largest_in_ball(opposite, -slope)]
     else:
-        found = [largest_in_cube(Q, slope), largest_in_cube(-Q, -slope)]
+        extremes = [largest_in_cube(Q, slope), largest_in_cube(-Q, -slope)]
     rows = []
-    for sign, extreme in zip((1.0, -1.0), found, strict=True):
+    for sign, extreme in zip((1.0, -1.0), extremes, strict=True):
         value = mass * (at_centre + sign * extreme.value)
         worse = sign * value > 0.0
         body = _point(*ca.vertsplit(centre + ca.mtimes(axes, ca.vertcat(*extreme.place))))

@@ -126,11 +126,11 @@ def check_held(problem: DesignProblem, poses: Array) -> None:
         InputError: says which joint, and which share of the limit it needs.
     """
     state = problem.at_rest(poses)
-    for held in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
-        if held.violation > 0.0:
+    for holding in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
+        if holding.violation > 0.0:
             raise InputError(
-                f"at rest in the pose: {held.name} of {held.worst} is {held.value:.4g} against {held.limit:.4g}: "
-                "choose another pose, or a lighter payload"
+                f"at rest in the pose: {holding.name} of {holding.worst} is {holding.value:.4g} against "
+                f"{holding.limit:.4g}: choose another pose, or a lighter payload"
             )
 
 

@@ -70,8 +70,8 @@ class Design(Speaks):
     @property
     def headline(self) -> str:
         """The robot, how long the motion takes, and whether it keeps its limits, in a line."""
-        kept = "keeps every limit" if self.feasible else "does not keep every limit"
-        return f"motion of {self.problem.robot.name}, {self.score.duration:.4g} s, {kept}"
+        words = "keeps every limit" if self.feasible else "does not keep every limit"
+        return f"motion of {self.problem.robot.name}, {self.score.duration:.4g} s, {words}"
 
     def motion(self, rate: float) -> Motion:
         """Sample the motion at ``rate`` [Hz]."""
@@ -114,14 +114,16 @@ def solve_design(
     begun = time.process_time()
     starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = _searched(problem, seed, starts, progress)
-    kept = kept_throughout(problem, *search.found)
-    if kept.missed and by_torques_alone(kept) and not search.interrupted:
-        lower = _searched(below_limits(problem, kept), seed, starts, progress)
+    outcome = kept_throughout(problem, *search.found)
+    if outcome.missed and by_torques_alone(outcome) and not search.interrupted:
+        lower = _searched(below_limits(problem, outcome), seed, starts, progress)
         lower.evaluations += search.evaluations
         search, x = lower, lower.found[0]
-        kept = kept_throughout(problem, x, lower.found[1].judged_by(problem))
-    plan, cpu = problem.family.plan(kept.x), time.process_time() - begun
-    return Design(problem, plan, kept.score, seed, starts, search.evaluations, cpu, search.interrupted, kept.missed)
+        outcome = kept_throughout(problem, x, lower.found[1].judged_by(problem))
+    plan, cpu = problem.family.plan(outcome.x), time.process_time() - begun
+    return Design(
+        problem, plan, outcome.score, seed, starts, search.evaluations, cpu, search.interrupted, outcome.missed
+    )
 
 
 def _searched(problem: DesignProblem, seed: int, starts: int, progress: Callable[[Step], None]) -> "_Search":

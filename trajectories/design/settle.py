@@ -69,19 +69,19 @@ class Multipliers:
         """Whether the fine grid shows every limit kept; if not, intervals are drawn in around where it is not."""
         fine, coarse = problem.state(x, 0.0, FINER), problem.state(x, FINE_WIDTH)
         nearest = _nearest(coarse.samples, fine.samples)
-        kept = True
+        all_kept = True
         for limit, drawn in zip(self.limits, self.drawn, strict=True):
             over, here = (excess(limit, limit.values(state)) for state in (fine, coarse))
             if over.max() <= TOLERANCE:
                 continue
-            kept = False
+            all_kept = False
             worst = np.full(here.shape, -np.inf)
             np.maximum.at(worst, nearest if len(here) > 1 else np.zeros(len(over), dtype=int), over)
             # Between samples a motion goes further by worst - here; what is left is the solver's own error.
             needed = np.where(worst > 0.0, np.maximum(worst - here, 0.0) + _SAFETY, 0.0)
             again = np.where((worst > 0.0) & (drawn >= needed), drawn + worst, needed)
             drawn[...] = np.maximum(drawn, _with_neighbours(again))
-        return kept
+        return all_kept
 
     def _next(self, state: State) -> list[Array]:
         shifted = []

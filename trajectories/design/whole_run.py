@@ -75,14 +75,14 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
     return first
 
 
-def by_torques_alone(kept: Kept) -> bool:
+def by_torques_alone(outcome: Kept) -> bool:
     """Whether a run misses torque limits only, and by no more than what may happen between samples."""
-    return all(check.name.startswith("torque") and check.relative < _BETWEEN for check in kept.missed)
+    return all(check.name.startswith("torque") and check.relative < _BETWEEN for check in outcome.missed)
 
 
-def below_limits(problem: DesignProblem, kept: Kept) -> DesignProblem:
+def below_limits(problem: DesignProblem, outcome: Kept) -> DesignProblem:
     """The problem with torque limits lowered by what a run misses, and some more."""
-    return problem.with_torque_share(1.0 - _BELOW * _most(kept))
+    return problem.with_torque_share(1.0 - _BELOW * _most(outcome))
 
 
 def _missed(problem: DesignProblem, plan: Plan) -> tuple[LimitCheck, ...]:
@@ -93,8 +93,8 @@ def _missed(problem: DesignProblem, plan: Plan) -> tuple[LimitCheck, ...]:
     return missed
 
 
-def _most(kept: Kept) -> float:
-    return max((check.relative for check in kept.missed), default=0.0)
+def _most(outcome: Kept) -> float:
+    return max((check.relative for check in outcome.missed), default=0.0)
 
 
 def _blocks(plan: Plan, rate: float) -> Iterator[Motion]:
