@@ -15,6 +15,8 @@ from .arrays import Array
 
 RANK_TOLERANCE = 1e-8
 """Columns, scaled to norm 1, are dependent if a singular value is below this fraction of the largest."""
+_ROUNDING = 1e-12
+"""Share of a column's norm in all rows, below which it is rounding in some of them."""
 _CLEAR = 1e-4
 """Share of a column that those before it do not explain, above which it is clearly independent of them."""
 
@@ -63,13 +65,18 @@ class Decomposition(NamedTuple):
         return np.asarray(np.sum(self.null**2, axis=1))
 
 
-def decomposed(A: Array) -> Decomposition:
+def decomposed(A: Array, whole: Array | None = None) -> Decomposition:
     """Singular value decomposition of a matrix with its columns scaled to norm 1.
 
     Args:
         A: N x c; no rows and no columns are allowed.
+        whole: norms of the columns of a larger matrix, of which A is some rows. A column that is next to nothing
+            beside them is rounding, and counts as zero.
     """
     sizes = np.linalg.norm(A, axis=0)
+    if whole is not None:
+        rounding = sizes <= _ROUNDING * whole
+        A, sizes = np.where(rounding, 0.0, A), np.where(rounding, 0.0, sizes)
     sizes[sizes == 0.0] = 1.0
     rows, columns = A.shape
     U, singular, Vt = np.linalg.svd(A / sizes, full_matrices=rows < columns)

@@ -58,9 +58,11 @@ def current_weights(equations: Equations) -> Array:
     From the joint's own equations with parameters of their own, so that neither gains nor other joints matter.
     """
     sigma = []
+    whole = np.sqrt(sum(np.sum(factor[:, :-1] ** 2, axis=0) for factor in equations.factors))
     for factor, rows in zip(equations.factors, equations.effective_rows, strict=True):
         W, d = factor[:, :-1], factor[:, -1]
-        parts = decomposed(W)
+        # What this joint's equations do not hold is not quite zero in them, and would cost degrees of freedom.
+        parts = decomposed(W, whole)
         error = np.linalg.norm(d - W @ parts.solution(d)) / np.sqrt(max(rows - parts.rank, 1.0))
         floor = _FLOOR * float(np.linalg.norm(d)) / np.sqrt(max(rows, 1.0))
         sigma.append(max(float(error), floor, 1e-300))

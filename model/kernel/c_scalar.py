@@ -13,10 +13,10 @@ _WIDTH = 90
 """Expressions up to this length are written where they are used, if only once."""
 
 _SCALAR = (  # how the vector expressions read for a single number
-    (r"(?:each8|pair8)\((\w+), ", r"\1("),
-    (r"(sin|cos)8\(", r"\1("),
-    (r"select8\(", "(double)("),
-    (r"keep8\((.*), (.*)\)", r"(\1 ? \2 : 0.0)"),
+    (r"v(?:each|pair)\((\w+), ", r"\1("),
+    (r"v(sin|cos)\(", r"\1("),
+    (r"vselect\(", "(double)("),
+    (r"vkeep\((.*), (.*)\)", r"(\1 ? \2 : 0.0)"),
     (r" ([&|]) ", r" \1\1 "),
 )
 

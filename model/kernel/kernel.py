@@ -15,7 +15,7 @@ from .program import read_program
 class Kernel:
     """Evaluates a scalar CasADi function on all samples at once.
 
-    With a C compiler the function's own operation list is compiled for eight samples per instruction and
+    With a C compiler the function's own operation list is compiled for several samples per instruction and
     cached; without one, NumPy runs the same list over blocks of samples.
 
     Attributes:

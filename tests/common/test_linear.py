@@ -92,3 +92,13 @@ def test_rest_is_at_right_angles_to_what_is_taken_out() -> None:
     assert A.T @ rest == pytest.approx(np.zeros((5, 3)), abs=1e-13)
     assert without(rest, A) == pytest.approx(rest, abs=1e-14)
     assert without(A @ B[:5], A) == pytest.approx(np.zeros((12, 3)), abs=1e-14)
+
+
+def test_columns_of_rounding_count_as_zero() -> None:
+    """Some rows hold next to nothing of a column that is large in the others."""
+    whole = np.linalg.norm(np.vstack([A, B @ np.ones((3, 5))]), axis=0)
+    exact = A * [1.0, 0.0, 1.0, 0.0, 1.0]
+    rounded = exact + 1e-16 * np.random.default_rng(1).normal(size=A.shape)
+    assert decomposed(rounded).rank == 5
+    assert decomposed(rounded, whole).rank == decomposed(exact).rank == 3
+    assert decomposed(rounded, whole).solution(B) == pytest.approx(decomposed(exact).solution(B), abs=1e-12)
