@@ -61,7 +61,7 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
 
 
 def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
-    """Where a point of the last link is at N positions, in frame 0 [m], and by what joints move it: 3 x N, 3 x n x N.
+    """Where a point of the last link is at N positions, in frame 0 [m], and what joints move it by; 3 x (n x) N.
 
     Args:
         robot: the robot, n joints.
