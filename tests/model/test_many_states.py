@@ -32,7 +32,7 @@ def test_many_states_equal_one_after_the_other(name: str) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_point_of_the_last_link_is_where_kinematics_put_it(name: str) -> None:
-    """The joints move it by the derivative of its place."""
+    """Joints move it by the derivative of its place."""
     robot, point = ROBOTS[name], np.array([0.1, -0.2, 0.3])
     q = ca.SX.sym("q", robot.n)
     R, p = forward_kinematics(robot)(q)

@@ -92,7 +92,7 @@ def test_good_recordings_show_no_pull(pair: tuple[Recording, Recording]) -> None
 
 @pytest.mark.parametrize("end", [ABOVE, BESIDE], ids=["above", "beside"])
 def test_a_spring_is_measured(pair: tuple[Recording, Recording], end: Array) -> None:
-    """Its stiffness and horizontal force; corrected for it the mass is right within its deviation."""
+    """Stiffness and horizontal force are right; corrected for them, the mass is too, within its deviation."""
     system, found = pull_of(pulled(pair[1], 5.0, end), pair[0])
     sigmas = np.sqrt(np.diag(found.covariance))
     assert np.all(np.abs(found.values - 5.0 * np.array([1.0, *(upright(ROBOT) @ end)])) < 3.0 * sigmas)

@@ -150,7 +150,7 @@ def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
 
 
 def test_a_pull_that_leaves_the_mass_as_it_is_speaks_against_the_inertia_alone() -> None:
-    """Its change of the mass and twice its deviation: 5 kg (x + 2 x / 9) beside 2.5 % of 5 kg."""
+    """The change of the mass and twice its deviation count: 5 kg (x + 2 x / 9) beside 2.5 % of 5 kg."""
     for share, severity in ((0.999, "warning"), (1.001, "error")):
         change = share * loaded.MOVED / (1.0 + 2.0 / 9.0)
         (finding,) = nuisances.pulled(pulling(1.0, change=change))
