@@ -18,6 +18,7 @@ from ..estimation.diagnosis.evidence import Sampled
 from ..estimation.diagnosis.finding import Finding
 from ..estimation.diagnosis.loaded_rows import Scale
 from ..estimation.diagnosis.nuisances import Bursts, Nuisance, Tilt
+from ..estimation.diagnosis.pull import Pull
 from ..estimation.diagnosis.rivals import Rival
 from ..estimation.equations.equations import Equations
 from ..estimation.equations.leave_one_out import WithoutEach
@@ -65,7 +66,8 @@ KINDS: dict[str, type] = {
         *(Equations, Estimate, Fit, Gains, Held, RobustCovariance, SharedTorque, SigmaBound, SigmaRatio),
         *(HeldFriction, LoadedScale, PayloadProblem, Run, ShortMotion, StandIn, Wave),
         *(CentreOfMassInBox, InEllipsoid, InHull, KnownMass, MassBounds, PossibleBody),
-        *(Bursts, Finding, Nuisance, Rival, Sampled, Scale, Tilt, Log, Recipe, RobotPassport, PayloadPassport),
+        *(Bursts, Finding, Nuisance, Pull, Rival, Sampled, Scale, Tilt),
+        *(Log, Recipe, RobotPassport, PayloadPassport),
     )
 }
 """The values that a file may hold, by their names."""

@@ -111,6 +111,7 @@ def _together(passports: Sequence[RobotPassport | PayloadPassport]) -> Sampled:
         next((part.bursts for part in parts if part.bursts is not None), None),
         tuple(chain.from_iterable(part.nuisances for part in parts)),
         tuple(chain.from_iterable(part.scales for part in parts)),
+        tuple(chain.from_iterable(part.pulls for part in parts)),
     )
 
 

@@ -60,6 +60,25 @@ def regressor_at(robot: Robot, columns: Sequence[str], q: Array, qd: Array, qdd:
     return W
 
 
+def point_at(robot: Robot, point: Array, q: Array) -> tuple[Array, Array]:
+    """Where a point of the last link is at N positions, in frame 0 [m], and what joints move it by; 3 x (n x) N.
+
+    Args:
+        robot: the robot, n joints.
+        point: in frame n [m].
+        q: positions [rad or m], N x n.
+    """
+    place = point[:, None] + np.zeros(len(q))
+    moved = np.zeros((3, 0, len(q)))
+    none = np.zeros(len(q))
+    for joint, angle in zip(reversed(robot.joints), q.T[::-1], strict=True):
+        frame = _frame(joint, angle)
+        own = np.array([-place[1], place[0], none] if joint.revolute else [none, none, none + 1.0])
+        moved = _out_of(frame, np.concatenate([own[:, None], moved], axis=1))
+        place = _out_of(frame, place) + frame[3]
+    return place, moved
+
+
 def _rigid(
     robot: Robot, kinds: list[list[int]], places: list[list[int]], states: tuple[Array, Array, Array], W: Array
 ) -> None:
@@ -104,6 +123,13 @@ def _into(frame: _Frame, x: Array) -> Array:
     c, s, (ca, sa), _ = frame
     across = ca * x[1] + sa * x[2]
     return np.array([c * x[0] + s * across, c * across - s * x[0], ca * x[2] - sa * x[1]])
+
+
+def _out_of(frame: _Frame, x: Array) -> Array:
+    """Vectors (3, ..., N) of the joint's own axes in the frame before."""
+    c, s, (ca, sa), _ = frame
+    across = s * x[0] + c * x[1]
+    return np.array([c * x[0] - s * x[1], ca * across - sa * x[2], sa * across + ca * x[2]])
 
 
 def _cross(a: Array, b: Array) -> Array:

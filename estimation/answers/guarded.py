@@ -11,9 +11,10 @@ from ..diagnosis.checks.loaded import MOVED
 from ..diagnosis.evidence import Sampled
 from ..diagnosis.loaded_rows import Scale, scales, scales_of_known
 from ..diagnosis.nuisances import Bursts, Nuisance, Tilt, bursts, nuisances, tilt
+from ..diagnosis.pull import Pull, outstanding
 from ..diagnosis.rivals import Rival, rivals
 from ..diagnosis.states import states_of
-from ..diagnosis.thinned import thinned_problem
+from ..diagnosis.thinned import Thinned, thinned_problem
 from ..fit.drive_gains import Gains
 from ..payload.by_joints import ByJoints, payload_by_joints
 from ..payload.problem import PayloadProblem
@@ -26,8 +27,8 @@ class Guarded(NamedTuple):
     """What was looked at beside the methods.
 
     ``by_joints``: the payload as single joints see it; ``disagreement``: factor on every interval; ``scales`` of
-    the loaded torques; ``rivals``: other ways to take the recordings; ``bursts``, ``tilt`` and ``nuisances``: what
-    else is in the torques.
+    the loaded torques; ``rivals``: other ways to take the recordings; ``bursts``, ``tilt``, ``nuisances`` and
+    ``pulls``: what else is in the torques.
     """
 
     by_joints: ByJoints
@@ -37,6 +38,7 @@ class Guarded(NamedTuple):
     bursts: Bursts | None
     tilt: Tilt | None
     nuisances: tuple[Nuisance, ...]
+    pulls: tuple[Pull, ...]
 
 
 def guarded(
@@ -75,9 +77,15 @@ def looked_at(
         else scales(problem, weights),
         rivals(description or problem.robot, states, free_gains=description is not None),
         _mattering(bursts(system), best) if system is not None else None,
-        tilt(system) if system is not None else None,
-        nuisances(system) if system is not None else (),
+        *(_beside(system) if system is not None else (None, (), ())),
     )
+
+
+def _beside(system: Thinned) -> tuple[Tilt | None, tuple[Nuisance, ...], tuple[Pull, ...]]:
+    """A tilt, a delay and a slip, or a pull at the flange: no tilt where that explains the recordings better."""
+    leaning, others = tilt(system), nuisances(system)
+    pulls = outstanding(system, leaning, others)
+    return (None if pulls else leaning), others, pulls
 
 
 def _remembered(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | None, known: Sampled) -> Guarded:
@@ -92,6 +100,7 @@ def _remembered(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | N
         known.bursts,
         known.tilt,
         known.nuisances,
+        known.pulls,
     )
 
 

@@ -18,6 +18,7 @@ from ..signals.alignment import AlignedPair
 from .finding import Finding
 from .loaded_rows import Scale
 from .nuisances import Bursts, Nuisance, Tilt
+from .pull import Pull
 from .quantities import Agreement, Judged
 from .rivals import Rival
 
@@ -26,8 +27,8 @@ class Sampled(NamedTuple):
     """What samples alone show, kept for when only their equations are left.
 
     ``rivals``: other ways to take the recordings; ``alignment`` and ``zeros``: findings on pairs; ``causes``: what
-    most likely went wrong; ``held_out``: equations of recordings that were not fitted; ``tilt``, ``bursts`` and
-    ``nuisances``: what else is in the torques; ``scales`` beside a stored robot.
+    most likely went wrong; ``held_out``: equations of recordings that were not fitted; ``tilt``, ``bursts``,
+    ``nuisances`` and ``pulls``: what else is in the torques; ``scales`` beside a stored robot.
     """
 
     rivals: tuple[Rival, ...] = ()
@@ -39,6 +40,7 @@ class Sampled(NamedTuple):
     bursts: Bursts | None = None
     nuisances: tuple[Nuisance, ...] = ()
     scales: tuple[Scale, ...] = ()
+    pulls: tuple[Pull, ...] = ()
 
 
 KNOWN_WELL = 0.05
@@ -119,6 +121,7 @@ class Evidence:
         gained: drive gains, where they are what is asked for.
         tilt: how far gravity leans.
         nuisances: what else is in the torques.
+        pulls: what pulls at the flange with payload.
         compared: recordings without and with payload side by side, whether of one motion or not.
         sampled: what the samples showed, where they are not here any more.
     """
@@ -143,6 +146,7 @@ class Evidence:
     gained: Gained | None = None
     tilt: Tilt | None = None
     nuisances: tuple[Nuisance, ...] = ()
+    pulls: tuple[Pull, ...] = ()
     compared: tuple[AlignedPair, ...] = ()
     sampled: Sampled | None = None
 
@@ -164,6 +168,11 @@ class Evidence:
         if self.weighed is not None:
             return self.weighed.mass
         return self.best.mass if self.best is not None else float("nan")
+
+    @property
+    def pull(self) -> Pull | None:
+        """What pulls at the flange hardest, of what stands out: it looks like a scale or another robot, too."""
+        return max((pull for pull in self.pulls if pull.stands_out), key=lambda pull: pull.z, default=None)
 
     @property
     def modelled(self) -> list[PayloadEstimate]:

@@ -120,7 +120,7 @@ def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Proc
         estimate = weighted(problem)
         wrong = gravity_findings(robot, data, processing, estimate.fit)
         if not wrong and not check.currents:
-            wrong = scale_findings(robot, problem)
+            wrong = scale_findings(robot, problem, data, processing)
         if not wrong:
             cause = likely_cause(robot, [Sample.of(check.recording, processing, data)], contradicted=False)
             wrong = [cause.finding("It")] if cause is not None else []

@@ -16,7 +16,7 @@ from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..payload.result import frame_change
 from .states import STRETCH
-from .thinned import Answer, Asked, Thinned
+from .thinned import Asked, Thinned
 
 LEVEL = np.radians(1.0)
 """rad: standard deviation of a base's tilt about either horizontal axis, as mounted arms have it."""
@@ -38,7 +38,7 @@ class Nuisance(NamedTuple):
 
     ``kind``: "late" or "slip"; ``where``: one of ``WHERE``; ``size`` [s or m] with its
     standard deviation ``sigma``; ``z``: standard deviations from zero; ``change``: of the payload's ten once it
-    is corrected, (10,).
+    is corrected, (10,); ``fall``: share of the squared residual that it takes off.
     """
 
     kind: str
@@ -47,6 +47,7 @@ class Nuisance(NamedTuple):
     sigma: float
     z: float
     change: Array
+    fall: float = 0.0
 
 
 class Bursts(NamedTuple):
@@ -65,12 +66,13 @@ class Tilt(NamedTuple):
     """How far gravity leans about two horizontal axes.
 
     ``values``: as seen [rad], (2,); ``covariance``; ``effects``: on the ten by method 4 and by method 3,
-    each 10 x 2.
+    each 10 x 2; ``fall``: share of the squared residual that it takes off.
     """
 
     values: Array
     covariance: Array
     effects: tuple[Array, Array]
+    fall: float = 0.0
 
     @property
     def angle(self) -> float:
@@ -112,11 +114,13 @@ def tilt(system: Thinned) -> Tilt | None:
         return None
     own, heavy, free = _leaning(system)
     question = system.with_columns(np.concatenate([own + heavy, free], axis=1))
-    answer = question.of(0, 1, beside=tuple(range(2, 2 + free.shape[1])))
+    moments = tuple(range(2, 2 + free.shape[1]))
+    answer = question.of(0, 1, beside=moments)
     if not (np.diag(answer.covariance) > 0.0).all():
         return None
     alone = system.of_difference().with_columns(heavy).of(0, 1) if system.states.loaded.any() else answer
-    return Tilt(answer.values, answer.covariance, (answer.effect, alone.effect))
+    fall = question.fall(0, 1, beside=moments)
+    return Tilt(answer.values, answer.covariance, (answer.effect, alone.effect), fall)
 
 
 def _leaning(system: Thinned) -> tuple[Array, Array, Array]:
@@ -132,7 +136,7 @@ def _leaning(system: Thinned) -> tuple[Array, Array, Array]:
     still, g = np.zeros(sample.q.shape), np.array(robot.gravity)
     own, heavy, free = [], [], list[Array]()
     ten = frame_change(robot.flange) @ system.values[system.payload] if load else np.zeros(0)
-    for across in _horizontal(g):
+    for across in horizontal(g):
         leaning = replace(robot, gravity=(float(across[0]), float(across[1]), float(across[2])))
         W = regressor_at(leaning, names, sample.q, still, still)
         own.append(np.einsum("jcn,c->jn", W[:, : len(rigid)], system.values[rigid]))
@@ -142,7 +146,7 @@ def _leaning(system: Thinned) -> tuple[Array, Array, Array]:
     return np.stack(own, axis=1), np.stack(heavy, axis=1), np.stack(free, axis=1) if free else nothing
 
 
-def _horizontal(g: Array) -> tuple[Array, Array]:
+def horizontal(g: Array) -> tuple[Array, Array]:
     """Two vectors as long as gravity, across it and each other."""
     length = float(np.linalg.norm(g))
     first = np.cross(g, np.eye(3)[int(np.argmin(np.abs(g)))])
@@ -170,21 +174,25 @@ def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
     delay = _late(question, there)
     if not loaded.any() or not system.values[system.payload][9] > 0.0:
         return (delay,)
-    return (delay, _slip(question.of(*range(len(there), len(there) + 3)), system.values[system.payload][9]))
+    return (delay, _slip(question, len(there), system.values[system.payload][9]))
 
 
 def _late(question: Asked, there: list[int]) -> Nuisance:
     """The delay in the recordings in which it stands out most."""
-    answers = [(WHERE[k], question.of(place)) for place, k in enumerate(there)]
-    where, answer = max(answers, key=lambda entry: entry[1].z)
+    answers = [(WHERE[k], question.of(place), question.fall(place)) for place, k in enumerate(there)]
+    where, answer, fall = max(answers, key=lambda entry: entry[1].z)
     sigma = float(np.sqrt(answer.covariance[0, 0]))
-    return Nuisance("late", where, -float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values)
+    return Nuisance("late", where, -float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values, fall)
 
 
-def _slip(answer: Answer, mass: float) -> Nuisance:
+def _slip(question: Asked, first: int, mass: float) -> Nuisance:
+    """A step of the centre of mass, three columns from ``first`` on."""
+    places = range(first, first + 3)
+    answer = question.of(*places)
     size = float(np.linalg.norm(answer.values) / mass)
     sigma = float(np.sqrt(np.trace(answer.covariance)) / mass)
-    return Nuisance("slip", WHERE[2], size, sigma, answer.z, answer.effect @ answer.values)
+    change = answer.effect @ answer.values
+    return Nuisance("slip", WHERE[2], size, sigma, answer.z, change, question.fall(*places))
 
 
 def bursts(system: Thinned) -> Bursts | None:

@@ -176,6 +176,14 @@ class Asked(NamedTuple):
     shares: Array
     inflation: float = 1.0
 
+    def fall(self, *places: int, beside: tuple[int, ...] = ()) -> float:
+        """Share of the squared residual that some of the columns take off, others free beside them."""
+        falls = [
+            float(self.whole[k, -1] @ _inverse(self.whole[np.ix_(k, k)]) @ self.whole[k, -1])
+            for k in ([*places, *beside], list(beside))
+        ]
+        return (falls[0] - falls[1]) / max(float(self.whole[-1, -1]), 1e-300)
+
     def of(self, *places: int, beside: tuple[int, ...] = ()) -> Answer:
         """Some of the columns, others free beside them as far as these are more than rounding."""
         squares = np.diag(self.whole)

@@ -3,13 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...common.errors import InputError
 from ...model import Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.equations import Equations
-from ..equations.observer import Observer
-from ..equations.reduction import reduced_measurement
+from ..equations.observer import Observer, used_pieces
+from ..equations.reduction import recorded, reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted
 from ..gains.current_side import RelativeScales, relative_scales
@@ -21,6 +22,7 @@ _BETTER = 0.8  # residual without gravity over that with it, below which there i
 _EXPLAINED = 0.5  # residual below which a model describes a torque at all
 _OFF_SCALE = 0.12  # relative difference of two joints' scales that is beyond friction and noise
 _CERTAIN = 4.0  # standard deviations
+_PARTS = 10  # of a recording, in time
 
 
 def position_findings(robot: Robot, recording: Recording) -> list[Finding]:
@@ -67,19 +69,25 @@ def gravity_findings(robot: Robot, data: Measurement, processing: Processing, fi
     ]
 
 
-def scale_findings(robot: Robot, problem: Equations) -> list[Finding]:
-    """Whether the joints' torques are to one scale, as links that several joints carry show."""
+def scale_findings(robot: Robot, problem: Equations, data: Measurement, processing: Processing) -> list[Finding]:
+    """Whether the joints' torques are to one scale, as links that several joints carry show.
+
+    What is off by the formula for white noise must be so by the parts of the recording, too: errors of the model
+    last, and look certain to a formula.
+    """
     try:
         scales = _scales(robot, problem)
     except InputError:
         return []
     if scales is None:
         return []
-    ratio, sigma = scales.ratio, scales.sigma
-    size = np.abs(np.log(ratio))
-    off = np.flatnonzero((size > _OFF_SCALE) & (size > _CERTAIN * sigma))
+    off = _off_scale(scales)
+    if off.size:
+        scales = relative_scales(problem, _parts(robot, data, processing))
+        off = _off_scale(scales)
     if not off.size:
         return []
+    ratio, sigma = scales.ratio, scales.sigma
     factors = ", ".join(f"joint {j + 1} {ratio[j]:.3g} (sigma {100 * sigma[j]:.0f} %)" for j in off)
     return [
         warning(
@@ -89,6 +97,21 @@ def scale_findings(robot: Robot, problem: Equations) -> list[Finding]:
             "torques",
         )
     ]
+
+
+def _off_scale(scales: RelativeScales) -> NDArray[np.intp]:
+    """Joints (from 0) whose torques are on another scale."""
+    size = np.abs(np.log(scales.ratio))
+    return np.flatnonzero((size > _OFF_SCALE) & (size > _CERTAIN * scales.sigma))
+
+
+def _parts(robot: Robot, data: Measurement, processing: Processing) -> list[Equations]:
+    """The equations of a recording, in equal parts of time."""
+    observer = Observer(robot, base_parameters(robot).columns)
+    _, (recording,) = recorded(observer, [used_pieces(data, processing)])
+    ends = np.linspace(data.motion.t[0], data.motion.t[-1], _PARTS + 1)
+    ends[[0, -1]] = -np.inf, np.inf
+    return recording.cut(ends)
 
 
 def to_scale(robot: Robot, data: Measurement, processing: Processing) -> Measurement:

@@ -10,7 +10,7 @@ from ..equations.equations import Equations
 from .checks.gains import known_gains, motors_apart, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale, sensitive
-from .checks.nuisances import late, mixtures, slipped, tilted, zeros_apart
+from .checks.nuisances import late, mixtures, pulled, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
     conflicts,
@@ -42,6 +42,7 @@ from .finding import Finding, Level, Verdict, verdict_of
 
 Check = Callable[[Evidence], list[Finding]]
 CHECKS: tuple[Check, ...] = (
+    pulled,
     residual,
     validation,
     friction,
@@ -115,6 +116,7 @@ def sampled(evidence: Evidence, verdict: Verdict, held_out: Equations | None) ->
         evidence.bursts,
         evidence.nuisances,
         evidence.scales,
+        evidence.pulls,
     )
 
 

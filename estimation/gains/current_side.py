@@ -43,7 +43,8 @@ class CurrentFit(NamedTuple):
 class RelativeScales(NamedTuple):
     """What joint j's signal must be multiplied by to agree with joint ``held``'s (from 0).
 
-    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise; 1 and 0 at ``held``. A last joint that carries
+    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise, or the larger one of it and what the
+    recording's parts show; 1 and 0 at ``held``. A last joint that carries
     next to nothing has a scale that nothing tells: its ratio is 1 and its sigma infinite.
     """
 
@@ -119,11 +120,12 @@ def gauss_newton(
     return CurrentFit(k, x, covariance, dof)
 
 
-def relative_scales(problem: Equations) -> RelativeScales:
+def relative_scales(problem: Equations, parts: Sequence[Equations] = ()) -> RelativeScales:
     """Scales by the links whose parameters several joints' torques show, fitted on the signals' side.
 
     Args:
         problem: W and any signals proportional to torques, joint by joint.
+        parts: of time, that make up the problem; without them noise counts as white.
 
     Raises:
         InputError: if the recording does not determine them.
@@ -133,8 +135,27 @@ def relative_scales(problem: Equations) -> RelativeScales:
     c = len(problem.columns)
     fitted = gauss_newton(problem, weights, range(c), np.zeros(c), anchor)
     sigma = np.sqrt(np.diag(fitted.covariance))
+    if parts:
+        sigma = np.maximum(sigma, _over_parts(problem, parts, weights, fitted, anchor))
     determined = (fitted.k > 0.0) & (sigma < _TOLD)
     return RelativeScales(1.0 / np.where(determined, fitted.k, 1.0), np.where(determined, sigma, np.inf), anchor)
+
+
+def _over_parts(
+    problem: Equations, parts: Sequence[Equations], weights: Array, fitted: CurrentFit, anchor: int
+) -> Array:
+    """Standard deviations of ln K by what each part of time alone pulls them by, to first order; shape (n,)."""
+    free = range(len(problem.columns))
+    moving = [j for j in range(len(weights)) if j != anchor]
+    J, _ = _linearised(problem.factors, weights, fitted.k, fitted.x, free, moving, True)
+    inverse = decomposed(J).covariance[len(free) :]
+    steps = []
+    for part in parts:
+        rows, errors = _linearised(part.factors, weights, fitted.k, fitted.x, free, moving, False)
+        steps.append(inverse @ (rows.T @ errors))
+    sigma = np.zeros(len(weights))
+    sigma[moving] = np.sqrt(np.sum(np.square(steps), axis=0) * len(steps) / (len(steps) - 1)) / fitted.k[moving]
+    return sigma
 
 
 def torque_side(

@@ -9,11 +9,14 @@ import pytest
 from dynident.estimation import read_recording
 from dynident.estimation.diagnosis import LogCheck, check_log
 from dynident.estimation.diagnosis.log_facts import share_at_extreme, smallest_step
+from dynident.estimation.diagnosis.torque import reduced, scale_findings
+from dynident.estimation.signals import measurement
 from dynident.model import Motion, Processing, Recording, Robot, load_robot
 from dynident.trajectories import Simulator
 
 NOISE = (2.0, 2.0, 1.0, 0.5, 0.5, 0.3)
 SETTINGS = Processing(cutoff=10.0, decimate=4)
+UR10E = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680)
 GEARS = np.array([100.0, 120.0, 90.0, 80.0, 70.0, 60.0])
 
 
@@ -172,3 +175,16 @@ def test_causes_are_told(log: Recording, case: str, needed: str) -> None:
     late = np.column_stack([np.interp(log.t - 0.1, log.t, channel) for channel in log.torque.T])
     torque = {"late": late, "turned": log.torque * [1, -1, 1, 1, 1, 1]}[case]
     assert needed in words(look(replace(log, torque=torque)), "error", "warning")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["unloaded", "validation_point_to_point"])
+def test_real_torques_are_to_one_scale_and_real_currents_are_not(recordings: Path, name: str) -> None:
+    """A formula for white noise is 4 to 5 standard deviations sure of joints 1 and 4 that are right."""
+    robot = load_robot("ur10e")
+    for gains, words_said in ((UR10E, False), ((1.0,) * 6, True)):
+        recording = read_recording(recordings / f"ur10e/{name}.csv.gz", robot, gains)
+        data = measurement(recording, robot.processing)
+        problem = reduced(robot, data, robot.processing)
+        findings = scale_findings(robot, problem, data, robot.processing)
+        assert any("one scale" in finding.text for finding in findings) == words_said

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from dynident.model import Robot, load_robot, regressor, robot_names, standard_columns
-from dynident.model.many_states import own_columns, regressor_at
+from dynident.model.kinematics import forward_kinematics
+from dynident.model.many_states import own_columns, point_at, regressor_at
 
 
 def _sliding() -> Robot:
@@ -26,6 +28,22 @@ def test_many_states_equal_one_after_the_other(name: str) -> None:
     single = np.array([np.array(function(*state)) for state in zip(*states, strict=True)])
     many = regressor_at(robot, columns, *states)
     np.testing.assert_allclose(many.transpose(2, 0, 1), single, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_point_of_the_last_link_is_where_kinematics_put_it(name: str) -> None:
+    """Joints move it by the derivative of its place."""
+    robot, point = ROBOTS[name], np.array([0.1, -0.2, 0.3])
+    q = ca.SX.sym("q", robot.n)
+    R, p = forward_kinematics(robot)(q)
+    place = p + R @ ca.DM(point)
+    function = ca.Function("place", [q], [place, ca.jacobian(place, q)])
+    states = np.random.default_rng(2).normal(size=(5, robot.n))
+    places, moved = point_at(robot, point, states)
+    for k, state in enumerate(states):
+        single = function(state)
+        np.testing.assert_allclose(places[:, k], np.array(single[0])[:, 0], atol=1e-12)
+        np.testing.assert_allclose(moved[:, :, k], np.array(single[1]), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["rx90", "ur10e", "iiwa14", "sliding"])

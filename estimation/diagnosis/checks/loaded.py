@@ -18,10 +18,10 @@ which it is reported."""
 def scale(evidence: Evidence) -> list[Finding]:
     """The loaded torques, all or those of one joint, on another scale: that which stands out most.
 
-    Both are reported where the data hardly distinguish them.
+    Both are reported where the data hardly distinguish them; none where a pull at the flange stands out more.
     """
     off = sorted(filter(_is_off, evidence.scales), key=lambda scale: -abs(scale.z))
-    if not off:
+    if not off or (evidence.pull is not None and evidence.pull.z > abs(off[0].z)):
         return []
     worst = off[0]
     as_likely = [

@@ -7,6 +7,7 @@ import numpy as np
 from ..evidence import Evidence
 from ..finding import Finding, error, note, warning
 from ..nuisances import Nuisance
+from ..pull import Pull
 from ..rivals import mixed_up
 from ..states import states_of
 from .loaded import MOVED
@@ -34,6 +35,31 @@ def tilted(evidence: Evidence) -> list[Finding]:
         return [error(f"{text}: correct gravity in the robot's file, or the mounting")]
     left = "the robot's parameters hold that" if evidence.best is None else "the payload is corrected for it"
     return [note(f"{text}: {left}")]
+
+
+def pulled(evidence: Evidence) -> list[Finding]:
+    """A hose or cable at the flange; against every number where the mass rests on what it does."""
+    pull = evidence.pull
+    if pull is None:
+        return []
+    text = (
+        f"with payload something pulls at the flange ({_like(pull)}), a hose or cable?{_less(evidence, pull)}: "
+        "take it off, or fasten it so that it does not pull, and record again"
+    )
+    safe = abs(pull.change[9]) + 2.0 * pull.mass_sigma <= MOVED * abs(evidence.mass)
+    return [warning(text) if safe else error(text)]
+
+
+def _like(pull: Pull) -> str:
+    (stiffness, *_, up), (sigma, *_, up_sigma) = pull.values, np.sqrt(np.diag(pull.covariance))
+    return f"{stiffness:.3g} ± {sigma:.1g} N/m, {pull.sideways:.2g} N to the side, {up:.2g} ± {up_sigma:.1g} N up"
+
+
+def _less(evidence: Evidence, pull: Pull) -> str:
+    mass = evidence.mass + pull.change[9]
+    if not np.isfinite(mass) or not np.isfinite(pull.mass_sigma):
+        return ""
+    return f" without it the mass would be {mass:.3g} ± {pull.mass_sigma:.1g} kg"
 
 
 def late(evidence: Evidence) -> list[Finding]:

@@ -20,12 +20,12 @@ LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
 def other_robots(evidence: Evidence) -> list[Finding]:
     """The robot that explains the recordings best, if it is not the one described; else those that do as well."""
     robots = [rival for rival in evidence.rivals if rival.kind == "robot"]
-    better = [rival for rival in robots if rival.fall > ROBOT and rival.z > ROBOT_Z]
+    better = [rival for rival in robots if rival.fall > _least(evidence, ROBOT) and rival.z > ROBOT_Z]
     if better:
         best = max(better, key=lambda rival: rival.fall)
         return [_cause(f"it is a recording of robot {best.name!r}", best)]
     alike = [rival.name for rival in robots if rival.fall > -ALIKE]
-    if not alike:
+    if not alike or evidence.pull is not None:
         return []
     names = " or ".join(map(repr, alike))
     return [
@@ -35,13 +35,19 @@ def other_robots(evidence: Evidence) -> list[Finding]:
 
 def turned_joints(evidence: Evidence) -> list[Finding]:
     """The joint that the recordings count the other way."""
+    least = _least(evidence, TURNED)
     turned = [
-        rival for rival in evidence.rivals if rival.kind == "turned" and rival.fall > TURNED and rival.z > TURNED_Z
+        rival for rival in evidence.rivals if rival.kind == "turned" and rival.fall > least and rival.z > TURNED_Z
     ]
     if not turned:
         return []
     worst = max(turned, key=lambda rival: rival.fall)
     return [_cause(f"joint {worst.name} is counted the other way, in position and torque", worst)]
+
+
+def _least(evidence: Evidence, fall: float) -> float:
+    """Share of the squared residual that a rival must take off: more than a pull at the flange that stands out."""
+    return fall if evidence.pull is None else max(fall, evidence.pull.fall)
 
 
 def _cause(words: str, rival: Rival) -> Finding:

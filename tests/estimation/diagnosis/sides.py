@@ -9,6 +9,7 @@ from dynident.estimation.diagnosis.checks import recordings
 from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.loaded_rows import Scale
 from dynident.estimation.diagnosis.nuisances import Nuisance, Tilt
+from dynident.estimation.diagnosis.pull import Pull
 from dynident.estimation.diagnosis.quantities import (
     Agreement,
 )
@@ -73,6 +74,18 @@ def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evide
     """Something else in the torques, that changes the mass by a share."""
     nuisance = Nuisance(kind, " with payload", size, abs(size) / z, z, 5.0 * change * np.eye(10)[9])
     return of_payload(estimate_of(), nuisances=(nuisance,))
+
+
+def hose(force: float, z: float = 9.0, fall: float = 0.1, change: float = 1.0) -> Pull:
+    """A pull at the flange of a share of the payload's weight, that changes the mass by a share."""
+    effect = np.zeros((10, 4))
+    effect[9, 0] = 5.0 * change / 9.0
+    return Pull(np.array([z, 0.0, 0.0, 0.0]), np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall)
+
+
+def pulling(force: float, z: float = 9.0, change: float = 1.0) -> Evidence:
+    """A payload beside such a pull."""
+    return of_payload(estimate_of(), pulls=(hose(force, z, change=change),))
 
 
 def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Evidence:

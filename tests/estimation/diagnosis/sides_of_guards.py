@@ -3,6 +3,7 @@
 import numpy as np
 from dynident.estimation.diagnosis import loaded_rows
 from dynident.estimation.diagnosis import nuisances as beside_both
+from dynident.estimation.diagnosis import pull as at_flange
 from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisances, payload, recordings
 from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
@@ -44,6 +45,7 @@ from dynident.tests.estimation.diagnosis.sides import (
     leaning_on,
     of_motor,
     of_weights,
+    pulling,
     rival,
     scaled,
     weighed_apart,
@@ -72,6 +74,8 @@ OF_GUARDS = (
     ),
     Side("tilted", "note", "gravity leans by 0.5", leaning, beside_both.TILT),
     Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), beside_both.TILT_Z),
+    Side("pulled", "error", "without it the mass would be 10 ± 0.6 kg", pulling, at_flange.PULL),
+    Side("pulled", "error", "(7.01 ± 1 N/m", lambda x: pulling(1.0, x), at_flange.PULL_Z),
     Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
     Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
     Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),

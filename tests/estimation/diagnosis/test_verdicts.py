@@ -41,7 +41,7 @@ from dynident.tests.estimation.diagnosis.made import (
     spread_of,
     with_mass,
 )
-from dynident.tests.estimation.diagnosis.sides import beside, leaning
+from dynident.tests.estimation.diagnosis.sides import beside, hose, leaning, pulling, rival, scaled
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from hypothesis import given
 from hypothesis import strategies as st
@@ -147,6 +147,33 @@ def test_a_tilt_that_no_mounting_has_leaves_nothing() -> None:
     for angle, severity in ((0.999 * nuisances.STEEP, "note"), (1.001 * nuisances.STEEP, "error")):
         (finding,) = nuisances.tilted(leaning(angle))
         assert finding.severity == severity
+
+
+def test_a_pull_that_leaves_the_mass_as_it_is_speaks_against_the_inertia_alone() -> None:
+    """The change of the mass and twice its deviation count: 5 kg (x + 2 x / 9) beside 2.5 % of 5 kg."""
+    for share, severity in ((0.999, "warning"), (1.001, "error")):
+        change = share * loaded.MOVED / (1.0 + 2.0 / 9.0)
+        (finding,) = nuisances.pulled(pulling(1.0, change=change))
+        assert finding.severity == severity
+
+
+def test_what_a_pull_explains_better_is_not_told() -> None:
+    """A scale by fewer deviations, a robot and a turned joint that take off less; the next robot is no matter."""
+    for evidence, check in (
+        (scaled(0, 0.1, 0.1 / 8.9), loaded.scale),
+        (rival("robot", "ur5e", 0.099), rival_checks.other_robots),
+        (rival("robot", "ur5e", 0.0), rival_checks.other_robots),
+        (rival("turned", "5", 0.099), rival_checks.turned_joints),
+    ):
+        assert check(evidence)
+        assert not check(replace(evidence, pulls=(hose(1.0),)))
+        assert check(replace(evidence, pulls=(hose(1.0, z=0.5),)))
+    for evidence, check in (
+        (scaled(0, 0.1, 0.1 / 9.1), loaded.scale),
+        (rival("robot", "ur5e", 0.101), rival_checks.other_robots),
+        (rival("turned", "5", 0.101), rival_checks.turned_joints),
+    ):
+        assert check(replace(evidence, pulls=(hose(1.0),)))
 
 
 def test_a_delay_that_moves_the_mass_leaves_nothing() -> None:

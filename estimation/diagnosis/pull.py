@@ -1,0 +1,112 @@
+"""A hose or cable at the flange: a force that changes linearly with place, in the recordings with payload alone.
+
+Towards a fixed anchor it is F = c - k p, p the flange's place. Four more columns of method 4 on thinned states:
+J'p, that of the stiffness k, and J'e along three axes for the constant c. A constant pull upwards differs from a
+lighter payload by the payload's inertia alone: a slow motion leaves it open, and the mass with it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...model import Robot
+from ...model.many_states import point_at
+from .nuisances import Nuisance, Tilt, horizontal
+from .thinned import Thinned
+
+PULL, PULL_Z = 0.025, 7.0
+"""Force over the payload's weight, and standard deviations of it, above which something pulls."""
+_ALONG, _ACROSS = [0, 3], [1, 2]
+"""Places of stiffness and upward force, and of the horizontal one: a hose from above shows in the first two."""
+
+
+class Pull(NamedTuple):
+    """A force at the flange with payload.
+
+    ``values``: stiffness [N/m] and the constant force [N] along two horizontal axes and upwards, (4,), with
+    ``covariance``; ``effect``: on the payload's ten once it is corrected, 10 x 4; ``force``: its size over the
+    motion (rms), over the payload's weight; ``fall``: share of the squared residual that it takes off.
+    """
+
+    values: Array
+    covariance: Array
+    effect: Array
+    force: float
+    fall: float
+
+    @property
+    def z(self) -> float:
+        """Standard deviations from none: of stiffness and upward force together, or of the horizontal force."""
+        return max(self._z(_ALONG), self._z(_ACROSS))
+
+    def _z(self, places: list[int]) -> float:
+        own = self.covariance[np.ix_(places, places)]
+        if not np.isfinite(own).all():
+            return 0.0
+        square = float(self.values[places] @ np.linalg.pinv(own, hermitian=True) @ self.values[places])
+        return float(np.sqrt(max(square, 0.0)))
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether it is more than chance and a model's own errors show."""
+        return self.force > PULL and self.z > PULL_Z
+
+    @property
+    def sideways(self) -> float:
+        """Size of the constant horizontal force [N]."""
+        return float(np.linalg.norm(self.values[_ACROSS]))
+
+    @property
+    def change(self) -> Array:
+        """Change of the payload's ten by correcting it, (10,)."""
+        return np.asarray(self.effect @ self.values)
+
+    @property
+    def mass_sigma(self) -> float:
+        """Standard deviation of the mass's change [kg]; nan where nothing shows a part of the force."""
+        return float(np.sqrt(self.effect[9] @ self.covariance @ self.effect[9]))
+
+
+def pull(system: Thinned) -> Pull | None:
+    """What pulls at the flange; None without payload."""
+    mass = system.values[system.payload][9:]
+    if not mass.size:
+        return None
+    robot, loaded = system.robot, system.states.loaded
+    place, moved = point_at(robot, _flange(robot), system.states.sample.q)
+    axes = upright(robot)
+    columns = np.stack([np.einsum("ajn,an->jn", moved, place), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
+    question = system.with_columns(columns * loaded)
+    answer, every = question.of(0, 1, 2, 3), (0, 1, 2, 3)
+    acting = (answer.values[1:] @ axes)[:, None] - answer.values[0] * place[:, loaded > 0.0]
+    weight = max(abs(float(mass[0])) * float(np.linalg.norm(robot.gravity)), 1e-300)
+    force = float(np.sqrt(np.mean(np.sum(acting**2, axis=0)))) / weight
+    return Pull(answer.values, answer.covariance, answer.effect, force, question.fall(*every))
+
+
+def outstanding(system: Thinned, leaning: Tilt | None, others: Sequence[Nuisance]) -> tuple[Pull, ...]:
+    """The pull, where it stands out and explains more than a tilt, a delay and a slip do; none otherwise."""
+    acting = pull(system)
+    if acting is None or not acting.stands_out:
+        return ()
+    rivals = [leaning.fall if leaning is not None else 0.0, *(nuisance.fall for nuisance in others)]
+    return (acting,) if acting.fall > max(rivals) else ()
+
+
+def _flange(robot: Robot) -> Array:
+    """The flange in frame n [m]; the origin of the payload's frame where it is not known."""
+    origin = np.array(robot.flange.origin)
+    if robot.flange_pose is None:
+        return origin
+    return np.asarray(origin + np.array(robot.flange.rotation) @ np.array(robot.flange_pose.origin))
+
+
+def upright(robot: Robot) -> Array:
+    """Two horizontal axes and the one upwards; those of the base where there is no gravity."""
+    g = np.array(robot.gravity)
+    if not g.any():
+        return np.eye(3)
+    rows = np.array([*horizontal(g), -g])
+    return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
