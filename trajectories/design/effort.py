@@ -31,7 +31,7 @@ class Effort(NamedTuple):
     gain: float | None = None
 
 
-_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 6, True)
+_NEAR, _VIA = Effort(150, 50, 40, 3, 8, True, 2e-3), Effort(100, 100, 50, 2, 14, True)
 _FRESH = Effort(160, 150, 60, 4, 8, False)
 """Where each descent learns the curvature anew: many numbers, many minima, or a surrogate that changes."""
 

@@ -23,7 +23,7 @@ RUN_RATE = 500.0  # Hz: at which a run at full speed is looked at
 _BLOCK = 20_000  # samples at a time
 _NEWTON = 4  # steps to the moment of a turn
 _BESIDE = 1e-7  # s: before and after a turn
-_BETWEEN = 0.02  # of a torque limit: what a search may miss between its samples
+_BETWEEN = 0.05  # of a torque limit: what a search may miss between its samples, where friction leaps
 _EASES = 6  # each twice as much as the last
 _BELOW = 1.5  # times what a run misses: a search below the limit leaves that free
 
