@@ -121,11 +121,12 @@ def test_same_seed_same_digits(run: Run, tmp_path: Path) -> None:
     assert texts[0] != texts[2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("goal", "shape"),
     [
         (("--payload-only", "--criterion", "cond"), ("--via-points", "4")),
-        pytest.param(("--criterion", "d"), ("--fourier", "3", "--duration", "6"), marks=pytest.mark.long),
+        (("--criterion", "d"), ("--fourier", "3", "--duration", "6")),
     ],
 )
 def test_a_designed_csv_is_judged_as_the_design_was(
@@ -184,6 +185,7 @@ def test_a_log_is_judged(score: Run, tmp_path: Path) -> None:
     assert conditions[1] == pytest.approx(conditions[0], rel=0.1)
 
 
+@pytest.mark.long
 def test_a_log_in_other_words_is_judged(score: Run, tmp_path: Path) -> None:
     """Degrees, other names, currents: a map tells; gains do not matter to a motion."""
     write_log(tmp_path / "log.csv", 0.0)

@@ -49,7 +49,8 @@ def half_the_rating(robot: Robot) -> str:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name == "ur10e" else name for name in robot_names()]
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name in ("panda", "ur10e") else name for name in robot_names()],
 )
 def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Shown, weighed near a pose, moved, simulated, checked, identified, written for a controller."""

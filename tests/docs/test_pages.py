@@ -11,7 +11,18 @@ from dynident.tests.selection import cases
 PAGES = pages()
 NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 LONG = {
-    *("README", "currents", "cut-off", "design", "fleet", "known-mass", "passport", "rollout", "unknown-payload"),
+    *(
+        "README",
+        "currents",
+        "cut-off",
+        "design",
+        "drake",
+        "fleet",
+        "known-mass",
+        "passport",
+        "rollout",
+        "unknown-payload",
+    ),
     *("wall-mounted", "weigh"),
 }
 """Pages whose commands take longest."""

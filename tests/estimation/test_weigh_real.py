@@ -49,6 +49,7 @@ def windows(pair: tuple[Recording, Recording, float], length: float, starts: lis
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("length", "within", "starts"),
     [(10.0, 0.06, [3.0, 9.0, 15.0, 21.0, 27.0, 33.0, 37.0, 41.0]), (20.0, 0.03, [4.0, 14.0, 24.0, 31.0])],

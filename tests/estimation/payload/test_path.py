@@ -64,6 +64,7 @@ def test_what_a_sag_changes_is_taken_off_and_a_quarter_of_it_is_unsure(mrad: flo
     assert quarter == pytest.approx(np.outer(change, change) / 16.0, rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.long
 def test_method_3_takes_it_off_as_well() -> None:
     bare, loaded = sagging(4.0, wide=True)
     problem = payload_problem(ROBOT, [loaded], [bare], robust=False)

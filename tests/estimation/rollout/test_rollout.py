@@ -165,6 +165,7 @@ def test_a_short_recording_is_refused() -> None:
         roll_out_all(PENDULUM, values_of(PENDULUM, BODY), [swung(40)], Processing(), (2.0,))
 
 
+@pytest.mark.long
 def test_a_real_arm(recordings: Path) -> None:
     """UR10e, a recording that was not fitted: a third of constant speed's error, torques to 5 %."""
     folder = recordings / "ur10e"
