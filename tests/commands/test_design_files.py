@@ -156,8 +156,8 @@ def test_a_designed_csv_is_judged_as_the_design_was(
     assert judged["evaluated"] == names[0]
     assert "motion" not in judged
     assert judged["limits"]["met"]
-    # The design's own grid has 120 samples a second here: the sign of a speed switches up to 8 ms away. The condition
-    # number in SI units feels it most: from 240 to 2,000 samples a second it settles at up to .6 % from the design's.
+    # The design's own grid has 120 samples a second here: the sign of a speed switches up to 8 ms away, which the
+    # condition number in SI units feels most: at 240 to 2,000 samples a second it is up to .6 % from the design's.
     for key in ("condition_number", "condition_number_scaled", "log_det", "duration_s"):
         error = 1e-2 if key == "condition_number" else 2e-3
         assert judged[key] == pytest.approx(designed[key], rel=error), key
