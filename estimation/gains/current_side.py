@@ -43,9 +43,9 @@ class CurrentFit(NamedTuple):
 class RelativeScales(NamedTuple):
     """What joint j's signal must be multiplied by to agree with joint ``held``'s (from 0).
 
-    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise, or the larger one of it and what the
-    recording's parts show; 1 and 0 at ``held``. A last joint that carries
-    next to nothing has a scale that nothing tells: its ratio is 1 and its sigma infinite.
+    ``ratio`` (n,), ``sigma`` of its logarithm (n,), for white noise or, if that is more, as the recording's parts
+    show it; 1 and 0 at ``held``. A last joint that carries next to nothing has a scale that nothing tells: its
+    ratio is 1 and its sigma infinite.
     """
 
     ratio: Array
