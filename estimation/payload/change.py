@@ -144,7 +144,7 @@ class ChangeWatch:
         own = np.array([np.sum((A[t >= start - _SOON][:, -5:-1] @ tried.delta) ** 2) for t, A in rows])
         shares = own / max(float(own.sum()), np.finfo(float).tiny)
         # Of errors that each joint's own size is measured for: Satterthwaite.
-        freedom = 1.0 / float(np.sum(shares**2 / usual.freedom))
+        freedom = 1.0 / float(np.sum(shares**2 / usual.freedom[usual.held.noise > 0.0]))
         return self.scale * 4.0 * float(fdtri(4.0, freedom, 1.0 - chance))
 
 

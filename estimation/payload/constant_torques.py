@@ -44,6 +44,8 @@ _WRIST = 3
 """Last joints, always free: their constant torque shifts the centre of mass, and the TX40's scatter by 17 %."""
 _CONTRADICTED = 1e-3
 """Probability of what the recordings say, below which the constant torques are free."""
+_FEWEST_LEFT = 6
+"""Rows of a joint beyond its free columns: fewer are no measure of its errors, which they may fit exactly."""
 _HIDDEN = 1e-6
 """Share of a friction in undetermined directions above which it is not known."""
 
@@ -54,7 +56,7 @@ class HeldFriction:
 
     Attributes:
         held: which constant torques and frictions, and how; the others are wholly free.
-        noise: of each joint's rows [N·m or N], shape (n,).
+        noise: of each joint's rows [N·m or N], shape (n,); 0 where too few rows tell it.
         memory: by how much the memory of each joint's errors raises variances, shape (n,).
     """
 
@@ -137,11 +139,15 @@ def held_offsets(observations: Sequence[Observation], coulomb: Array) -> HeldFri
 
 
 def _errors(observations: Sequence[Observation], plain: Sequence[Equations]) -> tuple[Array, Array]:
-    """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,)."""
+    """Size [N·m or N] and inflation by memory of each joint's errors, less all that is free, shapes (n,).
+
+    The size is 0 where a joint has too few rows to tell it.
+    """
     problem = merged(plain).select(PAYLOAD)
     weights = joint_weights(problem, _shortest(problem, np.ones(len(problem.rows)))[0])
     values, _ = _shortest(problem, weights)
     noise = problem.error_norms(values) / np.sqrt(np.maximum(problem.rows, 1))
+    noise[np.sum([_rows_left(recording) for recording in observations], axis=0) < _FEWEST_LEFT] = 0.0
     left = [_left(recording, values) for recording in observations]
     series = [[(t, errors[j]) for t, errors in left] for j in range(len(noise))]
     return noise, np.array([inflation([(t[j], errors) for t, errors in joint]) for j, joint in enumerate(series)])
@@ -156,6 +162,12 @@ def _left(recording: Observation, values: Array) -> tuple[tuple[Array, ...], lis
         for W, Y in zip(recording.W, recording.Y, strict=True)
     ]
     return recording.t, errors
+
+
+def _rows_left(recording: Observation) -> list[int]:
+    """How many rows each joint has beyond the free columns that act on it."""
+    free = _free(recording.columns)
+    return [len(W) - int(np.any(W[:, free] != 0.0, axis=0).sum()) for W in recording.W]
 
 
 def _plain(factors: Equations) -> Equations:
