@@ -85,7 +85,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in selection:
         if further.intersection(str(getattr(value, "name", value)) for value in _values_of(item).values()):
             item.add_marker(pytest.mark.long)
-    config.hook.pytest_deselected(items=[item for item in items if item not in set(selection)])
+    selected = set(selection)
+    config.hook.pytest_deselected(items=[item for item in items if item not in selected])
     items[:] = selection
 
 

@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,11 +26,23 @@ EMPTY = {
 """Participles and pronouns: as a name each could hold anything."""
 
 
-def parsed(room: str) -> Iterator[tuple[str, ast.Module]]:
-    """Every file of a room with its path, as a tree."""
+@cache
+def words(room: str) -> tuple[list[str], list[str]]:
+    """Docstrings that lean on others, and names that hold anything, of every file of a room with its path."""
+    leaning, empty = list[str](), list[str]()
     for path in FILES:
         if path.relative_to(ROOT).parts[0] == room:
-            yield path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+            tree, place = ast.parse(path.read_text(encoding="utf-8")), path.relative_to(ROOT).as_posix()
+            leaning += [f"{place}: {text}" for text in docstrings(tree) if LEANING.match(text)]
+            empty += [f"{place}:{name}" for name in empty_names(tree)]
+    return leaning, empty
+
+
+def docstrings(tree: ast.Module) -> Iterator[str]:
+    """The docstrings of a file, its classes and functions."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            yield ast.get_docstring(node) or ""
 
 
 def empty_names(tree: ast.Module) -> list[str]:
@@ -71,24 +84,17 @@ def bound_name(node: ast.Name | ast.arg | ast.ExceptHandler) -> str:
 @pytest.mark.parametrize("room", ROOMS)
 def test_first_lines_of_docstrings_stand_alone(room: str) -> None:
     """A first line that leans on what was said before cannot be read in a list or in a tooltip."""
-    leaning = [
-        f"{path}: {text}"
-        for path, tree in parsed(room)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-        and LEANING.match(text := ast.get_docstring(node) or "")
-    ]
-    assert not leaning
+    assert not words(room)[0]
 
 
-@pytest.mark.parametrize("words", ["Of each joint.", "The same, turned.", "As ``fit``.", "Their sum."])
-def test_a_leaning_line_is_seen(words: str) -> None:
-    assert LEANING.match(words)
+@pytest.mark.parametrize("line", ["Of each joint.", "The same, turned.", "As ``fit``.", "Their sum."])
+def test_a_leaning_line_is_seen(line: str) -> None:
+    assert LEANING.match(next(docstrings(ast.parse(repr(line)))))
 
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_names_say_which_quantity_they_hold(room: str) -> None:
-    assert not [f"{path}:{name}" for path, tree in parsed(room) for name in empty_names(tree)]
+    assert not words(room)[1]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.relative_to(ROOT).as_posix() for page in PAGES])

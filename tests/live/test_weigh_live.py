@@ -160,26 +160,6 @@ def test_half_a_kilogram_is_told_within_three_seconds_of_motion(name: str) -> No
     assert change.low < 0.5 < change.high
 
 
-def test_a_joint_that_hardly_moved_tells_nothing_of_its_errors(empty: Empty) -> None:
-    """Its few rows are fitted exactly by its friction: a size of their errors would be rounding."""
-    t = np.arange(1200) / 100.0
-    first = np.clip((t - 10.2) / 0.6, 0.0, 1.0)
-    turned = first**3 * (10.0 - 15.0 * first + 6.0 * first**2)
-    swing = 0.6 * np.sin(np.outer(t, [0.9, 1.1, 1.7, 1.9, 2.3]))
-    q = np.column_stack([0.05 * turned, swing])
-    qd = np.gradient(q, t, axis=0)
-    motion = model.Motion(t, q, qd, np.gradient(qd, t, axis=0))
-    torque = empty.simulator.measure(motion).torque
-    noise = np.array(RX90_NOISE)
-    torque = torque + np.random.default_rng(4).standard_normal(torque.shape) * noise
-    weighing, sizes = LiveWeighing(MovingWindow(empty.robot, empty.known)), list[float]()
-    for _ in weighing.feed(Recording(t, q, torque, qd)):
-        sizes.append(float(weighing.window.held.noise[0]))
-        assert sizes[-1] == 0.0 or 0.2 * noise[0] < sizes[-1] < 5.0 * noise[0]
-    assert 0 < sum(len(block.equations.Y[0]) for block in weighing.window.blocks) < 6
-    assert not weighing.changes
-
-
 @pytest.mark.long
 def test_gaps_and_repeated_samples_do_no_harm(empty: Empty) -> None:
     """Samples in odd portions, twice, with a second missing: the blocks are those of the same times."""
