@@ -1,6 +1,8 @@
 # make demo, make test: each sets up .venv by itself; only Python 3.11+ is needed.
 PYTHON ?= python3
 BIN := .venv/bin
+# The many commands that tests start start faster where Python may keep what it compiled.
+unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
 .PHONY: demo test test-all lint docs bench clean

@@ -3,7 +3,8 @@
 A generalised likelihood ratio: the fall of chi2 by four numbers more (mass and first moments of what was put on or
 off) for ever longer ends of the window. How large a fall may be by chance follows from a stated number of false
 alarms an hour: 4 F(4, nu) of errors whose size was measured with nu degrees of freedom in the stream itself, times
-how much larger than that theory the stream's falls usually are.
+how much larger than that theory the stream's falls usually are. A block that even a payload of its own leaves badly
+explained, such as one with a jerk beyond the filter, counts by its own errors: no change may rest on it.
 """
 
 from collections import deque
@@ -17,7 +18,7 @@ from scipy.special import chdtri, fdtri
 from ...common.arrays import Array
 from ..equations.equations import triangular
 from ..equations.observation import Observation
-from .constant_torques import FREE, HeldFriction
+from .constant_torques import FREE, HeldFriction, less_robot
 from .window import MovingWindow
 
 FALSE_ALARMS = 0.01
@@ -91,6 +92,7 @@ class ChangeWatch:
         self.window, self.false_alarms = window, false_alarms
         self._usual: deque[_Usual] = deque(maxlen=_LAG + 1)
         self._falls: deque[float] = deque(maxlen=_REMEMBERED)
+        self._loudness: dict[float, float] = {}
         self._blocks = 0
 
     @property
@@ -113,8 +115,10 @@ class ChangeWatch:
         ends = self._ends(usual)
         if not ends:
             return None
-        rows = _weighted(window.less, usual.held)
-        tried = _tried(rows, [block.start for block in window.blocks], ends, _near(window.less.columns, usual.held))
+        near = _near(window.less.columns, usual.held)
+        starts = [block.start for block in window.blocks]
+        rows = _quieter(_weighted(window.less, usual.held), starts, self._loud(usual, near))
+        tried = _tried(rows, starts, ends, near)
         if not any(trial.fall > self._limit(trial, rows, usual) for trial in tried):
             self._falls.extend(trial.fall for trial in tried[:2])
             return None
@@ -124,6 +128,17 @@ class ChangeWatch:
             return None
         self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
         return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
+
+    def _loud(self, usual: _Usual, near: Array) -> list[float]:
+        """How much larger than usual the errors of each block are beside a payload of its own; at least 1."""
+        known = self.window.known.values
+        self._loudness = {
+            block.start: self._loudness[block.start]
+            if block.start in self._loudness
+            else _loudness(_weighted(less_robot(block.equations, known), usual.held), near)
+            for block in self.window.blocks
+        }
+        return list(self._loudness.values())
 
     def _ends(self, usual: _Usual) -> list[int]:
         """How many last blocks may hold another payload: enough stand before them, the errors are older."""
@@ -163,6 +178,19 @@ def _weighted(less: Observation, friction: HeldFriction) -> _Rows:
     sizes = friction.noise * np.sqrt(friction.memory)
     parts = zip(less.t, less.W, less.Y, sizes, strict=True)
     return [(t, np.column_stack([W, Y]) / size) for t, W, Y, size in parts if size > 0.0]
+
+
+def _loudness(rows: _Rows, near: Array) -> float:
+    """How much larger than usual errors are that a payload of their own leaves; at least 1."""
+    count = sum(len(A) for _, A in rows)
+    left = triangular(np.vstack([*(A for _, A in rows), near]))[near.shape[1] - 1 :, -1]
+    return float(np.sqrt(max(float(left @ left) / max(count - len(_PAYLOAD), 1), 1.0)))
+
+
+def _quieter(rows: _Rows, starts: Sequence[float], loud: Sequence[float]) -> _Rows:
+    """Rows of blocks with larger errors than usual in units of their own."""
+    sizes, edges = np.array(loud), np.array(starts) - _SOON
+    return [(t, A / sizes[np.searchsorted(edges, t, side="right") - 1, None]) for t, A in rows]
 
 
 def _near(columns: Sequence[str], friction: HeldFriction) -> Array:
