@@ -60,6 +60,7 @@ def test_payload(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     assert "Mass, sigma_robust/sigma" in text
 
 
+@pytest.mark.long
 def test_what_is_known_enters_the_answer(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     """Weighed mass, bounds, box, ellipsoid and uncertain gains: in the table, the notes and the JSON."""
     target = tmp_path / "payload.json"

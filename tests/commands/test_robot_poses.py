@@ -66,9 +66,8 @@ def in_metres(positions: Array) -> dict[str, Array]:
     return dict(zip("xyz", positions.T, strict=True))
 
 
-@pytest.mark.parametrize(
-    "form", ["rpy", *(pytest.param(form, marks=pytest.mark.long) for form in FORMS if form != "rpy")]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("form", FORMS)
 def test_pose_in_the_maps_units(run: Run, log: Recording, tmp_path: Path, form: str) -> None:
     """Millimetres and degrees by the log map; base and tool come back; torques are looked at where they are."""
     torques = form == "rpy"

@@ -8,6 +8,7 @@ import pytest
 from dynident.tests.commands.runs import Run, by_estimator, payload_arguments
 
 
+@pytest.mark.long
 def test_identify_once_weigh_ever_after(run: Run, logs: dict[str, str], tmp_path: Path) -> None:
     stored, target = tmp_path / "robot.json", tmp_path / "payload.json"
     data_arguments = ("--data", logs["bare0"], "--data", logs["bare1"], "--validate", logs["bare2"])

@@ -134,6 +134,7 @@ def test_refused_after_the_motion_accepted_with_the_mass(
     assert document["visibility"]["parameters"]["M"] == "no"
 
 
+@pytest.mark.long
 def test_the_first_screen_leads_with_what_to_do(
     logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -160,6 +161,7 @@ def test_the_first_screen_leads_with_what_to_do(
     assert "joints 2-3 kg" in flat
 
 
+@pytest.mark.long
 def test_assumed_inertia_is_labelled_down_to_the_controller(
     logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -186,6 +188,7 @@ def test_assumed_inertia_is_labelled_down_to_the_controller(
     assert Izz == pytest.approx(assumed, rel=2e-3)  # as many digits as the mass supports
 
 
+@pytest.mark.long
 def test_without_an_assumption_a_point_mass_is_exported(
     logs: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

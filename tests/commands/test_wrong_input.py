@@ -123,6 +123,7 @@ def test_a_folder_that_is_not_there_is_one_line(run: Run, logs: dict[str, str]) 
     assert run("demo", "--seed", "-1")[0] == 2
 
 
+@pytest.mark.long
 def test_as_a_program(logs: dict[str, str]) -> None:
     """Exit status and streams of the installed command; also without a compiler."""
     command = [sys.executable, "-c", "import sys; from dynident.cli import main; sys.exit(main())"]

@@ -17,6 +17,7 @@ LONG = {
         "cut-off",
         "design",
         "drake",
+        "drake",
         "fleet",
         "known-mass",
         "passport",

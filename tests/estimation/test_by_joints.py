@@ -51,6 +51,7 @@ def test_the_joints_of_a_spherical_wrist_do_not_see_the_mass(
         assert low - 0.02 * truth < truth < high + 0.02 * truth
 
 
+@pytest.mark.long
 def test_on_the_ur10e_joints_1_to_4_see_the_mass(problems: dict[str, PayloadProblem]) -> None:
     by_joints = seen(problems["ur10e"])
     assert [group.mass is not None for group in by_joints.masses] == [True] * 4 + [False] * 2 + [True] * 2

@@ -174,6 +174,7 @@ def test_stored_gains_round_trip(tmp_path: Path, currents: Callable[..., GainPro
         read_stored_gains(path)
 
 
+@pytest.mark.long
 def test_ur10e_gains(recordings: Path) -> None:
     """The controller's own are up to 3.5 % off these: passing them through would not do."""
     robot = load_robot("ur10e")

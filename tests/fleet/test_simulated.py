@@ -56,6 +56,7 @@ def test_the_report_finds_what_the_truth_says(folder: Path) -> None:
     assert exchanged == {arm: event["day"] for arm, event in replaced.items()}
 
 
+@pytest.mark.long
 def test_what_is_missing_or_damaged_is_not_in_the_store(folder: Path) -> None:
     rows = list(csv.DictReader((folder / "drawn/six_axis/truth.csv").read_text().splitlines()))
     store = fleet.Store.opened(folder / "drawn/six_axis/store")

@@ -87,6 +87,7 @@ def experiment(tasks: list[Task]) -> Experiment:
     return run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_recordings(tasks: list[Task], experiment: Experiment) -> None:
     same = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=7)
     reseeded = run_experiment(RX90, tasks, RX90_DISTURBANCES, seed=8)

@@ -50,6 +50,7 @@ def sigma(run: NearMotion) -> float:
     return GOAL.predicted(ARM, run, SHAPE.joints).mass
 
 
+@pytest.mark.long
 def test_each_run_bears_what_the_one_before_leaves(fast: NearMotion) -> None:
     """The worst bodies come to the limit at each step but the last, and break it at the next step's speed."""
     rungs = speed_ladder(bearing, SET, fast, EXPECTED.mass, sigma)

@@ -158,6 +158,7 @@ def test_the_prediction_goes_by_independent_samples_not_by_those_of_the_motion(
     assert mass(40.0, 40.0) == pytest.approx(0.5 * mass(10.0, 10.0), rel=0.05)
 
 
+@pytest.mark.long
 def test_a_scale_sharpens_the_centre_of_mass() -> None:
     free, weighed = asked((3, 5, 6)).solved(), asked((3, 5, 6), mass_sigma=0.02).solved()
     assert weighed.spread.mass <= 0.02
@@ -212,6 +213,7 @@ def test_the_family_is_linear() -> None:
         assert total == pytest.approx(here[field], abs=atol)
 
 
+@pytest.mark.long
 def test_a_range_binds_about_each_pose() -> None:
     """The limit of positions follows the poses; joints that are held have room, wherever they stand."""
     problem = asked((3, 5), duration=9.0, poses=np.array([POSE, OTHER])).problem()

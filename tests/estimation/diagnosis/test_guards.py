@@ -59,6 +59,7 @@ def weights(problem: PayloadProblem) -> Array:
     return problem.bare.weights
 
 
+@pytest.mark.long
 def test_good_recordings_pass(posed: Callable[..., PayloadProblem]) -> None:
     answer = answered(posed())
     assert answer.verdict.level != "do_not_use"

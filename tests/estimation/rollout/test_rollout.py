@@ -119,9 +119,7 @@ def test_friction_of_links_without_rotors_is_refused(name: str) -> None:
 MOTOR_SIDE = [name for name in robot_names() if name not in LINK_SIDE]
 
 
-@pytest.mark.parametrize(
-    "name", ["rx90", *(pytest.param(name, marks=pytest.mark.long) for name in MOTOR_SIDE if name != "rx90")]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.long) for name in MOTOR_SIDE])
 def test_true_parameters_predict_and_wrong_ones_do_not(name: str) -> None:
     robot = with_stand_in(load_robot(name))
     recording = recorded(robot)

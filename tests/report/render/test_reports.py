@@ -26,7 +26,7 @@ FIGURES = [
 @pytest.mark.parametrize(
     ("name", "sections", "figures"),
     [
-        ("payload_report", SECTIONS, FIGURES),
+        pytest.param("payload_report", SECTIONS, FIGURES, marks=pytest.mark.long),
         (
             "robot_report",
             ["parameters", "torques", "excitation", "essential", "data"],
@@ -53,7 +53,7 @@ def test_every_section_figure_and_table(
     assert len(output.text.encode()) < 3_000_000
 
 
-@pytest.mark.parametrize("name", ["payload_report", "robot_report"])
+@pytest.mark.parametrize("name", [pytest.param("payload_report", marks=pytest.mark.long), "robot_report"])
 def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequest) -> None:
     output: Made = request.getfixturevalue(name)
     page = read(output.text)
@@ -68,6 +68,7 @@ def test_nothing_is_loaded_from_elsewhere(name: str, request: pytest.FixtureRequ
     assert "http" not in " ".join(page.texts["script"])
 
 
+@pytest.mark.long
 def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
     page = read(payload_report.text)
     used = set(re.findall(r"url\(#([^)]+)\)", payload_report.text))
@@ -75,6 +76,7 @@ def test_figures_refer_to_their_own_parts(payload_report: Made) -> None:
     assert used <= set(page.ids)
 
 
+@pytest.mark.long
 def test_numbers_of_the_first_page(payload_report: Made, short_logs: Path, tmp_path: Path) -> None:
     """What the page says is what the JSON of the same command says."""
     target = tmp_path / "payload.json"
