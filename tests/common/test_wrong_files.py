@@ -134,10 +134,10 @@ def test_the_file_is_read_when_it_is_right(file: File, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_one_line_names_file_and_key(file: File, tmp_path: Path) -> None:
-    """Of every mistake in every key."""
+    """Every mistake in every key is refused so."""
     problems = {mistake.what: problem(file, mistake, tmp_path) for mistake in mistakes(file.data, file.kind)}
     assert problems
-    assert not {what: text for what, text in problems.items() if text}
+    assert not {mistake: text for mistake, text in problems.items() if text}
 
 
 def problem(file: File, mistake: Mistake, folder: Path) -> str:
