@@ -32,7 +32,10 @@ _KNOWN = 10
 _LAG = 4
 """Blocks between those the errors are measured in and the newest: a change hides itself in its own errors."""
 _SURE, _VAGUE = 2, 0.3
-"""Blocks that are waited for where the mass's interval is wider than this share to either side."""
+"""Blocks that are waited for where the mass's interval is wider than this share to either side.
+
+Where it holds zero, more are waited for: moments alone are no payload that was put on or off.
+"""
 _MASS, _MOMENT = 30.0, 0.5
 """kg and kg m: standard deviations of what is put on or off; its own inertia hardly shows in two seconds."""
 _PAYLOAD = np.array([5.0] * 6 + [5.0] * 3 + [30.0])
@@ -124,7 +127,7 @@ class ChangeWatch:
             return None
         best = max(tried, key=lambda trial: trial.fall)
         mass, half = float(best.delta[3]), _NORMAL95 * float(np.sqrt(self.scale * best.covariance[3, 3]))
-        if best.blocks < _SURE and half > _VAGUE * abs(mass):
+        if half > (_VAGUE if best.blocks < _SURE else 1.0) * abs(mass):
             return None
         self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
         return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
