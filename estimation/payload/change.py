@@ -31,10 +31,11 @@ _KNOWN = 10
 """Blocks by which the size of the errors is known; fewer fit themselves too well."""
 _LAG = 4
 """Blocks between those the errors are measured in and the newest: a change hides itself in its own errors."""
-_SURE, _VAGUE = 2, 0.3
-"""Blocks that are waited for where the mass's interval is wider than this share to either side.
+_SURE, _VAGUE, _ALONE = 2, 0.3, 2.0
+"""Blocks that are waited for where the mass's interval is wider than the first share to either side.
 
-Where it holds zero, more are waited for: moments alone are no payload that was put on or off.
+Beyond the second, that is a mass within a standard deviation of zero, more are waited for: moments alone are no
+payload that was put on or off.
 """
 _MASS, _MOMENT = 30.0, 0.5
 """kg and kg m: standard deviations of what is put on or off; its own inertia hardly shows in two seconds."""
@@ -127,7 +128,7 @@ class ChangeWatch:
             return None
         best = max(tried, key=lambda trial: trial.fall)
         mass, half = float(best.delta[3]), _NORMAL95 * float(np.sqrt(self.scale * best.covariance[3, 3]))
-        if half > (_VAGUE if best.blocks < _SURE else 1.0) * abs(mass):
+        if half > (_VAGUE if best.blocks < _SURE else _ALONE) * abs(mass):
             return None
         self._usual = deque([usual], maxlen=_LAG + 1)  # those after it hold both payloads
         return Change(list(window.blocks)[-best.blocks].start, mass, mass - half, mass + half)
