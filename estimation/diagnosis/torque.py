@@ -23,6 +23,7 @@ _EXPLAINED = 0.5  # residual below which a model describes a torque at all
 _OFF_SCALE = 0.12  # relative difference of two joints' scales that is beyond friction and noise
 _CERTAIN = 4.0  # standard deviations
 _PARTS = 10  # of a recording, in time
+_PART = 1.0  # s: errors of the model remember about as long, so that shorter parts do not tell how they scatter
 
 
 def position_findings(robot: Robot, recording: Recording) -> list[Finding]:
@@ -73,8 +74,10 @@ def scale_findings(robot: Robot, problem: Equations, data: Measurement, processi
     """Whether the joints' torques are to one scale, as links that several joints carry show.
 
     What is off by the formula for white noise must be so by the parts of the recording, too: errors of the model
-    last, and look certain to a formula.
+    last, and look certain to a formula. A recording too short for such parts tells no scales.
     """
+    if np.ptp(data.motion.t) < _PARTS * _PART:
+        return []
     try:
         scales = _scales(robot, problem)
     except InputError:

@@ -277,4 +277,19 @@ def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names) if len(names) <= 60 else f"{', '.join(names[:60])} and {len(names) - 60} more"
+    """Names in a row, those that are numbered on as "i1 .. i7"."""
+    words, k = list[str](), 0
+    while k < len(names):
+        stem, first = _numbered(names[k])
+        count = 1
+        while k + count < len(names) and _numbered(names[k + count]) == (stem, first + count):
+            count += 1
+        words += [f"{names[k]} .. {names[k + count - 1]}"] if count > 2 else names[k : k + count]
+        k += count
+    return ", ".join(words) if len(words) <= 60 else f"{', '.join(words[:60])} and {len(words) - 60} more"
+
+
+def _numbered(name: str) -> tuple[str, int]:
+    """What stands before the number at a name's end, and the number; -1 where there is none."""
+    stem = name.rstrip("0123456789")
+    return stem, int(name[len(stem) :] or -1)

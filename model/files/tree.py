@@ -108,7 +108,7 @@ class _Reader:
 
     def __init__(self, source: str) -> None:
         self._source = source
-        self._notes: list[str] = []
+        self._notes: dict[str, list[str]] = {}
 
     def tree(self, root: ElementTree.Element) -> UrdfTree:
         links = {self._name(link, "link"): self._body(link) for link in self._unique(root, "link")}
@@ -118,7 +118,13 @@ class _Reader:
                 if link not in links:
                     raise self._error(f"joint {joint.name!r}", f"no link {link!r} in the file")
         name = root.get("name") or Path(self._source).stem
-        return UrdfTree(name, self._source, links, joints, tuple(self._notes))
+        return UrdfTree(
+            name,
+            self._source,
+            links,
+            joints,
+            tuple(f"{', '.join(places)}: {note}" for note, places in self._notes.items()),
+        )
 
     def _unique(self, root: ElementTree.Element, tag: str) -> Iterator[ElementTree.Element]:
         known_names: set[str] = set()
@@ -185,7 +191,7 @@ class _Reader:
         if kind != "continuous" and low < high:
             return low, high
         if kind in ("revolute", "prismatic"):
-            self._notes.append(f"{where}: position limits {low:g} to {high:g} leave no range: not used")
+            self._note(where, f"position limits {low:g} to {high:g} leave no range: not used")
         return Limits().position
 
     def _pose(self, element: ElementTree.Element | None, where: str) -> Pose:
@@ -203,8 +209,14 @@ class _Reader:
             return value
         # A value written to seven or more digits is right as it stands.
         if abs(value - exact) > 1e-7 or step is None:
-            self._notes.append(f"{where}: {value:.9g} taken as {exact:.9g}")
+            self._note(where, f"{value:.9g} taken as {exact:.9g}")
         return exact
+
+    def _note(self, where: str, text: str) -> None:
+        """Say a thing once of all places that it holds for."""
+        places = self._notes.setdefault(text, [])
+        if where not in places:
+            places.append(where)
 
     # Checks of single entries.
 

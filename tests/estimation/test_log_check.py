@@ -1,5 +1,6 @@
 """A look at logs: what is right stays quiet, each wrong one is told."""
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -188,3 +189,13 @@ def test_real_torques_are_to_one_scale_and_real_currents_are_not(recordings: Pat
         problem = reduced(robot, data, robot.processing)
         findings = scale_findings(robot, problem, data, robot.processing)
         assert any("one scale" in finding.text for finding in findings) == words_said
+
+
+def test_a_short_recording_tells_no_scales() -> None:
+    """The sensors of a real Gen3 are to one scale, of which 4.7 s tell nothing."""
+    folder = os.environ.get("DYNIDENT_DATA")
+    if not folder:
+        pytest.skip("real recordings: set DYNIDENT_DATA to their folder")
+    robot = load_robot(Path(folder) / "gen3/gen3.urdf")
+    check = check_log(robot, read_recording(Path(folder) / "gen3/gen3_opti1.csv.gz", robot), robot.processing)
+    assert "scale" not in words(check, "error", "warning")

@@ -84,6 +84,8 @@ def test_short_angles_are_snapped_and_said(write: Write) -> None:
     assert snapped.joints == exact.joints
     assert not exact.snapped
     assert any("1.5708 taken as 1.57079633" in note for note in snapped.snapped)
+    texts = [note.rpartition(": ")[2] for note in snapped.snapped]
+    assert len(set(texts)) == len(texts), "what holds for several joints is said once"
 
 
 def test_flange_without_inertials(write: Write) -> None:

@@ -123,3 +123,12 @@ def test_two_arms_in_a_log_must_be_told_apart() -> None:
     raw = RawLog(Path("x"), ("t",), lambda names: iter(()), str, both)
     with pytest.raises(InputError, match="--joints"):
         _ = Naming(raw, LogMap(), load_robot("ur10e")).joints
+
+
+def test_columns_that_are_not_used_are_named_in_few_words(tmp_path: Path, arm: Robot) -> None:
+    joints = [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)]
+    names = ["t", *joints, "a1", "a2", "a3", "temp1", "temp2", "fan"]
+    rows = "\n".join(f"{k * 0.01},{','.join('1' * (len(names) - 1))}" for k in range(200))
+    (tmp_path / "log.csv").write_text(f"{','.join(names)}\n{rows}\n")
+    recording = read_recording(tmp_path / "log.csv", arm)
+    assert "columns not used: a1 .. a3, temp1, temp2, fan" in " ".join(recording.notes)
