@@ -201,6 +201,7 @@ def test_without_an_assumption_a_point_mass_is_exported(
     assert not any(line.startswith("Izz") for line in text.splitlines())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("more", "words"),
     [

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from math import radians
 from pathlib import Path
 
@@ -37,6 +38,7 @@ from dynident.model import (
     standard_regressor,
 )
 from dynident.model.codegen import code_names
+from dynident.tests.selection import every
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1")
 SLIDING = Robot(
@@ -91,9 +93,9 @@ def assert_same(result: Array, expected: ca.DM) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", FUNCTIONS)
-@pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
-def test_compiled_code_answers_as_casadi(robot: Robot, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("case", every(7, product(ROBOTS, FUNCTIONS)), ids="-".join)
+def test_compiled_code_answers_as_casadi(case: tuple[str, str], tmp_path: Path) -> None:
+    robot, name = ROBOTS[case[0]], case[1]
     _, source, _ = generate_code(robot, name, tmp_path)
     compile_c([source], tmp_path / "lib.so", "-shared", "-fPIC")
     function, draw = FUNCTIONS[name](robot), np.random.default_rng(3)
