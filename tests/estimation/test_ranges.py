@@ -24,7 +24,7 @@ T95 = student95(np.inf)
 
 
 def measured(base: BaseParameters, truth: Array, level: float, away: float) -> Estimate:
-    """An estimate with errors of norm ``away`` in standard deviations, these a share ``level`` of each parameter."""
+    """An estimate with errors of norm ``away`` in standard deviations, a share ``level`` of each parameter."""
     values = base.grouping @ truth
     sigma = level * (np.abs(values) + 0.1)
     errors = np.random.default_rng(3).standard_normal(len(values))
