@@ -96,13 +96,13 @@ class _Allowed(NamedTuple):
         return _Allowed(problem, masses, matrix, right, cones, len(A))
 
     def range_of(self, place: int) -> Range:
-        """Of the standard parameter in a place."""
+        """Range of the standard parameter in a place."""
         unit = np.zeros(len(self.masses))
         unit[place] = self.problem.scale[place]
         return self.range(unit)
 
     def range(self, number: Array) -> Range:
-        """Of a sum of z."""
+        """Range of a weighted sum of z."""
         return self._least(number), -self._least(-number)
 
     def _least(self, number: Array) -> float:
