@@ -9,8 +9,8 @@ from ..fit.estimate import Estimate
 from ..possible.cone import SolverError
 from ..possible.labelled import WholeRobot
 from ..possible.labelling import whole_robot
-from ..possible.mass_range import mass_ranges
 from ..possible.prior import robot_prior, solve_constrained_prior
+from ..possible.ranges import parameter_ranges
 from .identification import Identification
 
 
@@ -88,7 +88,10 @@ def identified_whole_robot(
     """
     source = f"{source}, moved to those of a robot that can exist (chi2 rises by {chi2_rise:.3g})"
     try:
-        ranges = mass_ranges(robot, base, estimate)
+        ranges = parameter_ranges(robot, base, estimate)
     except SolverError:  # only a bound of the mass, which identify was given, made a nearest robot
-        ranges, source = None, f"{source}; what the data allow of the masses is not known: no robot is near them"
+        ranges, source = (
+            None,
+            f"{source}; what the data allow of the prior's numbers is not known: no robot is near them",
+        )
     return whole_robot(robot, standard, source, base, estimate, prior, ranges)

@@ -6,8 +6,6 @@ from .labelled import Labelled as Labelled
 from .labelled import LinkNumbers as LinkNumbers
 from .labelled import WholeRobot as WholeRobot
 from .labelling import whole_robot as whole_robot
-from .mass_range import MassRanges as MassRanges
-from .mass_range import mass_ranges as mass_ranges
 from .origin import Origin as Origin
 from .origin import hidden_directions as hidden_directions
 from .origin import origins as origins
@@ -18,6 +16,8 @@ from .prior import cylinder_prior as cylinder_prior
 from .prior import has_prior as has_prior
 from .prior import robot_prior as robot_prior
 from .prior import solve_constrained_prior as solve_constrained_prior
+from .ranges import Ranges as Ranges
+from .ranges import parameter_ranges as parameter_ranges
 from .result import CONFLICT as CONFLICT
 from .robot import PossibleRobot as PossibleRobot
 from .robot import solve_constrained_base as solve_constrained_base

@@ -11,8 +11,8 @@ from ...model.inertia import gradients
 from ...model.names import parameter_kind
 from ..fit.estimate import Estimate, error_model
 from .labelled import BODY_NUMBERS, DRIVE_NUMBERS, SIGNED, Labelled, LinkNumbers, WholeRobot
-from .mass_range import MassRanges
 from .origin import origins_of
+from .ranges import Ranges
 
 _AT_BOUND = 1e-3
 """Of its standard deviation, or of the largest such number: a smaller one stands at its bound, zero."""
@@ -26,7 +26,7 @@ def whole_robot(
     base: BaseParameters | None = None,
     estimate: Estimate | None = None,
     prior: str = "the robot's own description",
-    masses: MassRanges | None = None,
+    ranges: Ranges | None = None,
 ) -> WholeRobot:
     """All numbers of a robot, labelled.
 
@@ -40,28 +40,26 @@ def whole_robot(
         base: its base parameters, where they were identified.
         estimate: of all of them; without it all numbers are the prior's.
         prior: what decides where data do not, in words.
-        masses: what the data allow of the links' masses.
+        ranges: what the data allow of the parameters that they do not determine.
 
     Raises:
         InputError: if parameters of a link are missing.
     """
     bodies = bodies_in_link_frames(robot, parameters)
-    labels = _Labels(robot, base, estimate, parameters)
+    labels = _Labels(robot, base, estimate, parameters, ranges)
     links = []
     for j, ((name, body), move) in enumerate(zip(bodies.items(), _into_link_frames(robot), strict=True), start=1):
         ten = [f"{kind}{j}" for kind in INERTIAL]
         values = _numbers(body)
         labelled = labels.of(values, [dict(zip(ten, row, strict=True)) for row in _gradients(body) @ move])
-        numbers = dict(zip(BODY_NUMBERS, labelled, strict=False))
-        if masses is not None:
-            numbers["mass"] = numbers["mass"]._replace(interval=masses.links[j - 1])
+        numbers = dict(zip(BODY_NUMBERS, labelled, strict=False)) | {"mass": labels.own[f"M{j}"]}
         own = [name for name in parameters if name == f"{parameter_kind(name)}{j}"]
         links.append(LinkNumbers(name, body, numbers, {name: labels.own[name] for name in own}))
     rows, shared = _drive_slopes(robot, parameters)
     *drives, coupled = labels.drives([*_coupled_apart(robot, rows, shared), shared])
     groupings = tuple(base.groupings()) if base is not None and estimate is not None else ()
     apart = tuple(labels.drives(rows))
-    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior, masses)
+    return WholeRobot(robot, tuple(links), tuple(drives), coupled, apart, groupings, source, prior, ranges)
 
 
 Slopes = dict[str, float]
@@ -72,15 +70,21 @@ class _Labels:
     """Makes labels of numbers by their slopes."""
 
     def __init__(
-        self, robot: Robot, base: BaseParameters | None, estimate: Estimate | None, values: Mapping[str, float]
+        self,
+        robot: Robot,
+        base: BaseParameters | None,
+        estimate: Estimate | None,
+        values: Mapping[str, float],
+        ranges: Ranges | None,
     ) -> None:
+        self._ranges = {} if ranges is None else ranges.parameters
         self._robot, self._values = robot, values
         self._known = None if base is None or estimate is None else (base, error_model(estimate))
         if self._known is not None:
             base, errors = self._known
             self._moved = errors.values - base.value(values)
         labelled = self.of(list(values.values()), [{name: 1.0} for name in values])
-        self.own = dict(zip(values, labelled, strict=True))
+        self.own = {name: self._ranged(label, [name]) for name, label in zip(values, labelled, strict=True)}
 
     def of(self, numbers: Sequence[float], slopes: Sequence[Slopes]) -> list[Labelled]:
         """Labels of numbers, each with its slopes."""
@@ -104,10 +108,20 @@ class _Labels:
             for k, (number, origin) in enumerate(zip(numbers, origins, strict=True))
         ]
 
+    def _ranged(self, label: Labelled, names: Sequence[str]) -> Labelled:
+        """With what the data allow of a number that is one standard parameter, where they do not determine it."""
+        alone = len(names) == 1 and label.interval is None
+        return label._replace(interval=self._ranges.get(names[0])) if alone else label
+
     def drives(self, rows: Sequence[dict[str, Slopes]]) -> list[dict[str, Labelled]]:
         """Labels of drives' numbers, those that stand at their bound marked."""
         drives = [
-            dict(zip(row, self.of([self._sum(slopes) for slopes in row.values()], [*row.values()]), strict=True))
+            {
+                quantity: self._ranged(label, [*row[quantity]])
+                for quantity, label in zip(
+                    row, self.of([*map(self._sum, row.values())], [*row.values()]), strict=True
+                )
+            }
             for row in rows
         ]
         if self._known is None:
