@@ -95,7 +95,7 @@ def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOp
         )
         progress("estimating")
         gains = estimation.identify_gains(problem, load)
-    files.show(report.gains_screen(gains))
+    files.show(report.gains_screen(gains, files.document))
     files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
     files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
     return answered(gains.verdict.level)

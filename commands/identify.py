@@ -186,7 +186,7 @@ def run(
         )
         possible = request.possible(result)
         rollouts = request.rollouts(result, possible, held_out, setup.processing, progress)
-        screen = report.robot_screen(result, possible, rollouts)
+        screen = report.robot_screen(result, possible, rollouts, files.document)
     files.show(screen)
     files.write_json(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)

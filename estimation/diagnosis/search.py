@@ -17,7 +17,7 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...model import Processing, Recording, Robot
 from ..payload.problem import Source
-from .finding import Finding
+from .finding import Finding, Severity
 from .misfit import Model, compiled
 from .poses import quick_residual
 from .reading import Reading
@@ -64,7 +64,8 @@ class Cause(NamedTuple):
             f"{subject} looks as if {self.words}: corrected for it, the joints' mean residual falls from "
             f"{100 * self.before:.1f} to {100 * self.after:.1f} %"
         )
-        return Finding("error" if self.after < SERIOUS * self.before else "warning", self.source, text, cause=True)
+        severity: Severity = "error" if self.after < SERIOUS * self.before else "warning"
+        return Finding(severity, self.source, text, cause=True, explains=1.0 - (self.after / self.before) ** 2)
 
 
 def likely_causes(

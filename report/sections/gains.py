@@ -11,20 +11,24 @@ from ..provenance import Provenance
 from .data import report_page
 from .joints import joints_section
 from .torques import torques_section
-from .verdict import VERDICTS, reason_blocks, reason_lines
+from .verdict import MEND, VERDICTS, reason_blocks, reason_lines
 
 _GOOD = "Every gain can be used."
 
 
-def gains_screen(gains: DriveGains) -> Screen:
-    """The verdict, one row a joint, the next command; then what it rests on."""
+def gains_screen(gains: DriveGains, document: str | None = None) -> Screen:
+    """The verdict, one row a joint, the next command; then what it rests on.
+
+    ``document``: the JSON file that was written, if any.
+    """
     verdict = gains.verdict
-    after = "Next: add --json gains.json, then give --drive-gains gains.json to 'dynident payload'."
+    ask = "" if document else "add --json gains.json, then "
+    after = f"Next: {ask}give --drive-gains {document or 'gains.json'} to 'dynident payload'."
     first: list[Block] = [
         Notes([f"Verdict: {VERDICTS[verdict.level].payload}."]),
         Remarks(reason_lines(verdict)),
         gains_table(gains),
-        *([Notes([after])] if verdict.level != "do_not_use" else []),
+        Notes([after if verdict.level != "do_not_use" else MEND]),
         Remarks([f"Note: {text}." for text in verdict.notes]),
     ]
     return Screen(first, [Notes(_notes(gains))], "the payload, residuals, where sigma comes from")

@@ -16,7 +16,7 @@ from .gain_errors import gain_error_notes
 from .joints import by_joints_table
 from .payload import payload_notes, payload_table
 from .recommended import recommended_notes, recommended_table
-from .verdict import VERDICTS, reason_lines
+from .verdict import MEND, VERDICTS, reason_lines
 from .weighing import (
     agreement_notes,
     assumed_notes,
@@ -121,7 +121,7 @@ def first_notes(answer: PayloadAnswer) -> list[str]:
 def _to_do(answer: PayloadAnswer, document: str | None) -> list[str]:
     """What to type in, and the next command."""
     if answer.verdict.level == "do_not_use":
-        return ["Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."]
+        return [MEND]
     export = f"'dynident export {document or 'P.json'} --to ur' (abb, kuka, fanuc, ..)"
     return [
         f"For the controller: {controller_line(answer)}",

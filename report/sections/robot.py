@@ -22,7 +22,7 @@ from .excitation import excitation_section
 from .gain_errors import gain_error_notes
 from .rollout import rollout_blocks, rollout_line
 from .torques import residual_text, torques_section, worst_joint
-from .verdict import VERDICTS, reason_lines, verdict_lines
+from .verdict import MEND, VERDICTS, reason_lines, verdict_lines
 
 Constrained = PossibleRobot | None
 _MOST_NAMED = 8
@@ -30,7 +30,9 @@ _GOOD = "The model explains the torques: the parameters can be used."
 _BAD = "Do not use these parameters: the model does not explain the torques."
 
 
-def robot_screen(result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = ()) -> Screen:
+def robot_screen(
+    result: Identification, constrained: Constrained, rollouts: Sequence[Rollout] = (), document: str | None = None
+) -> Screen:
     """How well the model explains the torques, joint by joint, and what to do with it; then every parameter."""
     lines = [*robot_notes(result), *elimination_notes(result.elimination, result.warnings)]
     against, known = result.verdict.reasons, [f"Note: {text}." for text in result.verdict.notes]
@@ -38,7 +40,7 @@ def robot_screen(result: Identification, constrained: Constrained, rollouts: Seq
         Notes([f"Verdict: {_BAD if against else _GOOD}"]),
         Remarks(reason_lines(result.verdict)),
         joint_table(result),
-        Notes(_what_it_is(result, constrained)),
+        Notes(_what_it_is(result, constrained, document)),
         Remarks([*map(rollout_line, rollouts), *known, *gain_error_notes(result.robot, result.gains)]),
     ]
     details: list[Block] = [*_tables(result, constrained), Notes([*lines, *constrained_notes(constrained)])]
@@ -71,8 +73,9 @@ def joint_table(result: Identification) -> Table:
     return Table(f"Torques of {result.robot.title or result.robot.name}", headings, rows, style="tight")
 
 
-def _what_it_is(result: Identification, constrained: Constrained) -> list[str]:
+def _what_it_is(result: Identification, constrained: Constrained, document: str | None) -> list[str]:
     """The residual in words, what is known, and the next command."""
+    after = f"'dynident payload --robot-parameters {document or 'robot.json'} --loaded LOG'"
     estimate, held_out = result.estimate, result.validation
     on_held_out = f"; {percent(held_out.relative)} on the recording held out" if held_out is not None else ""
     known = int((estimate.total_sigma <= 0.1 * np.abs(estimate.values)).sum())
@@ -84,7 +87,7 @@ def _what_it_is(result: Identification, constrained: Constrained) -> list[str]:
         f"{len(result.base.columns)} base parameters, {known} of them known to 10 % (1 sigma), "
         f"{len(result.essential)} essential.",
         *([possible] if constrained is not None else []),
-        "Next: add --json robot.json, then 'dynident payload --robot-parameters robot.json --loaded LOG'.",
+        MEND if result.verdict.reasons else f"Next: {'' if document else 'add --json robot.json, then '}{after}.",
     ]
 
 

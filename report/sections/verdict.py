@@ -21,6 +21,8 @@ class VerdictWords(NamedTuple):
     each: tuple[str, str, str]
 
 
+MEND = "Next: mend what the reasons name, record again, and look at the logs by 'dynident check'."
+"""What to do with an answer that is not to be used."""
 _VAGUE = "not measured well enough"
 VERDICTS = {
     "use": VerdictWords(

@@ -5,6 +5,7 @@
 - ``python``: runs in one namespace per page.
 - ``toml``: a file, if its first line is its name (``# name.toml``): written, or compared where it is there.
 - ``output``: lines that what ran just before has printed, numbers to 1 %; a line ``...`` stands for any lines.
+  ``output searched``: what a search found, numbers to 30 %: rounding, other on each processor, leads it astray.
 - ``text``, ``bibtex``: not run: needs the network, a robot, a licence or recordings that are not here.
 """
 
@@ -24,19 +25,22 @@ from dynident.cli import main
 
 ROOT = Path(__file__).parents[2]
 LANGUAGES = {"console", "python", "toml", "output", "text", "bibtex"}
-_FENCE = re.compile(r"^(`{3,})(\S*)[^\n]*\n(.*?)^\1[ ]*$", flags=re.DOTALL | re.MULTILINE)
+_FENCE = re.compile(r"^(`{3,})(\S*)([^\n]*)\n(.*?)^\1[ ]*$", flags=re.DOTALL | re.MULTILINE)
 _STATUS = re.compile(r"\s+#\s*exit status (\d)\s*$")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _RELATIVE = 0.01
+_SEARCHED = 0.3
+"""Of numbers in what a search found; the words, and what limits are kept, are the same everywhere."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: where it starts, its language and its text."""
+    """A fenced block: where it starts, its language and its text, and how near printed numbers must come."""
 
     line: int
     language: str
     text: str
+    within: float = _RELATIVE
 
 
 def pages() -> list[Path]:
@@ -48,7 +52,13 @@ def blocks(page: Path) -> list[Block]:
     """The page's fenced blocks, in order."""
     source = page.read_text(encoding="utf-8")
     return [
-        Block(source.count("\n", 0, match.start()) + 1, match[2], match[3]) for match in _FENCE.finditer(source)
+        Block(
+            source.count("\n", 0, match.start()) + 1,
+            match[2],
+            match[4],
+            _SEARCHED if match[3].strip() == "searched" else _RELATIVE,
+        )
+        for match in _FENCE.finditer(source)
     ]
 
 
@@ -81,7 +91,7 @@ class Reader:
             elif block.language == "python":
                 self.printed = self._python(block.text, where)
             elif block.language == "output":
-                missing = first_missing(block.text, self.printed)
+                missing = first_missing(block.text, self.printed, block.within)
                 assert missing is None, f"{where}: not printed: {missing!r}; printed was\n{self.printed}"
 
     @staticmethod
@@ -149,21 +159,21 @@ def _lines(text: str) -> list[str]:
     return [line.strip() for line in joined.splitlines() if line.strip() and not line.startswith("#")]
 
 
-def first_missing(expected: str, printed: str) -> str | None:
+def first_missing(expected: str, printed: str, within: float = _RELATIVE) -> str | None:
     """The first line of ``expected`` that does not follow in ``printed``; None where all do."""
     lines, at = printed.splitlines(), 0
     for expected_line in (line for line in expected.splitlines() if line.strip() not in ("", "...")):
-        place = next((k for k in range(at, len(lines)) if alike(expected_line, lines[k])), None)
+        place = next((k for k in range(at, len(lines)) if alike(expected_line, lines[k], within)), None)
         if place is None:
             return expected_line
         at = place + 1
     return None
 
 
-def alike(expected: str, line: str) -> bool:
-    """Compare texts: words exactly, numbers to 1 %, or to one of the last digit that the page shows."""
+def alike(expected: str, line: str, within: float = _RELATIVE) -> bool:
+    """Compare texts: words exactly, numbers to a share of them, or to one of the last digit that the page shows."""
     return _words(expected) == _words(line) and all(
-        math.isclose(float(a), float(b), rel_tol=_RELATIVE, abs_tol=1.01 * _last_digit(a))
+        math.isclose(float(a), float(b), rel_tol=within, abs_tol=1.01 * _last_digit(a))
         for a, b in zip(_NUMBER.findall(_plain(expected)), _NUMBER.findall(_plain(line)), strict=True)
     )
 

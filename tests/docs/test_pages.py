@@ -129,3 +129,5 @@ def test_the_comparison_of_outputs_can_fail() -> None:
     assert first_missing("mass 8.1 kg ± 0.05", printed)
     assert first_missing("Verdict: do not use", printed)
     assert not alike("1.0 0.05", "1.0 0.15")
+    assert alike("sigma 4.72 kept: True", "sigma 5.56 kept: True", within=0.3)
+    assert not alike("sigma 4.72 kept: True", "sigma 4.80 kept: False", within=0.3)

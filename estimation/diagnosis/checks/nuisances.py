@@ -146,4 +146,4 @@ def mixtures(evidence: Evidence, raised: Sequence[str]) -> list[Finding]:
         f"the recordings look as if {best.name}: corrected for it, the squared residuals fall by "
         f"{100 * best.fall:.0f} % ({best.z:.1f} standard errors)"
     )
-    return [Finding("error", "everything", text, cause=True)]
+    return [Finding("error", "everything", text, cause=True, explains=best.fall)]

@@ -10,7 +10,7 @@ from ..rivals import Rival
 ROBOT, ROBOT_Z = 0.01, 2.0
 """Fraction by which chi2 falls with another robot, and Vuong's statistic, above which it is that robot's."""
 ALIKE = 0.02
-"""Fraction of chi2 within which two robots are the same to the data."""
+"""Fraction of chi2 within which two robots, or two joints turned round, are the same to the data."""
 TURNED, TURNED_Z = 0.03, 3.0
 """The same of a joint that is counted the other way."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
@@ -34,15 +34,17 @@ def other_robots(evidence: Evidence) -> list[Finding]:
 
 
 def turned_joints(evidence: Evidence) -> list[Finding]:
-    """The joint that the recordings count the other way."""
+    """The joint that the recordings count the other way, or those of which it may be one."""
     least = _least(evidence, TURNED)
     turned = [
         rival for rival in evidence.rivals if rival.kind == "turned" and rival.fall > least and rival.z > TURNED_Z
     ]
     if not turned:
         return []
-    worst = max(turned, key=lambda rival: rival.fall)
-    return [_cause(f"joint {worst.name} is counted the other way, in position and torque", worst)]
+    turned.sort(key=lambda rival: -rival.fall)
+    worst = turned[0]
+    names = " or ".join(rival.name for rival in turned if rival.fall > worst.fall - ALIKE)
+    return [_cause(f"joint {names} is counted the other way, in position and torque", worst)]
 
 
 def _least(evidence: Evidence, fall: float) -> float:
@@ -55,7 +57,7 @@ def _cause(words: str, rival: Rival) -> Finding:
         f"the recordings look as if {words}: corrected for it, the squared residuals fall by "
         f"{100 * rival.fall:.0f} % ({rival.z:.1f} standard errors)"
     )
-    return Finding("error", "everything", text, cause=True)
+    return Finding("error", "everything", text, cause=True, explains=rival.fall)
 
 
 def arm_weight(evidence: Evidence) -> list[Finding]:

@@ -218,6 +218,20 @@ def test_what_is_told_of_findings() -> None:
     assert verdict_of([vague, bad]).level == "do_not_use"
 
 
+def test_what_explains_most_comes_first_and_what_it_outdoes_is_not_told() -> None:
+    """A turned joint may look like another robot; a cause in one recording stands beside one of all."""
+
+    def cause(about: str, text: str, explains: float) -> Finding:
+        return Finding("error", about, text, cause=True, explains=explains)
+
+    turned, robot = cause("everything", "turned", 0.9), cause("everything", "robot", 0.8)
+    assert verdict_of([robot, turned]).reasons == ("turned",)
+    assert verdict_of([robot._replace(explains=0.86), turned]).reasons == ("turned", "robot")
+    late = cause("loaded.csv", "late", 0.3)
+    assert verdict_of([late, error("bad"), turned]).reasons == ("turned", "late", "bad")
+    assert verdict_of([late._replace(explains=0.9), turned]).reasons == ("turned", "late")
+
+
 def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
     """Half of a 95 % interval over 1.96: 12.7 over 1.96 with one degree of freedom."""
     plain = PayloadSpread(0.02, np.array([1e-3, 2e-3, 3e-3]), np.full((3, 3), 4e-4))
