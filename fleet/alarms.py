@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.optimize import brentq
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from ..common.arrays import Array
 from ..common.schema import Document
@@ -87,7 +86,9 @@ def bound_of(days: Array, nights: Array, scatter: Scatter, rate: float) -> float
         scatter: of the quantity.
         rate: alarms a day, with none the day before.
     """
-    highest = float(norm.isf(0.5 * rate / LAST))
+    from scipy.optimize import brentq
+
+    highest = float(-ndtri(0.5 * rate / LAST))
     today = steps_of(days, nights, scatter)
     if today is None:
         return highest
@@ -96,7 +97,7 @@ def bound_of(days: Array, nights: Array, scatter: Scatter, rate: float) -> float
         sought.append(np.pad(before.weights / before.sigma[:, None], ((0, 0), (0, 1))))
     weights = np.vstack(sought)
     correlation = weights @ scatter.covariance(days, nights) @ weights.T
-    lowest = float(norm.isf(0.5 * rate))
+    lowest = float(-ndtri(0.5 * rate))
     sampled = _Crossing(correlation, len(today.starts))
     if sampled.rate(lowest) <= rate:  # one step alone, or as good as one
         return lowest
@@ -119,11 +120,11 @@ class _Crossing:
 
     def rate(self, bound: float) -> float:
         """The chance a day: one variable is drawn beyond the bound, the others beside it; each case counts once."""
-        beyond = norm.isf(self._share * norm.sf(bound))
+        beyond = -ndtri(self._share * ndtr(-bound))
         sizes = np.abs(self._free + self._along * beyond[:, None])
         here = np.maximum(np.sum(sizes[:, : self._today] > bound, axis=1), 1)
         new = ~np.any(sizes[:, self._today :] > bound, axis=1)
-        return float(2.0 * self._today * norm.sf(bound) * np.mean(new / here))
+        return float(2.0 * self._today * ndtr(-bound) * np.mean(new / here))
 
 
 def bounds_of(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import null_space
-from scipy.stats import chi2 as chi_squared
+from scipy.special import chdtrc
 
 from ..common.arrays import Array
 from ..estimation.fit.estimate import Estimate
@@ -68,7 +68,7 @@ def exchange_of(arm: str, days: Sequence[str], nights: Sequence[Estimate], expla
     freed = [_freed(night, left) for night in nights]
     sizes = [(_apart(freed, others), others) for others in _splits(len(nights))]
     size, others = max(sizes, key=lambda split: split[0])
-    if chi_squared.sf(size, len(left)) * len(sizes) > CHANCE:
+    if chdtrc(len(left), size) * len(sizes) > CHANCE:
         return None
     bodies = _pooled([freed[k] for k in others])
     return Exchange(arm, days[others[0]], len(others) == 1, size, len(left), left, bodies)
@@ -80,7 +80,7 @@ def named(exchange: Exchange, arms: Sequence[tuple[str, Estimate]]) -> Exchange:
         without = _freed(pooled, exchange.left)
         change = exchange.bodies.values - without.values
         size = change @ np.linalg.solve(exchange.bodies.covariance + without.covariance, change)
-        if arm != exchange.arm and chi_squared.sf(size, len(change)) > CHANCE:
+        if arm != exchange.arm and chdtrc(len(change), size) > CHANCE:
             return replace(exchange, like=arm)
     return exchange
 

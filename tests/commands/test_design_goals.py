@@ -65,6 +65,7 @@ def test_limits_torques_scene_and_start(run: Run, tmp_path: Path) -> None:
     assert "torque with the heaviest payload" in out
 
 
+@pytest.mark.long
 def test_the_floor_is_told(run: Run, tmp_path: Path) -> None:
     options = ("--criterion", "cond-scaled", "--torque-noise", "1,1,1,1,1,1", "--json", str(tmp_path / "m.json"))
     status, out, _ = run(*QUICK, *options, "--bound")

@@ -17,7 +17,7 @@ LONG = {
         "cut-off",
         "design",
         "drake",
-        "drake",
+        "export",
         "fleet",
         "known-mass",
         "passport",

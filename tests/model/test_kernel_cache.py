@@ -109,6 +109,14 @@ def _flip_a_byte(content: bytes) -> bytes:
     return content[:middle] + bytes([content[middle] ^ 0xFF]) + content[middle + 1 :]
 
 
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache with one good entry."""
+    folder = tmp_path_factory.mktemp("filled") / "cache"
+    assert _answer(_start(folder)) == "compiled"
+    return folder
+
+
 @pytest.mark.parametrize(
     "damage",
     [
@@ -120,8 +128,8 @@ def _flip_a_byte(content: bytes) -> bytes:
         pytest.param(_flip_a_byte, id="one byte changed"),
     ],
 )
-def test_damaged_entry_is_rebuilt(folder: Path, damage: Callable[[bytes], bytes]) -> None:
-    assert _answer(_start(folder)) == "compiled"
+def test_damaged_entry_is_rebuilt(filled: Path, folder: Path, damage: Callable[[bytes], bytes]) -> None:
+    shutil.copytree(filled, folder)
     (entry,) = _entries(folder)
     good = entry.read_bytes()
     entry.write_bytes(damage(good))

@@ -91,6 +91,7 @@ def guarded() -> Design:
     return solve_design(problem("d", "via", duration=15.0, start=start), seed=1, starts=1)
 
 
+@pytest.mark.long
 def test_every_limit_is_kept_at_a_millisecond(guarded: Design) -> None:
     """On another grid than the solver's, with torques and heights found in other ways."""
     motion = guarded.motion(1000.0)
@@ -111,6 +112,7 @@ def test_every_limit_is_kept_at_a_millisecond(guarded: Design) -> None:
     assert again.value == pytest.approx(guarded.score.value, abs=0.01)
 
 
+@pytest.mark.long
 def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
     """Per second, against resting motions at the limits, which need not even keep the torques."""
     robot = limited(ROBOT, guarded.problem.bounds)
@@ -121,6 +123,7 @@ def test_it_teaches_more_than_random_motions(guarded: Design) -> None:
     assert guarded.score.value < min(score.value for score in random) - 0.3
 
 
+@pytest.mark.long
 def test_predicted_sigma_is_that_of_the_covariance(guarded: Design) -> None:
     task = guarded.problem
     motion = guarded.motion(task.goal.rate)

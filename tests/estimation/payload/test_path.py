@@ -77,6 +77,7 @@ def test_method_3_takes_it_off_as_well() -> None:
     assert abs(mass - LOAD.mass) < max(abs(plain - LOAD.mass), 1e-3 * LOAD.mass)
 
 
+@pytest.mark.long
 def test_one_and_the_same_path_leaves_nothing_to_take_off() -> None:
     bare, _ = sagging(2.0)
     problem = difference_weighing(ROBOT, [replace(bare, torque=1.1 * bare.torque, source="loaded")], [bare])
