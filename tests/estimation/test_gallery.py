@@ -41,13 +41,16 @@ def test_a_wrong_input_ends_in_words_that_name_its_cause(name: str) -> None:
         assert abs(end.mass / case.mass - 1.0) < 0.03
 
 
-@pytest.mark.parametrize(("name", "joint"), every(9, product(invented.NAMES, range(1, 7))))
-def test_a_joint_counted_the_other_way_is_named_first(name: str, joint: int) -> None:
+@pytest.mark.parametrize(
+    "turned", every(9, product(invented.NAMES, range(1, 7))), ids=lambda turned: "-".join(map(str, turned))
+)
+def test_a_joint_counted_the_other_way_is_named_first(turned: tuple[str, int]) -> None:
     """By the payload, and by the robot's parameters wherever the recording without payload tells it.
 
     Turned joints whose motion leaves the other parameters free to follow (joint 1, and some of a wrist) are not
     seen without payload; where they are, no other robot is named.
     """
+    name, joint = turned
     case = gallery.both(name, "", "", mistakes.counted_backwards(joint))
     end = gallery.ending(case)
     words = f"joint {joint} is counted the other way"
@@ -57,7 +60,7 @@ def test_a_joint_counted_the_other_way_is_named_first(name: str, joint: int) -> 
     assert end.level == "do_not_use"
     assert words in end.text.split(" | ")[0]
     reasons = identify(case.robot, case.unloaded).verdict.reasons
-    assert bool(reasons) == ((name, joint) not in _UNSEEN)
+    assert bool(reasons) == (turned not in _UNSEEN)
     assert all(re.search(f"joint (. or )?{joint}( or .)? is counted the other way", text) for text in reasons[:1])
     assert not any("of robot" in text for text in reasons)
 
