@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import fleet, model, report, trajectories
+from .. import estimation, fleet, model, report, trajectories
 from ..common.errors import InputError
 from ..common.files import made_folder, write_bytes, write_text
-from ..estimation.answers.identification import identify
 from ..fleet.simulated import Scenario, TrueArm, TrueNight, damaged, simulated_arms
 from . import ANSWERED
 from .options import Options, add_command, option, print_lines
@@ -188,7 +187,7 @@ class _Player:
         """
         robot = self.simulator.robot
         recipe = fleet.Recipe("identify", robot.processing)
-        result = identify(robot, [self.recording(arms[0].nights[0], [0, 0])])
+        result = estimation.identify(robot, [self.recording(arms[0].nights[0], [0, 0])])
         log = fleet.Log("without payload", "the motion", hashlib.sha256(self.motion.q.tobytes()).hexdigest())
         passport = fleet.robot_passport(result, recipe, [log])
         store, noise = fleet.Store.made(folder / "store", robot, recipe), fleet.drawing.noise_of(passport)

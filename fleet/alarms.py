@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from ..common.arrays import Array
@@ -86,8 +87,6 @@ def bound_of(days: Array, nights: Array, scatter: Scatter, rate: float) -> float
         scatter: of the quantity.
         rate: alarms a day, with none the day before.
     """
-    from scipy.optimize import brentq
-
     highest = float(-ndtri(0.5 * rate / LAST))
     today = steps_of(days, nights, scatter)
     if today is None:
@@ -139,7 +138,10 @@ def bounds_of(
     for line in series:
         if line.quantity not in longest or len(line.days) > len(longest[line.quantity].days):
             longest[line.quantity] = line
-    return {name: bound_of(line.days, line.sigma, scatter[name], rate) for name, line in longest.items()}
+    return {
+        name: bound_of(line.days, scatter[name].errors_of(line), scatter[name], rate)
+        for name, line in longest.items()
+    }
 
 
 def alarm_of(series: Series, scatter: Scatter, bound: float) -> Alarm | None:
@@ -156,10 +158,10 @@ def alarm_of(series: Series, scatter: Scatter, bound: float) -> Alarm | None:
 
 def _largest_step(series: Series, scatter: Scatter, count: int) -> tuple[int, float, float] | None:
     """First night, standard deviation and size in these of the step that the first so many nights show most."""
-    steps = steps_of(series.days[:count], series.sigma[:count], scatter)
+    steps = steps_of(series.days[:count], scatter.errors_of(series)[:count], scatter)
     if steps is None:
         return None
-    values = series.values[:count] - scatter.per_kelvin * series.temperature[:count]
+    values = scatter.rest_of(series)[:count]
     sigmas = steps.weights @ values / steps.sigma
     k = int(np.argmax(np.abs(sigmas)))
     return steps.starts[k], float(steps.sigma[k]), float(sigmas[k])

@@ -4,7 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime
+from datetime import UTC, datetime
 from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +16,9 @@ KNOWN = ("arm", "day", "temperature", "payload")
 """What may be known of a log: the arm's own name, ISO day or time, deg C, and kg that the controller was told."""
 SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".npz", ".mat", ".parquet")
 """Files of a folder that are taken for logs."""
+
+_CLOCKS = (9.0e8, 4.1e9)  # s since 1970: 1998 to 2099
+_NIGHT = 2.0  # days that a log's clock may be beside the day told: a day without time, zones, a night's two days
 
 
 class Entry(NamedTuple):
@@ -159,6 +162,29 @@ def _wrong(about: Mapping[str, str]) -> str:
         except ValueError:
             return f"{name} {about[name]!r} is no number"
     return ""
+
+
+def other_day(about: Mapping[str, str], start: float) -> str:
+    """What is wrong with a log whose own clock tells another day than it is said to be of; empty if nothing is.
+
+    Only times since 1970 tell a day: a log that counts from its own start, or by a clock that was never set, has
+    none.
+
+    Args:
+        about: what is known of the log.
+        start: its first time [s].
+    """
+    if "day" not in about or not _CLOCKS[0] <= start <= _CLOCKS[1]:
+        return ""
+    stated = datetime.fromisoformat(about["day"])
+    own = datetime.fromtimestamp(start, UTC)
+    days = abs((stated.replace(tzinfo=stated.tzinfo or UTC) - own).total_seconds()) / 86400.0
+    if days < _NIGHT:
+        return ""
+    return (
+        f"its own clock begins on {own:%Y-%m-%d}, it is said to be of {about['day']}: mend the table or "
+        "path, or the log's times (from 0 on, they tell no day)"
+    )
 
 
 def same_time(entries: Iterable[Entry]) -> dict[str, str]:

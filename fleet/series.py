@@ -24,6 +24,7 @@ FEWEST = 8
 _MAD = 1.4826  # standard deviations a median absolute deviation is of
 _WITHIN = 0.9733  # variance of a normal variable cut at three standard deviations
 _LONGEST = 0.9  # memory: of a longer one every step would be scatter
+_OWN = 0.1  # least share of own errors that others are put on
 _MANY = 50  # differences whose median is sure enough
 RELATIVE = ("FS", "FV", "FSM", "FVM")
 """Kinds of parameters that are taken over their own median."""
@@ -41,7 +42,7 @@ class Series:
         days: since the first night of the fleet, shape (d,).
         values: less the usual one, shape (d,); shares where relative.
         sigma: each night's own, shape (d,).
-        temperature: less its mean [K], zeros where it is not known, shape (d,).
+        temperature: less its mean [K], nan where it is not known, shape (d,).
     """
 
     arm: str
@@ -59,7 +60,8 @@ class Scatter(NamedTuple):
 
     ``sigma``: standard deviation beside each night's own error; ``memory``: phi; ``own``: share of the nights' own
     standard deviations that their spread allows; ``per_kelvin``: the temperature's share, with its standard
-    deviation ``per_kelvin_sigma``.
+    deviation ``per_kelvin_sigma``; ``kelvins``: standard deviation of the temperature, which a night counts as its
+    own error where its temperature is not known.
     """
 
     sigma: float
@@ -67,6 +69,16 @@ class Scatter(NamedTuple):
     own: float
     per_kelvin: float
     per_kelvin_sigma: float
+    kelvins: float = 0.0
+
+    def rest_of(self, series: Series) -> Array:
+        """A series less the temperature's share, (d,); all of it where the temperature is not known."""
+        return series.values - self.per_kelvin * np.nan_to_num(series.temperature)
+
+    def errors_of(self, series: Series) -> Array:
+        """Each night's own standard deviation, (d,), and that of a temperature that is not known."""
+        unknown = np.isnan(series.temperature) * self.per_kelvin * self.kelvins
+        return np.hypot(series.sigma, unknown / max(self.own, _OWN))
 
     def covariance(self, days: Array, nights: Array) -> Array:
         """Covariance of a series' values without any change, shape (d, d).
@@ -111,15 +123,17 @@ def series_of(arm: Arm, first: str) -> list[Series]:
 
 
 def _centred(nights: Sequence[Night]) -> Array:
-    """Temperatures less their mean; zeros where one is not known."""
+    """Temperatures less the mean of those that are known."""
     temperatures = np.array([night.temperature for night in nights])
-    return temperatures - temperatures.mean() if np.isfinite(temperatures).all() else np.zeros(len(temperatures))
+    return temperatures - (np.nanmean(temperatures) if np.isfinite(temperatures).any() else 0.0)
 
 
 def scatter_of(series: Sequence[Series]) -> Scatter:
     """How one quantity of all arms varies where nothing changed: medians, so that few changes do not count."""
     slope, slope_sigma = _per_kelvin(series)
-    left = [line.values - slope * line.temperature for line in series]
+    warmth = np.concatenate([line.temperature for line in series])
+    kelvins = float(np.nanstd(warmth)) if np.isfinite(warmth).any() else 0.0
+    left = [line.values - slope * np.nan_to_num(line.temperature) for line in series]
     # Differences of neighbouring nights hold the variance 2 (1 - phi) times, own errors apart.
     whole, step = _whole(left), _spread(_apart(left, 1))
     own_variance = float(np.median(np.concatenate([line.sigma for line in series]) ** 2))
@@ -128,7 +142,7 @@ def scatter_of(series: Sequence[Series]) -> Scatter:
     covariance = max(whole**2 - 0.5 * step**2, 0.0)  # of neighbouring nights
     memory = min(covariance / variance, _LONGEST) if variance > 0.05 * own else 0.0
     share = float(np.sqrt(own / own_variance)) if own_variance > 0.0 else 1.0
-    return Scatter(float(np.sqrt(variance)), float(memory), share, slope, slope_sigma)
+    return Scatter(float(np.sqrt(variance)), float(memory), share, slope, slope_sigma, kelvins)
 
 
 def _whole(left: Sequence[Array]) -> float:
@@ -154,7 +168,7 @@ def _per_kelvin(series: Sequence[Series]) -> tuple[float, float]:
     """The temperature's share, by the median of the arms' own slopes between neighbouring nights."""
     slopes = []
     for line in series:
-        warm = np.diff(line.temperature)
+        warm = np.nan_to_num(np.diff(line.temperature))
         if warm @ warm > 0.0 and len(warm) >= FEWEST:
             slopes.append(float(warm @ np.diff(line.values) / (warm @ warm)))
     if not slopes:

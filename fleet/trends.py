@@ -88,9 +88,9 @@ def drift_of(series: Series, scatter: Scatter) -> Drift | None:
     count = len(series.days)
     if count <= FEWEST or np.ptp(series.days) == 0.0:
         return None
-    root = np.linalg.cholesky(scatter.covariance(series.days, series.sigma))
+    root = np.linalg.cholesky(scatter.covariance(series.days, scatter.errors_of(series)))
     line = solve_triangular(root, np.column_stack([np.ones(count), series.days / 30.0]), lower=True)
-    y = solve_triangular(root, series.values - scatter.per_kelvin * series.temperature, lower=True)
+    y = solve_triangular(root, scatter.rest_of(series), lower=True)
     inverse = np.linalg.inv(line.T @ line)
     return Drift(series.arm, series.quantity, float((inverse @ (line.T @ y))[1]), float(np.sqrt(inverse[1, 1])))
 

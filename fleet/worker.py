@@ -14,7 +14,7 @@ from ..estimation.recordings.map import LogMap
 from ..estimation.recordings.read import read_recordings
 from ..model import Robot
 from .answers import robot_passport
-from .catalog import Entry
+from .catalog import Entry, other_day
 from .files import passport_bytes, unpacked
 from .passport import Log, Recipe
 
@@ -86,6 +86,8 @@ def _reduced(robot: Robot, recipe: Recipe, log_map: LogMap, task: Task) -> Done:
             if checksum(path) != task.sha256:
                 return Done(task.key, b"", "changed while it was reduced: run it again")
             pieces = read_recordings(path, robot, recipe.drive_gains, log_map, recipe.processing)
+            if wrong := other_day(entry.about, pieces[0].origin):
+                return Done(task.key, b"", wrong)
             result = identify(robot, pieces, recipe.processing, essential=recipe.essential, gains=recipe.gains)
             log = Log("without payload", entry.path, task.sha256)
             return Done(task.key, passport_bytes(robot_passport(result, recipe, [log], entry.about)), "")

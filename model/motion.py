@@ -95,6 +95,7 @@ class Recording:
         fingerprint: of time, positions and torques or currents as they stand in a log, before drive gains: the same
             for the same recording in any file; empty where it was not read from a log.
         gains: torque per current with which currents were read [N·m/A or N/A], shape (n,); empty for torques.
+        origin: what a log's time held where ``t`` is 0 [s], such as seconds since 1970.
     """
 
     t: Array
@@ -105,6 +106,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     fingerprint: str = ""
     gains: tuple[float, ...] = ()
+    origin: float = 0.0
 
     def __post_init__(self) -> None:
         """Lock the arrays and check their shapes."""

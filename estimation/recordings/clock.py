@@ -56,6 +56,11 @@ class Clock:
         self._repeated += len(t) - int(later.sum())
         return t, later
 
+    @property
+    def origin(self) -> float:
+        """What the column's time holds where seconds are 0 [s]."""
+        return (self._origin or 0.0) * self._factor
+
     def notes(self) -> list[str]:
         """What was found out, and how many rows were dropped.
 

@@ -99,14 +99,14 @@ def cut(recording: Recording, stretches: Pieces) -> Iterator[Recording]:
             continue
         t = recording.t[piece]
         mark = f"{recording.fingerprint} {piece.start} {piece.stop}".encode()
-        yield Recording(
-            t,
-            recording.q[piece],
-            recording.torque[piece],
-            None if recording.qd is None else recording.qd[piece],
-            f"{recording.source} ({t[0]:.4g} to {t[-1]:.4g} s)",
-            recording.notes,
-            hashlib.blake2b(mark, digest_size=16).hexdigest() if recording.fingerprint else "",
+        yield replace(
+            recording,
+            t=t,
+            q=recording.q[piece],
+            torque=recording.torque[piece],
+            qd=None if recording.qd is None else recording.qd[piece],
+            source=f"{recording.source} ({t[0]:.4g} to {t[-1]:.4g} s)",
+            fingerprint=hashlib.blake2b(mark, digest_size=16).hexdigest() if recording.fingerprint else "",
         )
 
 

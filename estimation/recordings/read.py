@@ -104,7 +104,8 @@ def read_beside(
     speeds = [robot.n] * bool(columns.velocity)
     times, q, torque, *rest = collected(rows(), [1, robot.n, robot.n, *speeds, *([len(beside)] if beside else [])])
     t, qd = times.reshape(-1), rest[0] if columns.velocity else None
-    notes = [*raw.notes(), *units, *(clock.notes() if clock else []), *columns.notes]
+    of_time, origin = (clock.notes(), clock.origin) if clock else ([], 0.0)
+    notes = [*raw.notes(), *units, *of_time, *columns.notes]
     _check_rows(raw, columns, t)
     if dead := _without_speed(q, qd):
         qd = None
@@ -112,7 +113,7 @@ def read_beside(
     noted = tuple(f"{raw.path.name}: {note}" for note in notes)
     commanded = log_map.si(reference, rest[-1]) if reference else q[:, :0]
     gains = tuple(drive_gains or ()) if columns.kind == "current" else ()
-    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains), commanded
+    return Recording(t, q, torque, qd, str(raw.path), noted, read.hexdigest(), gains, origin), commanded
 
 
 def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:

@@ -67,7 +67,7 @@ def _multiples(fleet: Fleet, arms: Sequence[str], kind: str) -> Figure:
 def _spark(axis: Axes, fleet: Fleet, series: Series, since: float) -> None:
     """One quantity of one arm: points, a band, and what is since an alarm."""
     scatter = fleet.scatter[series.quantity]
-    values = 100.0 * (series.values - scatter.per_kelvin * series.temperature) if series.relative else series.values
+    values = 100.0 * scatter.rest_of(series) if series.relative else series.values
     size = 100.0 if series.relative else 1.0
     band = 2.0 * size * float(np.hypot(scatter.sigma, scatter.own * np.median(series.sigma)))
     late = series.days >= since

@@ -3,11 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from dynident import fleet
 from dynident.common import files
 from dynident.common.errors import InputError
-from dynident.fleet.catalog import catalog, found_logs
+from dynident.fleet.catalog import Entry, catalog, found_logs
 from dynident.model import load_robot
 from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 
@@ -72,6 +73,20 @@ def test_a_night_more_adds_to_the_store(logs: Path, store: Path, tmp_path: Path)
     rest = [entry for entry in entries() if entry.path not in GOOD[:2]]
     assert fleet.reduce_fleet(rest, ROBOT, tmp_path / "s").new == 1
     assert contents(tmp_path / "s") == contents(store)
+
+
+@pytest.mark.parametrize(("day", "good"), [("2026-02-07", False), ("2026-01-04T23:00", True)])
+def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, good: bool) -> None:
+    """A log with times since 1970, of a controller whose clock ran back to January."""
+    table = np.loadtxt(logs / GOOD[0], delimiter=",", skiprows=1)
+    table[:, 0] += 1767482000.0  # 2026-01-03, in the evening
+    header = (logs / GOOD[0]).read_text().partition("\n")[0]
+    log = tmp_path / "night.csv"
+    np.savetxt(log, table, delimiter=",", header=header, comments="", fmt="%.15g")
+    reduced = fleet.reduce_fleet([Entry(str(log), {"arm": "a", "day": day})], ROBOT, tmp_path / "s")
+    assert reduced.new == good
+    words = f"its own clock begins on 2026-01-03, it is said to be of {day}"
+    assert [words in why for why in reduced.refused.values()] == [True] * (not good)
 
 
 def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:

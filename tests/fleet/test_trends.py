@@ -122,6 +122,30 @@ def test_scatter_is_measured_whatever_a_few_arms_do() -> None:
     assert abs(scatter.per_kelvin - 0.01) < 5.0 * scatter.per_kelvin_sigma + 1e-4
 
 
+def test_a_night_without_temperature_counts_by_its_spread() -> None:
+    """The others keep theirs; a hot night whose temperature nobody told is no change of friction."""
+    draw = np.random.default_rng(8)
+    lines = [series(draw) for _ in range(40)]
+    untold = [
+        replace(line, temperature=np.where(draw.random(40) < 0.2, np.nan, line.temperature)) for line in lines
+    ]
+    whole, partly = scatter_of(lines), scatter_of(untold)
+    assert abs(partly.per_kelvin - whole.per_kelvin) < 0.1 * whole.per_kelvin
+    assert abs(partly.kelvins - 3.0) < 0.3
+    hot = replace(lines[0], values=lines[0].values + 0.1 * (np.arange(40) == 39))
+    told_nothing = replace(hot, temperature=np.where(np.arange(40) == 39, np.nan, hot.temperature))
+    errors = partly.errors_of(told_nothing)
+    assert errors[-1] == pytest.approx(np.hypot(0.01, partly.per_kelvin * partly.kelvins / partly.own))
+    assert np.array_equal(errors[:-1], hot.sigma[:-1])
+    steps = [steps_of(line.days, partly.errors_of(line), partly) for line in (hot, told_nothing)]
+    assert all(step is not None for step in steps)
+    last = [step.sigma[-1] for step in steps if step is not None]
+    assert last[1] > 1.2 * last[0], "a step of that night alone is less sure"
+    nothing = scatter_of([replace(line, temperature=np.full(40, np.nan)) for line in lines])
+    assert (nothing.per_kelvin, nothing.kelvins) == (0.0, 0.0)
+    assert nothing.sigma > whole.sigma, "what nobody told is scatter"
+
+
 def test_alarms_are_as_rare_as_stated() -> None:
     """With the scatter as measured; one quiet series in ten may newly be an alarm today, and some are."""
     draw, quiet = np.random.default_rng(2), 1000
