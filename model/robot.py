@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from .drives import Coupling, Drives, Spring
 from .motion import Processing
@@ -94,6 +94,14 @@ class Joint:
         return self.kind == "revolute"
 
 
+class Mesh(NamedTuple):
+    """How a part of a link looks: a file, its frame in the link's, and factors along its axes."""
+
+    file: str
+    pose: Pose
+    scale: tuple[float, float, float]
+
+
 @dataclass(frozen=True)
 class Links:
     """The links and joints of the file a robot was read from.
@@ -103,6 +111,7 @@ class Links:
         poses: each link's frame in the modified DH frame of its joint.
         joints: names of the joints.
         base, tip: names of the first link and of the flange's.
+        meshes: of links 0 to n and of what is fixed to them, in the modified DH frames; empty without any.
     """
 
     names: tuple[str, ...]
@@ -110,6 +119,7 @@ class Links:
     joints: tuple[str, ...]
     base: str
     tip: str
+    meshes: tuple[tuple[Mesh, ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -38,5 +38,7 @@ class ViewOptions(Options):
             scene = view()
             if self.view:
                 report.view.write_view(self.view, scene)
+        for text in scene.notes:
+            note(text)
         if self.show:
             note(f"the view is open in the browser: {report.view.show_view(self.view, scene)}")

@@ -1,7 +1,7 @@
 """Picks the chain from base to flange out of a URDF tree and makes it a robot."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -55,7 +55,7 @@ def load_urdf(path: str | Path, base: str | None = None, tip: str | None = None)
         payload_frame=f"{_frame(last)} of {Path(path).name}",
         flange=frames.flange,
         base=frames.base,
-        links=_names(links, frames, first, last),
+        links=_named(tree, children, links, frames, (first, last)),
         processing=Processing(slow_speed=usual_slow_speed([joint.revolute for joint in frames.joints])),
         title=f"{tree.name} ({Path(path).name}, {first} to {last})",
         snapped=(*by_convention, *tree.notes),
@@ -200,14 +200,34 @@ def _axis(link: _Link) -> JointAxis:
     return JointAxis(kind, (x, y, z), pose.origin, joint.limits)
 
 
-def _names(links: Sequence[_Link], frames: Reframed, base: str, tip: str) -> Links:
-    return Links(
-        tuple(joint.child for joint, _ in links),
-        tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, links, strict=True)),
-        tuple(joint.name for joint, _ in links),
-        base,
-        tip,
+def _named(
+    tree: UrdfTree,
+    children: Mapping[str, list[UrdfJoint]],
+    links: Sequence[_Link],
+    frames: Reframed,
+    ends: tuple[str, str],
+) -> Links:
+    """Names, frames and looks of the links; ``ends``: the first link and the flange's."""
+    names = tuple(joint.child for joint, _ in links)
+    poses = tuple(frame.inverse() @ pose for frame, (_, pose) in zip(frames.frames, links, strict=True))
+    looks = tuple(
+        tuple(
+            mesh._replace(pose=at @ mesh.pose)
+            for fixed, at in _fixed_to(children, link, pose)
+            for mesh in tree.meshes[fixed]
+        )
+        for link, pose in zip((ends[0], *names), (frames.base, *poses), strict=True)
     )
+    return Links(names, poses, tuple(joint.name for joint, _ in links), *ends, looks)
+
+
+def _fixed_to(children: Mapping[str, list[UrdfJoint]], link: str, pose: Pose) -> Iterator[tuple[str, Pose]]:
+    """A link and all that is fixed to it, with their frames where the link's is at ``pose``."""
+    waiting = [(link, pose)]
+    while waiting:
+        name, at = waiting.pop()
+        yield name, at
+        waiting += [(joint.child, at @ joint.origin) for joint in children[name] if joint.kind == "fixed"]
 
 
 def _gravity(base: Pose) -> tuple[float, float, float]:
@@ -238,18 +258,16 @@ def _parameters(
     own = {joint.name for joint, _ in links}
     for j, ((moving, at), frame) in enumerate(zip(links, frames.frames, strict=True), start=1):
         total, massive = np.zeros(10), False
-        stack = [(moving.child, frame.inverse() @ at)]
-        while stack:
-            name, pose = stack.pop()
+        for name, pose in _fixed_to(children, moving.child, frame.inverse() @ at):
             body = tree.links[name]
             if body is not None:
                 total, massive = total + body.moved(pose.R, pose.p).vector, True
                 notes += _impossible(name, body)
-            for joint in children[name]:
-                if joint.kind == "fixed":
-                    stack.append((joint.child, pose @ joint.origin))
-                elif joint.name not in own:
-                    notes.append(f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out")
+            notes += [
+                f"joint {joint.name!r} is not of the chain: it and what hangs on it are left out"
+                for joint in children[name]
+                if joint.kind != "fixed" and joint.name not in own
+            ]
         if massive:
             values |= InertialParameters(total).named(str(j))
         if moving.damping is not None:

@@ -1,4 +1,4 @@
-"""Reads the links and joints of a URDF file; meshes, transmissions and the like are passed over."""
+"""Reads the links and joints of a URDF file; meshes are only named, transmissions and the like are passed over."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,8 @@ import numpy as np
 from ...common.errors import InputError
 from ..inertia import InertialParameters, ten_parameters
 from ..pose import Pose
-from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits
+from ..robot import SNAP_ANGLE, SNAP_LENGTH, Limits, Mesh
+from .meshes import meshes_of
 
 LARGEST_FILE = 5_000_000
 """Bytes; a description without its meshes comes nowhere near."""
@@ -54,6 +55,7 @@ class UrdfTree:
         links: every link's body in its own frame, None where the file gives none.
         joints: in the order of the file.
         notes: what was made exact or left out.
+        meshes: of every link, in its own frame.
     """
 
     name: str
@@ -61,6 +63,7 @@ class UrdfTree:
     links: Mapping[str, InertialParameters | None]
     joints: tuple[UrdfJoint, ...]
     notes: tuple[str, ...]
+    meshes: Mapping[str, tuple[Mesh, ...]]
 
 
 def read_urdf(path: str | Path) -> UrdfTree:
@@ -124,6 +127,7 @@ class _Reader:
             links,
             joints,
             tuple(f"{', '.join(places)}: {note}" for note, places in self._notes.items()),
+            {link.get("name", ""): meshes_of(link, Path(self._source)) for link in root.findall("link")},
         )
 
     def _unique(self, root: ElementTree.Element, tag: str) -> Iterator[ElementTree.Element]:

@@ -1,5 +1,6 @@
 """An arm in motion as a view: what is where at each time, without any viewer."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +11,15 @@ from ...common.errors import InputError
 from ...estimation import PayloadAnswer
 from ...model import Motion, Pose, Recording, Robot
 from ...model.frames import frames_at, step
+from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, PayloadSet
 from ...trajectories.design import room_over_time, taught_over_time
-from .shapes import Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
+from .meshes import looks_of
+from .shapes import Colour, Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
 
 _RATE, _MOST = 20.0, 450  # times a second, and in all
+_FINER = 5  # points of the path, than times: at a pose every .05 s a fast path has corners
 _THICK = 0.35  # radius of a drawn link, of the stand-in's cylinder
 _LINK, _AXIS, _NEAR, _BODY, _FLOOR = (90, 110, 140), (30, 60, 200), (220, 40, 30), (200, 140, 40), (200, 205, 210)
 _BALL, _CENTRE, _INERTIA, _PATH = (240, 180, 60), (220, 40, 30), (60, 160, 90), (70, 70, 70)
@@ -32,6 +36,8 @@ class View:
         times: [s], shape (N,).
         frames: poses of frames 0 to n and the payload's, in the base, at each time.
         shapes, paths: what is fixed to the frames, and lines in the base.
+        legend: colours and their words, of what is not the arm itself.
+        notes: what could not be shown as it looks.
     """
 
     title: str
@@ -39,6 +45,8 @@ class View:
     frames: tuple[tuple[Pose, ...], ...]
     shapes: tuple[Shape, ...]
     paths: tuple[Path, ...]
+    legend: tuple[tuple[Colour, str], ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +81,27 @@ def view_of(
         raise InputError("a view needs finite positions at every time")
     picked = _picked(motion)
     frames = tuple(frames_at(robot, q.tolist()) for q in motion.q[picked])
-    shapes = [*_links(robot), *_axes(robot, _touched(problem, motion, picked))]
+    looks = looks_of(robot, _LINK)
+    stand_ins = [shape for shape in _links(robot) if shape.frame not in looks.links]
+    shapes = [*stand_ins, *looks.shapes, *_axes(robot, _touched(problem, motion, picked))]
     if problem is not None:
         shapes += _surroundings(problem, robot)
         shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
     shapes += _payload(payload, robot.n + 1) if payload is not None else []
-    path = np.array([own[-1].p for own in frames])
-    paths = [Path("path of the flange", path, _colours(problem, motion, picked))] if len(path) > 1 else []
-    title = f"{robot.title or robot.name}, {motion.t[-1] - motion.t[0]:.3g} s"
-    return View(title, motion.t[picked] - motion.t[0], frames, tuple(shapes), tuple(paths))
+    drawn = _picked(motion, _FINER)
+    place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
+    path = (place - robot.base.p) @ robot.base.R
+    paths = [Path("path of the flange", path, _colours(problem, motion, drawn))] if len(path) > 1 else []
+    title = (robot.title or robot.name) + (f", {motion.t[-1] - motion.t[0]:.3g} s" if paths else "")
+    return View(
+        title,
+        motion.t[picked] - motion.t[0],
+        frames,
+        tuple(shapes),
+        tuple(paths),
+        tuple(_legend(shapes, problem, bool(paths))),
+        looks.notes,
+    )
 
 
 def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) -> View:
@@ -93,11 +113,29 @@ def view_of_answer(robot: Robot, recording: Recording, answer: PayloadAnswer) ->
     return view_of(robot, Motion(recording.t, recording.q, still, still), payload=payload)
 
 
-def _picked(motion: Motion) -> NDArray[np.intp]:
-    """Samples that are shown, the first and the last among them."""
+def _picked(motion: Motion, finer: int = 1) -> NDArray[np.intp]:
+    """Samples that are shown, the first and the last among them; so many times as many where ``finer``."""
     duration = float(motion.t[-1] - motion.t[0])
-    count = min(len(motion.t), _MOST, max(int(duration * _RATE) + 1, 2))
+    count = min(len(motion.t), finer * _MOST, max(int(duration * finer * _RATE) + 1, 2))
     return np.unique(np.linspace(0, len(motion.t) - 1, count).round().astype(np.intp))
+
+
+def _legend(shapes: Sequence[Shape], problem: DesignProblem | None, moving: bool) -> Iterator[tuple[Colour, str]]:
+    """What each colour means; numbers of joints are left out. A path is drawn of what is ``moving``."""
+    named = {(shape.colour, shape.name.rstrip(" 0123456789")) for shape in shapes}
+    yield from sorted((colour, words) for colour, words in named if not words.startswith(("link", "axis")))
+    if not moving:
+        return
+    if problem is None:
+        yield _PATH, "path of the flange"
+    else:
+        yield _rgb(_LITTLE), "path of the flange where a second teaches little"
+        yield _rgb(_MUCH), "where it teaches most"
+
+
+def _rgb(colour: Array) -> Colour:
+    red, green, blue = colour.astype(int).tolist()
+    return red, green, blue
 
 
 def _links(robot: Robot) -> list[Shape]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -62,7 +63,17 @@ def html_of(view: View) -> str:
             _move(handles, view, k)
         serialiser.insert_sleep(_LAST)
         page = str(serialiser.as_html())
-    return page
+    return page.replace("</body>", f"{_legend(view)}</body>", 1)
+
+
+def _legend(view: View) -> str:
+    """What each colour means, in a corner of the page, closed on a narrow one by a click."""
+    rows = "".join(
+        f'<div><span style="color:rgb{colour}">&#9632;</span> {escape(words)}</div>'
+        for colour, words in view.legend
+    )
+    style = "position:fixed;left:8px;bottom:52px;padding:6px 10px;background:#fffd;color:#222;font:12px sans-serif;"
+    return f'<details open style="{style}border-radius:6px"><summary>{escape(view.title)}</summary>{rows}</details>'
 
 
 @contextlib.contextmanager

@@ -74,6 +74,7 @@ def test_links_reach_from_each_frame_to_the_next(robot: Robot) -> None:
             gap = apart(expected[j + 1], *(at(frames[j], end) for end in near))
             assert gap < 1e-6, "the next frame lies on the part along its axis"
             assert apart(at(frames[j], corner), *(at(frames[j], end) for end in near)) < 1e-6
+        assert np.abs(view.paths[0].points - expected[-1]).max(axis=1).min() < 1e-9, "the path goes through it"
         tip = links[f"link {robot.n}/flange"]
         assert min(np.abs(at(frames[robot.n], end) - expected[-1]).max() for end in ends(tip)) < 1e-6
 
@@ -123,6 +124,12 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
         shape.name for shape in view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=unknown).shapes
     ]
     assert not any("mass" in name or "inertia" in name for name in names)
+
+
+def test_the_legend_names_what_is_shown() -> None:
+    robot = load_robot("ur10e")
+    words = [text for _, text in view_of(robot, motion(robot, 2), payload=PAYLOAD).legend]
+    assert sorted(words) == ["centre of mass, 95 %", "ellipsoid of inertia", "path of the flange"]
 
 
 def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
