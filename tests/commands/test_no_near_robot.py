@@ -60,5 +60,5 @@ def test_a_bound_of_the_mass_leads_to_a_file(
     monkeypatch.setattr("dynident.estimation.answers.whole_robot.parameter_ranges", fails)
     status, text, errors = run(*written, "--despite-verdict")
     assert status == 0, errors
-    assert "the data allow of the masses is not known" in " ".join(text.split())
+    assert "the data allow of the prior's numbers is not known" in " ".join(text.split())
     assert out.exists()
