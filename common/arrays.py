@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .paged import parts
 
 Array = NDArray[np.float64]
+_SMALL = 100_000  # numbers that are looked at in one piece
 
 
 def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
@@ -24,16 +25,17 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
         ValueError: if the shape is another or a number is not finite.
     """
     array = values if _is_locked(values) else np.array(values, dtype=np.float64)
-    expected = tuple(shape)
-    if array.ndim != len(expected) or any(
-        want is not None and want != count for want, count in zip(expected, array.shape, strict=True)
-    ):
-        sizes = " x ".join("any" if size is None else str(size) for size in expected)
+    if len(array.shape) != len(shape) or array.shape != tuple(map(_either, shape, array.shape)):
+        sizes = " x ".join("any" if size is None else str(size) for size in shape)
         raise ValueError(f"{name} has shape {array.shape}, expected {sizes}")
     if not _finite(array):
         raise ValueError(f"{name} holds a number that is not finite")
     array.setflags(write=False)
     return array
+
+
+def _either(size: int | None, own: int) -> int:
+    return own if size is None else size
 
 
 def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
@@ -48,6 +50,8 @@ def _is_locked(values: ArrayLike) -> TypeGuard[Array]:
 
 
 def _finite(array: Array) -> bool:
+    if array.size < _SMALL:
+        return bool(np.isfinite(array).all())
     return all(bool(np.isfinite(array[part]).all()) for part in parts(len(array)))
 
 

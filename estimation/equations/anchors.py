@@ -27,19 +27,21 @@ def anchored(
     """Rows of one joint with columns for the anchors' levels, and its anchors' equations below.
 
     Args:
-        kept: rows in the columns that stay, then the torque and what else goes with it.
-        off: the same rows in the columns that are eliminated.
-        place: where among ``kept`` the levels' columns go.
-        gone: names of the columns of ``off``.
+        remaining: rows in the columns that stay, then the torque and what else goes with it.
+        eliminated: the same rows in the columns that are eliminated.
+        place: where among ``remaining`` the levels' columns go.
+        gone: names of the columns of ``eliminated``.
         anchors: of all joints; each has a level.
         joint: whose rows they are, from 0.
     """
-    remaining = np.insert(remaining, [place] * len(anchors), 0.0, axis=1)
-    for k, anchor in enumerate(anchors):
-        if anchor.joint == joint:
-            # stiffness (parameter - level) = 0, one more row.
-            level, parameter = np.zeros((1, remaining.shape[1])), np.zeros((1, eliminated.shape[1]))
-            level[0, place + k] = -anchor.stiffness
-            parameter[0, list(gone).index(anchor.column)] = anchor.stiffness
-            remaining, eliminated = np.vstack([remaining, level]), np.vstack([eliminated, parameter])
-    return remaining, eliminated
+    own = [k for k, anchor in enumerate(anchors) if anchor.joint == joint]
+    (rows, width), columns = remaining.shape, list(gone)
+    beside = np.zeros((rows + len(own), width + len(anchors)))
+    beside[:rows, :place], beside[:rows, place + len(anchors) :] = remaining[:, :place], remaining[:, place:]
+    off = np.zeros((rows + len(own), eliminated.shape[1]))
+    off[:rows] = eliminated
+    for row, k in enumerate(own, start=rows):
+        # stiffness (parameter - level) = 0, one more row.
+        beside[row, place + k] = -anchors[k].stiffness
+        off[row, columns.index(anchors[k].column)] = anchors[k].stiffness
+    return beside, off
