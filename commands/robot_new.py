@@ -223,11 +223,11 @@ def _limited(axes: list[model.files.JointAxis], sheet: _Sheet) -> list[model.fil
         position = (-math.inf, math.inf)
         try:
             if pairs:
-                low, high = (scale * float(end) for end in pairs[j].split(":"))
+                low, high = (scale * _real(end) for end in _parts(pairs[j], ":", 2))
                 position = (low, high)
             limits = model.Limits(position, scale * speeds[j], scale * accelerations[j], torques[j])
         except ValueError as error:
-            raise InputError(f"limits of joint {j + 1}: {error}") from None
+            raise InputError(f"limits of joint {j + 1}, low:high: {error}") from None
         limited.append(replace(axis, limits=limits))
     return limited
 
@@ -241,11 +241,11 @@ def _counted(option: str, values: tuple[float, ...] | None, n: int) -> tuple[flo
 
 def _axis(text: str) -> model.files.JointAxis:
 
-    words = [word.strip() for word in text.split(",")]
-    slides = words[-1] == "slide"
+    slides = text.replace(" ", "").endswith(",slide")
     try:
-        axis, x, y, z = words[: len(words) - slides]
-        point = (float(x), float(y), float(z))
+        axis, *origin = _parts(text, ",", 4 + slides)[:4]
+        x, y, z = map(_real, origin)
+        point = (x, y, z)
         return model.files.JointAxis("prismatic" if slides else "revolute", _direction(axis), point)
     except ValueError as error:
         raise InputError(f"--joint {text!r}: AXIS,X,Y,Z[,slide] is needed ({error})") from None
@@ -253,10 +253,9 @@ def _axis(text: str) -> model.files.JointAxis:
 
 def _flange(text: str) -> model.Pose:
 
-    words = [word.strip() for word in text.split(",")]
     try:
-        *origin, out, side = words
-        x, y, z = (float(word) for word in origin)
+        *origin, out, side = _parts(text, ",", 5)
+        x, y, z = map(_real, origin)
         along, across = np.array(_direction(out)), np.array(_direction(side))
         along, across = along / np.linalg.norm(along), across / np.linalg.norm(across)
         return model.Pose.of(np.column_stack([across, np.cross(along, across), along]), np.array([x, y, z]))
@@ -273,5 +272,22 @@ def _direction(text: str) -> tuple[float, float, float]:
         a, b, c = _AXES[plain]
         sign = -1.0 if text.startswith("-") else 1.0
         return sign * a + 0.0, sign * b + 0.0, sign * c + 0.0
-    a, b, c = (float(part) for part in text.split(":"))
+    if ":" not in text:
+        raise ValueError(f"{text!r} is no direction: x, -y, .. or a:b:c")
+    a, b, c = map(_real, _parts(text, ":", 3))
     return a, b, c
+
+
+def _parts(text: str, mark: str, count: int) -> list[str]:
+    """So many words with a mark between them."""
+    words = [word.strip() for word in text.split(mark)]
+    if len(words) != count:
+        raise ValueError(f"{count} parts with {mark!r} between them, not {len(words)}")
+    return words
+
+
+def _real(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"{word!r} is not a number") from None
