@@ -23,7 +23,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = tuple(sys.argv[1:] if argv is None else argv)
     try:
         interruption.release()
-        return _run(words)
+        status = _run(words)
+        sys.stdout.flush()
+        return status
     except BrokenPipeError:  # whoever reads has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE

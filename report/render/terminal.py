@@ -5,8 +5,10 @@ What is printed is text: no letter in it is taken for markup.
 
 from __future__ import annotations
 
+import os
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from io import StringIO
 from typing import IO
 
@@ -33,8 +35,9 @@ _FEWEST = 20
 def print_blocks(blocks: Sequence[Block], stream: IO[str] | None = None) -> None:
     """Print tables and lines; a table wider than the terminal is printed in parts, one below the other."""
     terminal = _terminal(stream)
-    for block in blocks:
-        _print(terminal, block)
+    with _read(terminal):
+        for block in blocks:
+            _print(terminal, block)
 
 
 def print_screen(screen: Screen, details: bool = False, stream: IO[str] | None = None) -> None:
@@ -45,10 +48,16 @@ def print_screen(screen: Screen, details: bool = False, stream: IO[str] | None =
         details: print the second part too, and the first one whole.
         stream: where to; standard output by default.
     """
-    terminal = _terminal(stream)
     if details:
         print_blocks(screen.blocks, stream)
         return
+    terminal = _terminal(stream)
+    with _read(terminal):
+        _print_first(terminal, screen)
+
+
+def _print_first(terminal: Console, screen: Screen) -> None:
+    """What fits on a screen, and how much is left out."""
     left_out = 0
     room = LINES - 1 - sum(_height(terminal, block) for block in screen.first if not isinstance(block, Remarks))
     for block in screen.first:
@@ -79,11 +88,27 @@ def _more(content: str, left_out: int) -> str:
     return f"--details: {'; '.join(text for text in (notes, content) if text)}"
 
 
+class _Console(Console):
+    """A terminal whose reader may leave without an end of the command."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
+@contextmanager
+def _read(terminal: Console) -> Iterator[None]:
+    """Print as long as somebody reads: `| head` has seen enough, files that were asked for are still written."""
+    try:
+        yield
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), terminal.file.fileno())
+
+
 def _terminal(stream: IO[str] | None) -> Console:
     if isinstance(stream, StringIO):
-        return Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
-    terminal = Console(file=stream)
-    return terminal if terminal.width >= _FEWEST else Console(file=stream, width=_FEWEST)
+        return _Console(file=stream, width=COLUMNS, force_terminal=False, color_system=None)
+    terminal = _Console(file=stream)
+    return terminal if terminal.width >= _FEWEST else _Console(file=stream, width=_FEWEST)
 
 
 def _print(terminal: Console, block: Block) -> None:

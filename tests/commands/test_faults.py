@@ -6,6 +6,7 @@ Each law goes over every command and every option that names a file or a folder.
 import argparse
 import contextlib
 import io
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from typing import Any
 
 import pytest
 from dynident.cli import _parser, main
-from dynident.commands import COMMANDS
+from dynident.commands import BROKEN_PIPE, COMMANDS
 from dynident.commands.options import reading
 from dynident.report.render.terminal import COLUMNS
 from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
@@ -23,6 +24,7 @@ from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payl
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.live.played import playing
+from dynident.tests.selection import every
 from rich.cells import cell_len
 
 ODD = Path("odd[") / "bold][red]"
@@ -116,6 +118,45 @@ def test_a_fault_of_ours_is_one_line_and_a_file_of_details(
         assert "Traceback" in text
         assert "numpy" in text
         details.unlink()
+
+
+SCREENS = sorted(set(LINES) - {"apply", "record", "export", "robot list"})
+"""Commands that print a screen beside what they write."""
+
+
+@pytest.mark.parametrize("name", every(9, SCREENS))
+def test_whoever_reads_the_screen_may_leave(name: str, folder: Path) -> None:
+    """`dynident .. | head`: all files are written; the status is the answer's, or says that the text was cut."""
+    before = set(folder.rglob("*"))
+
+    def made() -> set[str]:
+        new = [path for path in folder.rglob("*") if path not in before]
+        files = {str(path.relative_to(folder)) for path in new if path.is_file()}
+        for path in sorted(new, reverse=True):
+            path.rmdir() if path.is_dir() else path.unlink()
+        return files
+
+    status, _, _ = run(words(name))
+    files, ending = made(), unread(words(name))
+    assert ending in (status, BROKEN_PIPE)
+    assert made() == files
+
+
+def test_a_text_nobody_reads_ends_the_command(folder: Path) -> None:
+    assert unread(["robot", "list"]) == BROKEN_PIPE
+
+
+def unread(line: list[str]) -> int:
+    """Status of a command whose output goes to a pipe that nobody reads any more."""
+    read, write = os.pipe()
+    os.close(read)
+    with (
+        os.fdopen(write, "w") as gone,
+        contextlib.redirect_stdout(gone),
+        contextlib.redirect_stderr(io.StringIO()),
+        settings(),
+    ):
+        return main(line)
 
 
 def test_a_fault_on_a_full_disk_is_one_line_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
