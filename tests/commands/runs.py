@@ -1,6 +1,9 @@
 """``dynident`` run by the tests: exit status, what was printed, and what was written."""
 
+import contextlib
+import io
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +12,7 @@ import numpy as np
 import pytest
 from dynident.cli import main
 from dynident.model import Recording
+from dynident.tests.frozen.freeze import settings
 
 Run = Callable[..., tuple[int, str, str]]
 """Arguments -> exit status, output and errors."""
@@ -68,3 +72,16 @@ def payload_arguments(logs: dict[str, str], *more: str) -> list[str]:
 
 def identify_arguments(logs: dict[str, str], *more: str) -> list[str]:
     return ["identify", "--robot", "rx90", "--data", logs["bare0"], "--data", logs["bare1"], *more]
+
+
+def unread(line: list[str]) -> int:
+    """Status of a command whose output goes to a pipe that nobody reads any more."""
+    read, write = os.pipe()
+    os.close(read)
+    with (
+        os.fdopen(write, "w") as gone,
+        contextlib.redirect_stdout(gone),
+        contextlib.redirect_stderr(io.StringIO()),
+        settings(),
+    ):
+        return main(line)

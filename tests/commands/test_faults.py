@@ -6,7 +6,6 @@ Each law goes over every command and every option that names a file or a folder.
 import argparse
 import contextlib
 import io
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from dynident.commands.options import reading
 from dynident.report.render.terminal import COLUMNS
 from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
 from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
+from dynident.tests.commands.runs import unread
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
 from dynident.tests.live.played import playing
@@ -144,19 +144,6 @@ def test_whoever_reads_the_screen_may_leave(name: str, folder: Path) -> None:
 
 def test_a_text_nobody_reads_ends_the_command(folder: Path) -> None:
     assert unread(["robot", "list"]) == BROKEN_PIPE
-
-
-def unread(line: list[str]) -> int:
-    """Status of a command whose output goes to a pipe that nobody reads any more."""
-    read, write = os.pipe()
-    os.close(read)
-    with (
-        os.fdopen(write, "w") as gone,
-        contextlib.redirect_stdout(gone),
-        contextlib.redirect_stderr(io.StringIO()),
-        settings(),
-    ):
-        return main(line)
 
 
 def test_a_fault_on_a_full_disk_is_one_line_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
