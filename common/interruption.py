@@ -4,6 +4,7 @@ Importing this file sets the guard where Python was started as ``dynident`` or `
 nothing elsewhere. It comes first of all: what is imported after it takes most of the time until the command begins.
 """
 
+import atexit
 import os
 import signal
 import sys
@@ -25,3 +26,5 @@ def release() -> None:
 # Python calls itself "-m" until it has found the module to run.
 if os.path.basename((sys.argv or [""])[0]).removesuffix(".exe") in ("-m", "dynident"):  # noqa: PTH119
     signal.signal(signal.SIGINT, _stopped)
+    # The answer was given: Python, taking itself down, would fall back to ending by the signal.
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)

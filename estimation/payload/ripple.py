@@ -9,6 +9,7 @@ less than one wave over the joint's range is no different from weight and is not
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from ...common.arrays import Array
@@ -134,10 +135,20 @@ def _search(W: Array, torque: Array, t: Array, rows: _Rows) -> list[_Found]:
 
 def _gains_of(waves: Array, rows: _Rows, Q: Array, left: Array) -> Array:
     """By how much each wave, with the columns of Q taken out, lowers the sum of squares ``left``."""
-    phases = waves[:, None] * rows.position
-    sines, cosines = rows.of(np.sin(phases)), rows.of(np.cos(phases))
+    turning = _turned(waves, rows.position)
+    sines, cosines = rows.of(turning.imag), rows.of(turning.real)
     passed = np.sum(sines**2 + cosines**2, axis=0) > _PASSED**2 * len(left)
     return np.where(passed, _gains(_less(sines, Q), _less(cosines, Q), left, len(left)), 0.0)
+
+
+def _turned(waves: Array, position: Array) -> NDArray[np.complex128]:
+    """exp(i wave position) of evenly spaced waves, (k, N): each is the one before, turned by the same angle."""
+    turning = np.empty((len(waves), len(position)), dtype=complex)
+    turning[0] = np.exp(1j * waves[0] * position)
+    further = np.exp(1j * (waves[1] - waves[0]) * position) if len(waves) > 1 else turning[0]
+    for k in range(1, len(waves)):
+        np.multiply(turning[k - 1], further, out=turning[k])
+    return turning
 
 
 def _found(wave: float, gain: float, rows: _Rows) -> _Found:

@@ -1,5 +1,7 @@
 """Base parameters found numerically: QR of the regressor on random states (Gautier 1991)."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...common.arrays import Array
@@ -13,11 +15,13 @@ STATES_PER_JOINT = 12
 _PRECISION = 1e-15
 
 
+@lru_cache(maxsize=32)
 def base_parameters(robot: Robot, seed: int = 0) -> BaseParameters:
     """Base parameters of a robot, drives included, as a left-to-right choice of columns.
 
     Columns are taken base to tip in the order of (6); a column that depends on those before it is grouped
-    into them. This finds the same names as Khalil's closed-form rules.
+    into them. This finds the same names as Khalil's closed-form rules. They are kept: a command asks for those of
+    one robot several times.
     """
     W = stacked_regressor(robot, *random_states(robot, STATES_PER_JOINT * robot.n, seed))
     return base_parameters_of(standard_columns(robot), W)

@@ -1,6 +1,7 @@
 """Simulated recordings: a robot with known parameters moves, and its controller writes down what it sees."""
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,12 @@ RX90_NOISE = (24.0, 30.0, 10.8, 5.1, 6.6, 2.3)
 """White torque noise per joint at 250 Hz [N·m] that leaves residuals like those behind the paper's Table 2."""
 
 
+@lru_cache(maxsize=16)
+def _torque_code(robot: Robot) -> Kernel:
+    """Generated code of the torques, kept: fleets and trials simulate one robot many times."""
+    return Kernel(inverse_dynamics(robot))
+
+
 class Simulator:
     """Inverse dynamics of one robot with known parameters, evaluated on whole motions."""
 
@@ -26,8 +33,7 @@ class Simulator:
         """
         check_parameters(robot)
         self.robot = robot
-        model = inverse_dynamics(robot)
-        self._kernel = Kernel(model)
+        self._kernel = _torque_code(robot)
 
     def parameters(
         self, payload: InertialParameters | None = None, parameters: Mapping[str, float] | None = None
