@@ -123,6 +123,14 @@ def test_every_package_is_listed() -> None:
     assert sorted(project()["tool"]["setuptools"]["packages"]) == PACKAGES
 
 
+def test_every_part_is_seen_as_one_package() -> None:
+    """Type checker and documentation find the parts below one name, and no way leads back to where they began."""
+    links = {path.name: path.resolve() for path in (ROOT / ".typing/dynident").iterdir()}
+    rooms = {name.split(".")[1] for name in PACKAGES if "." in name} | {"tests", "benchmarks", "examples"}
+    files = {path.name for path in ROOT.glob("*.py*") if path.is_file() and path.suffix != ".toml"}
+    assert links == {name: (ROOT / name).resolve() for name in rooms | files | {"py.typed"}}
+
+
 def test_every_data_file_is_listed() -> None:
     listed = project()["tool"]["setuptools"]["package-data"]
     data = [

@@ -18,7 +18,7 @@ NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3 --json b.json"
 BRIEF = f"--robot rx90 --payload-only --starts 1 --seed 2 {NOISE}"
 WHOLE = f"--robot rx90 --via-points 4 --starts 1 {NOISE}"
 SCALE = "--mass 6 --mass-sigma 0.1"
-NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 {NOISE}"
+NEAR = f"--robot rx90 --pose=0,-45,90,0,45,0 --joints 4,5,6 {SCALE} --duration 4 --starts 1 {NOISE}"
 SCORE = f"rx_arm.csv --robot rx90 {NOISE}"
 
 PORTS = {"port": 20000 + os.getpid() % 10000, "script_port": 30010 + os.getpid() % 10000}

@@ -64,7 +64,7 @@ def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: py
 
     joints = "2,4,6,7" if robot.n == 7 else "2,3,5,6"
     near = arm.told(
-        "near", f"--pose={pose(robot)}", "--joints", joints, "--range", "20", "--duration", "5",
+        "near", f"--pose={pose(robot)}", "--joints", joints, "--range", "20", "--duration", "5", "--starts", "1",
         "--samples", path("near.csv"), "--sample-rate", "100", "--json", path("near.json"),
     )  # fmt: skip
     designed = arm.told(

@@ -20,7 +20,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design import REHEARSAL, check_held
 
-BODIES, RATE = 10_000, 100.0
+BODIES, RATE, FINE = 10_000, 100.0, 1000.0  # Hz: where friction changes its sign, few samples come near the most
 _RADIUS, _REACH = 0.15, 0.1  # m: of the ball, and of its centre before the flange
 _OUTSIDE = 1.1  # times the mass and the half axes
 _TRIES = 200  # poses
@@ -95,9 +95,10 @@ def held_case(robot: Robot, share: float, duration: float, draw: np.random.Gener
 
 def seen_of(case: Case, design: Design, draw: np.random.Generator) -> Seen:
     """Put bodies into the arm's own regressor along a motion, on another grid than the design's."""
-    motion, limits = design.motion(RATE), case.bounds.torque
-    drawn = drawn_shares(case.robot, motion, drawn_bodies(case.payloads, BODIES, draw), limits)
+    limits, bodies = case.bounds.torque, drawn_bodies(case.payloads, BODIES, draw)
+    drawn = drawn_shares(case.robot, design.motion(RATE), bodies, limits)
     reached, outside = (
-        float(worst_shares(case.robot, motion, payloads, limits).max()) for payloads in (case.payloads, case.wider)
+        float(worst_shares(case.robot, design.motion(FINE), payloads, limits).max())
+        for payloads in (case.payloads, case.wider)
     )
     return Seen(int((drawn > 1.0).any(axis=0).sum()) + int(reached > 1.0), reached, outside)

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from ...common.arrays import Array
 from ...common.linear import RANK_TOLERANCE
@@ -65,17 +64,18 @@ class Criterion(NamedTuple):
         if self.kind == "cond-scaled":
             return _scaled_condition(G, order)
         scale = np.sqrt(np.diag(G))
-        if not (scale > 0.0).all():
+        if not ((scale > 0.0) & (scale < np.inf)).all():
             return np.inf, np.zeros_like(G)
         try:
-            factor = cho_factor(G / np.outer(scale, scale), lower=True)
+            factor = np.linalg.cholesky(G / np.outer(scale, scale))
         except np.linalg.LinAlgError:
             return np.inf, np.zeros_like(G)
-        inverse = cho_solve(factor, np.eye(len(G))) / np.outer(scale, scale)
+        half = np.linalg.inv(factor) / scale
+        inverse = half.T @ half
         if self.kind == "a":
             return self._trace(inverse)
         if self.interest is None:
-            log_det = 2.0 * float(np.log(np.diag(factor[0]) * scale).sum())
+            log_det = 2.0 * float(np.log(np.diag(factor) * scale).sum())
             return -log_det / len(G), inverse / -len(G)
         return self._determinant(inverse, list(self.interest))
 

@@ -26,7 +26,8 @@ inertias ``_INERTIA``."""
 _INERTIA = 0.02  # kg m^2
 _SLOW = 0.03  # rad/s or m/s: rows of a slower joint are not used; the sign of its friction is not sure
 _APART = 0.5 * np.pi  # rad: between two wrist poses
-_LOOKS = 6  # random motions by which second poses are compared
+_GLANCES, _LOOKS = 2, 6  # random motions by which second poses are compared: all of them, and then the best few
+_FEW = 5
 _LOOKED = 200.0  # samples of each of them
 _HELPS = 0.75  # of the uncertainty with one pose: above it a second pose is not worth leaving the range
 
@@ -141,23 +142,26 @@ def second_pose(
         candidate[wrist] += _APART * (np.array(pattern) - 1.0)
         if any(step != 1 for step in pattern) and ((candidate > bounds.low) & (candidate < bounds.high)).all():
             candidates.append(candidate)
-    alone = _least_uncertainty(robot, replace(shape, poses=pose[None]), goal, bounds, seed)
-    with_other = [
-        (_least_uncertainty(robot, replace(shape, poses=np.array([pose, candidate])), goal, bounds, seed), k)
-        for k, candidate in enumerate(candidates)
-    ]
-    best, k = min(with_other, default=(np.inf, 0))
-    return candidates[k] if best < _HELPS * alone else None
+
+    def least(poses: Sequence[Array], looks: int) -> float:
+        return _least_uncertainty(robot, replace(shape, poses=np.array(poses)), goal, bounds, seed, looks)
+
+    glances = [least([pose, candidate], _GLANCES) for candidate in candidates]
+    few = np.argsort(glances, kind="stable")[:_FEW]
+    best, k = min(((least([pose, candidates[k]], _LOOKS), int(k)) for k in few), default=(np.inf, 0))
+    return candidates[k] if best < _HELPS * least([pose], _LOOKS) else None
 
 
-def _least_uncertainty(robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds, seed: int) -> float:
+def _least_uncertainty(
+    robot: Robot, shape: NearShape, goal: NearGoal, bounds: JointBounds, seed: int, looks: int
+) -> float:
     """Uncertainty after the best of a few random motions; infinite if there is no time for them."""
     try:
         family = shape.family(robot, bounds)
     except InputError:
         return np.inf
     draw = np.random.default_rng(seed)
-    plans = (family.plan(family.random(draw)) for _ in range(_LOOKS))
+    plans = (family.plan(family.random(draw)) for _ in range(looks))
     rate = min(_LOOKED / shape.duration, 2.0 * goal.rate)
     return min(_uncertainty(goal.predicted(robot, plan, shape.joints, rate)) for plan in plans)
 

@@ -8,7 +8,6 @@ of these equations, so that every x satisfies them.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
@@ -79,7 +78,7 @@ class RestBases:
         ends = np.zeros((2, 2 * harmonics))
         ends[0, :harmonics] = 1.0
         ends[1, harmonics:] = np.arange(1, harmonics + 1)
-        self.null = null_space(ends)
+        self.null = np.linalg.svd(ends)[2][2:].T  # what leaves both ends as they are
         self.size = self.null.shape[1]
         self.first = fourier_basis(np.zeros(1), harmonics, period)[0][0]
         self._harmonics, self._period, self._samples, self._anchored = harmonics, period, samples, anchored

@@ -28,7 +28,7 @@ def described(tmp_path: Path) -> Callable[[str], Robot]:
     root = tmp_path / "arm_description"
     (root / "meshes").mkdir(parents=True)
     (root / "urdf").mkdir()
-    trimesh.creation.icosphere(subdivisions=6, radius=0.1).export(root / "meshes/ball.stl")
+    trimesh.creation.icosphere(subdivisions=3, radius=0.1).export(root / "meshes/ball.stl")
     trimesh.creation.box((1000.0, 100.0, 100.0)).export(root / "meshes/beam.obj")
     trimesh.creation.cylinder(0.05, 0.3).export(root / "meshes/gripper.dae")
     (root / "meshes/broken.stl").write_text("no mesh")
@@ -129,6 +129,6 @@ def test_a_coarse_mesh_keeps_its_form() -> None:
 @pytest.mark.long
 def test_fine_meshes_leave_the_page_small(described: Callable[[str], Robot], tmp_path: Path) -> None:
     pytest.importorskip("viser")
-    fine = trimesh.creation.icosphere(subdivisions=7, radius=0.2)
+    fine = trimesh.creation.icosphere(subdivisions=6, radius=0.2)
     fine.export(tmp_path / "arm_description/meshes/fine.stl")
     assert len(html_of(view_of(described("../meshes/fine.stl"), still([0.0, 0.0]))).encode()) < 1.5e6
