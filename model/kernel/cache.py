@@ -21,9 +21,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-# -O2 compiles half as long again, and such straight-line code runs no faster. No -ffast-math: linked in, it would
-# switch the whole process to flush-to-zero.
-_FLAGS = ("-O1", "-fPIC", "-shared", "-std=gnu11", "-w")
+# No -ffast-math: linked in, it would switch the whole process to flush-to-zero.
+_FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-w")
 _NATIVE = "-march=native"
 _PATIENCE = 20.0  # s: for a program of one line
 _TIMEOUT = 120.0  # s
