@@ -67,9 +67,6 @@ def show_payload(
     """Print the answer, write its document and its page.
 
     Args:
-        answer: the payload.
-        setup: how the recordings were read.
-        files: what is written.
         page: makes the report of the document; called only where it is asked for.
         measured: whether an inertia that was to be assumed is measured.
 

@@ -17,8 +17,6 @@ class Judged(NamedTuple):
 
     Attributes:
         title: of the score's table.
-        score: of the motion.
-        motion: its samples.
         design: the designed motion; None where one was only judged.
         floor: under the criterion, if it was asked for and found.
         replay: score of what a controller makes of the motion by its own profiles.

@@ -51,11 +51,6 @@ class Asked(NamedTuple):
 def build_request(robot: model.Robot, motion: Asked, goal: GoalOptions, limits: LimitOptions) -> Request:
     """Read all files and build the problem.
 
-    Args:
-        robot: the robot.
-        motion: what is asked of it.
-        goal, limits: options.
-
     Raises:
         InputError: for whatever does not fit; one line.
     """

@@ -18,7 +18,6 @@ def best_motion(
     """The best motion that keeps every limit.
 
     Args:
-        problem: what is asked.
         seed: of the random starts.
         starts: number of random starts; None for the criterion's own.
         words: what is said of the best criterion so far; None before there is one.

@@ -59,11 +59,7 @@ class NearOptions(Options):
     starts: int = option(group="search", type=positive, default=1, metavar="K", help="random starts (default: 1)")
 
     def check(self, robot: model.Robot) -> None:
-        """Refuse what does not go together.
-
-        Raises:
-            InputError: one line.
-        """
+        """Refuse what does not go together."""
         if (self.mass is None) != (self.mass_sigma is None):
             raise InputError("--mass and --mass-sigma belong together: a scale errs too, by how much must be said")
         if self.mass is not None:

@@ -24,10 +24,6 @@ _Values = dict[str, list[str]]
 def with_settings(parser: argparse.ArgumentParser, words: Sequence[str]) -> tuple[str, ...]:
     """The command line with the options of its ``--config`` file written out.
 
-    Args:
-        parser: of all commands.
-        words: the command line.
-
     Raises:
         InputError: if the file cannot be read, or holds what the command does not know.
     """

@@ -17,7 +17,6 @@ def frozen_array(values: ArrayLike, shape: Sequence[int | None], name: str) -> A
     """A read-only float array of ``values``: a copy, unless they are one that is locked and nobody else's view.
 
     Args:
-        values: numbers.
         shape: expected shape; None stands for any length.
         name: how an error calls the array.
 

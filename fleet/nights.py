@@ -60,7 +60,6 @@ class Arm:
 
     Attributes:
         name: of the arm.
-        nights: its recordings in the order of time.
         pooled: its base parameters by those with the payload it was told most often, to compare with other arms.
         exchange: recordings under its name that are of another robot; None where all may be of one.
     """

@@ -36,15 +36,12 @@ class Recipe:
 
     Attributes:
         kind: the command that makes it.
-        processing: settings.
         drive_gains: torque per current [N·m/A or N/A], if currents were read.
         gains: how sure they are; None where they are taken as exact.
         log_map: how logs were read, in words.
         essential: when elimination ends; None for the default.
         methods: of ``payload``; None for all.
         free_friction, friction_change, scale_sigma: as ``payload`` takes them.
-        constraints: what was known of the payload.
-        stand_in: an inertia to assume.
         moving: joints that move, of ``weigh``, where they were told.
         parameters: SHA-256 of the file of a robot that was known, empty without one.
     """
@@ -80,9 +77,6 @@ class Passport:
     """What a number's file holds, whatever it is of.
 
     Attributes:
-        robot: as described.
-        base: its base parameters.
-        recipe: how the number was made.
         logs: that were read.
         versions: of the packages that made it.
         about: what else is known: the arm's own name, day, temperature, told payload.
@@ -148,7 +142,6 @@ class RobotPassport(Passport):
 
     Attributes:
         equations: in its base parameters, with their blocks of time.
-        sampled: what the samples showed.
     """
 
     equations: Equations
@@ -162,7 +155,6 @@ class PayloadPassport(Passport):
     Attributes:
         problem: the equations, without the recordings.
         others: other ways to the same payload, of a short motion.
-        sampled: what the samples showed.
     """
 
     problem: PayloadProblem

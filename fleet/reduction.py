@@ -57,7 +57,6 @@ def reduce_fleet(
         robot: the type, with the structure that is asked for.
         store: folder of the passports.
         recipe: settings; the robot's own by default.
-        log_map: how logs are read.
         executor: of ``concurrent.futures`` or of its form (Dask's ``client.get_executor()``); processes of this
             machine by default.
         workers: number of those processes, 1 for this one alone; or how many the executor has.

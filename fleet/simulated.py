@@ -133,7 +133,6 @@ def simulated_arms(robot: Robot, scenario: Scenario) -> tuple[TrueArm, ...]:
 
     Args:
         robot: the type, with standard parameters.
-        scenario: what they go through.
     """
     changes = ["wear"] * scenario.worn + ["payload"] * scenario.laden + ["replaced"] * scenario.replaced
     order = _draw(robot, scenario, 0).permutation(scenario.arms)

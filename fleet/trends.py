@@ -30,7 +30,6 @@ class Fleet:
     Attributes:
         arms: of one type, by name.
         series: of each arm and quantity.
-        scatter: of each quantity.
         bounds: sigmas of each quantity beyond which a step is an alarm.
         alarms: today, the largest first.
         drifts: of each series with enough nights.

@@ -125,8 +125,6 @@ class Drives:
         rotor_inertia: IA of (3).
         friction: FS and FV of (2).
         offsets: a constant torque OFF per joint.
-        coupling: two coupled drives, if any.
-        spring: a gravity spring, if any.
         side: where torque is measured: at the motor, whatever its unit, or by sensors on the link side of the gear,
             which see no rotor. Bearings and seals behind them may still rub.
     """

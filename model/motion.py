@@ -51,7 +51,6 @@ class Measurement:
     """A motion and the joint torques measured on it.
 
     Attributes:
-        motion: the motion.
         torque: joint torques [N·m or N], shape (N, n).
         spring_before: of a difference of two recordings, the torque of a known spring in the one that was
             subtracted [N·m], shape (N,); None for one recording, and where there is no such spring.

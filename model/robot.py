@@ -62,12 +62,10 @@ class Joint:
     """One joint and the frame change before it.
 
     Attributes:
-        kind: "revolute" or "prismatic".
         alpha: angle about x from z of frame j-1 to z of frame j [rad].
         d: distance along x [m].
         theta: zero offset of a revolute joint, constant angle of a prismatic one [rad].
         r: constant distance along z of a revolute joint, zero offset of a prismatic one [m].
-        limits: what the joint may do.
         names: the geometric names of ``d`` and ``r`` ("D3", "RL4"), empty where the length has none.
     """
 

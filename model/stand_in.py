@@ -46,7 +46,6 @@ def cylinders(robot: Robot, total_mass: float) -> tuple[InertialParameters, ...]
     both joints, so that links between axes that meet have an extent too. One of zero length stands along z.
 
     Args:
-        robot: the robot.
         total_mass: of all links [kg].
 
     Raises:
@@ -184,7 +183,6 @@ def rotor_inertias(robot: Robot, parameters: Mapping[str, float]) -> Array:
     flange: rotors of an identified RX90 and UR10e are about as large, from the base to the wrist.
 
     Args:
-        robot: the robot.
         parameters: standard parameters of its links; those of rotors do not count.
     """
     without = {name: 0.0 if parameter_kind(name) == "IA" else value for name, value in parameters.items()}
@@ -207,7 +205,6 @@ def assumed_torque_limits(robot: Robot, parameters: Mapping[str, float]) -> Arra
     over poses in the joints' ranges; infinite where accelerations are not limited.
 
     Args:
-        robot: the robot.
         parameters: standard parameters of its links and rotors.
     """
     rest, inertia = _needed(robot, parameters)

@@ -47,7 +47,6 @@ class Table:
     """Rows under headings; the first cell names its row.
 
     Attributes:
-        title: above it.
         columns: c of them.
         rows: c cells each.
         ends: names of the rows after which a section of the table ends.
@@ -135,7 +134,6 @@ class Drawing:
 
     Attributes:
         name: of its file and of its place in the page.
-        caption: below it.
         text: what it shows, in words, for those who do not see it.
         draw: makes the figure.
     """

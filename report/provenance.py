@@ -26,7 +26,6 @@ class Provenance:
 
     Attributes:
         command: that made it, as typed.
-        date: when.
         files: that were read.
         versions: of the packages that decide the numbers.
         settings: of processing, in words.

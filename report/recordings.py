@@ -42,7 +42,6 @@ def write_truth(
 
     Args:
         path: file.
-        experiment: the experiment.
         controller: that ran it.
         files: name of each run's recording.
         versions: of the programs that made it.

@@ -38,7 +38,6 @@ def table2(joint: Estimate, essential: Estimate, truth: Mapping[str, float], pap
         joint: of all parameters.
         essential: of the essential parameters.
         truth: by name.
-        paper: the paper's tables.
     """
     printed = paper.table2_robot | {f"{kind}_L": row for kind, row in paper.table2.items()}
     names = [name for name in joint.names if name in essential.names or name in printed]
@@ -91,11 +90,9 @@ def experiment_notes(
     """Lines below the tables: what kind of data it was, and how it compares.
 
     Args:
-        experiment: the experiment.
         robot: identified from the runs without payload.
         joint: method 4, all parameters.
         held_out: fit of ``joint`` on the held-out trajectory with payload.
-        paper: the paper's tables.
     """
     raw, scaled = robot.problem.condition_numbers()
     shift = [

@@ -86,8 +86,6 @@ class GoalOptions(NoiseOptions):
         """The goal.
 
         Args:
-            robot: the robot.
-            bounds: limits of its joints.
             reference: values that standard deviations are relative to.
             motion_length: how long the motion will take [s], where it is known.
 

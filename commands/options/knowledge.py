@@ -118,7 +118,6 @@ class GainOptions(Options):
         the drives are the same, and so is their error. Recordings that the gains come from are named in its notes.
 
         Args:
-            setup: robot and gains.
             loaded: recordings with the payload that is asked for.
             unloaded: without, or the robot's own.
             stored: the robot's parameters from a file.

@@ -36,11 +36,7 @@ class MotionFiles(PageOptions):
         """Refuse options without effect, and what a format has no place for, before the search.
 
         Args:
-            robot: whose motion it is.
             more_sampled: options of this command that ``--sample-rate`` is for too.
-
-        Raises:
-            InputError: one line.
         """
         for name, needs in (
             ("joint_names", ("ros2",)),

@@ -37,7 +37,6 @@ def option(
         either: options with the same word here exclude each other.
         reads: what the file is for that the option names; empty if it names none.
         writes: whether it names a file that is written, a folder, or a file or "-", which is standard output.
-        how: of argparse.
     """
     about = {"name": name, "group": group, "either": either, "reads": reads, "writes": writes}
     return field(default=None, metadata={"about": about, "how": how})
@@ -135,10 +134,7 @@ def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[
     """Declare a command: ``run`` is called with a value of each of its parts, whose files are checked before.
 
     Args:
-        commands: of argparse.
-        name: of the command.
         run: does it; returns the exit status.
-        parts: its options.
         how: of argparse; the help of a command below another one.
     """
     parser = commands.add_parser(name, **({"help": COMMANDS[name]} | how if name in COMMANDS else how))

@@ -23,10 +23,8 @@ class Setup:
 
     Attributes:
         robot: with the structure that is asked for.
-        processing: settings.
         gains: torque per current [N·m/A], if currents are read.
         identified: how sure they are, if ``dynident gains`` found them.
-        log_map: how logs are read.
         told: notes that were printed already.
     """
 
@@ -143,7 +141,6 @@ class ProcessingOptions(LogOptions):
         """The robot with the model structure and processing that the command line asks for.
 
         Args:
-            robot: as it is described.
             stored: its parameters from a file, whose structure it takes.
         """
         gains, identified = self.gains(robot)

@@ -38,7 +38,6 @@ class DriveGains(Speaks):
         mountings: which loaded recordings have the weight where.
         disagreement: factor on every standard deviation by which all joints' shares together disagree; 1 where they
             do not.
-        verdict: whether the gains may be used.
         posed: each mounting's payload problem with the torques that the gains give, where the verdict looked at it.
         by_joints: the weight in each of them as single joints see it.
         source: the recordings of currents, and how they were processed.

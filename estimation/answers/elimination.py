@@ -88,8 +88,6 @@ def impossible_robot(
     must lie within the accuracy of the data: by robust standard deviations where the estimates have them.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         estimate: of all parameters, before elimination.
         elimination: of them; parameters of a payload are left aside.
     """

@@ -33,7 +33,6 @@ def identify_gains(problem: GainProblem, load: KnownLoad | Sequence[KnownLoad]) 
     """Identify the drive gains on the current side, with bodies that can exist, and judge them.
 
     Args:
-        problem: the reduced currents.
         load: what is known of the payload, in all mountings or in each.
 
     Raises:
@@ -73,7 +72,6 @@ def _jackknifed(
     """Robust covariance of ln K; None, and why, where there are too few blocks of time.
 
     Args:
-        problem: the reduced currents.
         loads: what is known of the payload in each mounting.
         best: the gains by all blocks, from which each solution without one starts.
         sharpest: the joint (from 0) whose gain the currents tell best.

@@ -56,7 +56,6 @@ def looked_at(
     """Look at what no residual of a method shows.
 
     Args:
-        problem: the payload problem.
         best: the estimate to be used.
         gains: with whose errors joints may disagree.
         description: the robot as it was given, where gains are what is asked for: its rivals are tried, with gains

@@ -33,17 +33,13 @@ class Identification(Speaks):
     """The robot's base parameters as estimated.
 
     Attributes:
-        robot: the robot's description.
         base: which parameters, and how the standard ones are grouped in them.
-        problem: the reduced equations.
         estimate: values in the order of ``base.columns``, with covariance.
         elimination: essential parameters, and how they were found.
         validation: fit on recordings that were not used, if there were any.
         without_robust: why there are no robust standard deviations although they were asked for.
         gains: uncertainty of the drive gains; None where they are taken as exact.
         recordings: what was fitted.
-        held_out: recordings that were not used.
-        processing: settings.
         unseen: equations of recordings that were not used.
         known_beside: what their samples showed, where these are not here any more.
     """
@@ -123,11 +119,9 @@ def identify(
     """Identify a robot's base parameters by weighted least squares.
 
     Args:
-        robot: the robot.
         recordings: without payload.
         processing: settings; the robot's own by default.
         validation: recordings on which the result is tried.
-        progress: told what is being worked on.
         robust: add standard deviations that hold for autocorrelated residuals, of all and of the essential
             parameters; where the recordings do not allow them, the result tells why.
         essential: when elimination ends; the paper's ratio of 1.02 by default.

@@ -11,7 +11,6 @@ class Quantity(NamedTuple):
     """A number with its 95 % interval, nan where it is not determined.
 
     Attributes:
-        value: the number.
         low, high: bounds of its 95 % interval.
         unit: of all three.
         use: whether it may be used.

@@ -51,7 +51,6 @@ def answer_payload(
     """Estimate by several methods and judge the result.
 
     Args:
-        problem: the reduced recordings.
         methods: which ones; None takes all that can be used and tells why the others cannot.
         free_friction: method 1: estimate friction anew under load.
         held_out: recordings without payload to validate the robot's parameters on.

@@ -40,16 +40,11 @@ class PayloadAnswer(Speaks):
     """Payload estimates with what is needed to judge them; of a short motion as far as it shows the payload.
 
     Attributes:
-        problem: the reduced recordings.
         estimates: one per method, in the order of the methods; methods for which no possible payload was found are
             left out.
         constrained: for each complete one of ``estimates`` the nearest payload that holds the constraints, with
             intervals.
         left_out: method -> why it gave no estimate.
-        by_joints: the payload as single joints see it.
-        verdict: whether the numbers may be used.
-        scale: what was weighed.
-        gains: uncertainty of the drive gains.
         validation: fit of the robot's own parameters on recordings that were held out.
         elimination: essential parameters of robot and payload together, where method 4 was used.
         warnings: what speaks against a robot or payload with the eliminated parameters zero.

@@ -34,8 +34,6 @@ class TorquePrediction:
 
     Attributes:
         source: name of the recording.
-        loaded: whether it is with payload.
-        held_out: whether it was left out of identification.
         t: for each joint the time of its rows [s], shapes (r_j,); slow rows are left out.
         measured: for each joint its torques [N·m or N], shapes (r_j,).
         curves: predictions; residuals are those of the first.
@@ -97,12 +95,8 @@ def robot_prediction(
     """A recording without payload and what the robot's parameters predict.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         values: of ``base.columns``.
         recording: without payload.
-        processing: settings.
-        held_out: whether it was left out of identification.
     """
     pieces = Observer(robot, base.columns).pieces(measurement(recording, processing), processing)
     return _prediction(recording.source, pieces, [("predicted", values)], False, held_out)
@@ -117,8 +111,6 @@ def payload_prediction(
         problem: the reduced recordings, with the robot's parameters.
         body: the payload, in the payload's frame.
         recording: with payload.
-        processing: settings.
-        held_out: whether it was left out of identification.
     """
     bare, flange = robot_values(problem), problem.robot.flange
     moved = body.moved(flange.R, flange.p).vector

@@ -69,7 +69,6 @@ def identification_system(
     Args:
         result: of ``identify`` with these recordings and settings.
         recordings: without payload.
-        processing: settings.
     """
     observations = _observed(Observer(result.robot, result.base.columns), recordings, processing)
     loaded = [False] * len(recordings)
@@ -85,9 +84,7 @@ def payload_system(
 
     Args:
         problem: of ``payload_problem`` with these recordings and settings.
-        loaded: recordings with payload.
         unloaded: recordings without; their rows have zeros in the payload's columns.
-        processing: settings.
     """
     robot, base, columns = problem.robot, problem.base, problem.loaded.columns
     observer = loaded_observer(robot, base)

@@ -18,7 +18,6 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
     """A robot with the parameters nearest to a prior, as ``dynident identify`` stored them.
 
     Args:
-        robot: its description.
         stored: what was identified, of one recording or of several together.
         path: of the file, for messages.
 
@@ -45,7 +44,6 @@ def pooled_whole_robot(result: Identification, prior_mass: float | None, source:
     """The robot nearest to its prior by an identification that is there as a whole, as of several recordings.
 
     Args:
-        result: the identification.
         prior_mass: of the moving links [kg]; by the robot's own file without it.
         source: where the numbers come from, in words.
 
@@ -78,8 +76,6 @@ def identified_whole_robot(
     """A robot that can exist with what the data say of each number.
 
     Args:
-        robot: its description.
-        base: its base parameters.
         estimate: of all of them.
         standard: parameters of the robot nearest to the prior.
         chi2_rise: what these cost.

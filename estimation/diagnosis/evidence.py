@@ -80,7 +80,6 @@ class Weighed:
     Attributes:
         mass: by the torques, else by the scale [kg].
         sigma: its standard deviation [kg].
-        from_scale: whether the mass is the scale's.
         unexplained: each joint's error over its torque, nan for held ones, shape (n,).
         judged: "mass", "centre of mass", "inertia".
         repeats: with several recordings, each of them alone.
@@ -101,7 +100,6 @@ class Evidence:
     """All that was computed from one set of recordings; checks of what a command does not compute are silent.
 
     Attributes:
-        robot: as described.
         source: the recordings themselves, to look for causes in.
         pairs: recordings of one motion without and with payload.
         condition: condition number of the equations without payload, columns scaled to norm 1.
@@ -110,18 +108,11 @@ class Evidence:
         estimates: the methods' free estimates.
         constrained: the possible payload of each method for which one was found.
         recommended: the one of them that is to be used, if there is one.
-        by_joints: the payload as single joints see it.
         stretches: the payload in the order of time.
-        weighed: a short weighing.
         spread: standard deviations of what is recommended: half the reported intervals, over 1.96.
         disagreement: factor on every interval by which all joints' shares together disagree; 1 where they do not.
-        rivals: other ways to take the recordings.
         scales: of the loaded torques, where one may differ from that of the unloaded ones.
-        bursts: stretches of time whose residuals stand out.
         gained: drive gains, where they are what is asked for.
-        tilt: how far gravity leans.
-        nuisances: what else is in the torques.
-        pulls: what pulls at the flange with payload.
         compared: recordings without and with payload side by side, whether of one motion or not.
         sampled: what the samples showed, where they are not here any more.
     """

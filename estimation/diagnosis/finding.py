@@ -18,7 +18,6 @@ class Finding(NamedTuple):
     """One thing that was found out about recordings or about numbers made from them.
 
     Attributes:
-        severity: how bad it is.
         about: the quantity, joint or recording it speaks of; "everything" where it is all of them.
         text: one or two sentences: what, where, what to do.
         cause: whether it says where what else was found may come from.

@@ -91,7 +91,6 @@ def check_log(
 
     Args:
         robot: the robot it should be of.
-        recording: as it was read.
         processing: settings; the robot's own by default.
         currents: its torques are currents [A] of unknown gain.
     """

@@ -19,7 +19,6 @@ class TimeFacts:
     """Time of a recording.
 
     Attributes:
-        samples: how many.
         duration: from the first to the last [s].
         rate: mean [Hz].
         steps: shortest and longest [s].
@@ -46,7 +45,6 @@ class JointFacts:
     """One joint's signals.
 
     Attributes:
-        moves: whether it moves.
         position: smallest and largest [rad or m].
         speed: largest [.../s], from filtered positions or speeds.
         torque: smallest and largest [N·m, N, or A].

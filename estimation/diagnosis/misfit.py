@@ -27,7 +27,6 @@ class Model:
 
     Attributes:
         robot: as it is taken to be.
-        sample: the sample.
         known: torque of a spring, which joins the measured one, N x n.
         scale: norm of each joint's torque [N·m or N], shape (n,).
         Q: orthonormal basis of the weighted columns, rows x rank.

@@ -67,7 +67,6 @@ def check_pose(robot: Robot, q: Array, positions: Array, rotations: Array | None
     X_k = B T_k(q_k) O: B and O, constant, are fitted to the positions (O's rotation to the axes).
 
     Args:
-        robot: the robot.
         q: joint positions [rad or m], N x n.
         positions: of the tool [m], N x 3.
         rotations: axes of the tool, N x 3 x 3.

@@ -63,7 +63,6 @@ def rivals(robot: Robot, states: States | None, free_gains: bool = False) -> tup
     Only robots with other geometry are tried, with as many joints and drives as described.
 
     Args:
-        robot: as described.
         states: of the recordings.
         free_gains: whether each joint's torque has a scale of its own in every comparison, for gains that were
             identified with the robot as described favour it; not of coupled drives, nor beside a spring.
@@ -78,7 +77,6 @@ def mixed_up(robot: Robot, states: States | None, gains: Sequence[float] = ()) -
     Too many to be always tried: only where something else speaks against the recordings.
 
     Args:
-        robot: as described.
         states: of the recordings.
         gains: with which currents were read, if they were.
     """

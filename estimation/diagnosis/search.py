@@ -76,7 +76,6 @@ def likely_causes(
     The most convincing comes first.
 
     Args:
-        robot: as described.
         source: the recordings; of each kind the one that fits worst is looked at.
         contradicted: whether something is known to be wrong; if not, only a clear gain counts.
         apart: whether the recordings hold currents of unknown gains, so that joints share nothing.
@@ -148,7 +147,6 @@ class Ranked:
     """A reading and what it leaves unexplained.
 
     Attributes:
-        reading: how the log is read.
         residual: relative torque residual, or rms distance of the tool [m].
     """
 
@@ -215,11 +213,9 @@ def rank_readings_by_pose(
     """Rank readings by how well forward kinematics reproduces the logged tool.
 
     Args:
-        robot: as described.
         q: joint positions [rad or m], N x n.
         positions: of the tool in any fixed frame [m], N x 3.
         rotations: axes of the tool, N x 3 x 3; without them the sense and zero of the last joint stay open.
-        progress: hears what is being worked on.
     """
     places = np.unique(np.linspace(0, len(q) - 1, 60).astype(int))
 

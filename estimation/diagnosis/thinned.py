@@ -55,7 +55,6 @@ class Thinned:
     """Robot and payload together on thinned states.
 
     Attributes:
-        robot: as described.
         states: what is looked at.
         names: of the robot's columns.
         columns: the robot's, the payload's ten in its frame, and what friction changes by under load, n x c x N.
@@ -231,8 +230,6 @@ def thinned(robot: Robot, states: States, changes: Mapping[str, float], known: P
     """Robot and payload on thinned states.
 
     Args:
-        robot: as described.
-        states: the states.
         changes: frictions that may be others under load, and the weight of the equation that holds each at zero, 0
             for none.
         known: the robot's parameters from an earlier identification.

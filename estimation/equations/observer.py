@@ -50,7 +50,6 @@ class Observer:
     """Turns measurements of one robot into equations in chosen columns.
 
     Attributes:
-        robot: the robot.
         columns: what the columns are called.
         place: position of each column among the distinct ones that are evaluated.
         distinct: number of those.
@@ -63,7 +62,6 @@ class Observer:
         """Generate the code of the columns' regressor.
 
         Args:
-            robot: the robot.
             columns: standard parameters whose columns make up W, may repeat; and ``PATH``.
             names: what the columns are called, by default the standard names.
         """
@@ -107,7 +105,6 @@ class Observer:
 
         Args:
             data: the measurement, even in time if it is to be decimated.
-            processing: settings.
             partner: another motion on the same time whose slow rows are left out as well.
         """
         return self.stream(*used_pieces(data, processing, partner))

@@ -84,7 +84,6 @@ def reduced_pieces(observer: Observer, pieces: Iterable[tuple[Measurement, Mask]
     """Reduce one recording that arrives in pieces, however long it is.
 
     Args:
-        observer: whose columns.
         pieces: consecutive pieces, even in time if they are to be decimated, each with its rows to use, N x n.
         decimate: parallel decimation of Y and W.
     """

@@ -115,7 +115,6 @@ class Elimination:
     """Essential parameters and how they were found.
 
     Attributes:
-        path: the whole elimination.
         rule: when it ended.
         estimate: of the essential parameters, the others zero; weights as with all parameters.
     """
@@ -149,7 +148,6 @@ def eliminate(problem: Equations, estimate: Estimate, rule: StopRule | None = No
     """Essential parameters of a problem.
 
     Args:
-        problem: the problem that was solved.
         estimate: its weighted estimate; the weights stay as they are.
         rule: when to end; the paper's by default.
     """

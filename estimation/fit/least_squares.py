@@ -49,7 +49,6 @@ def excitation(problem: Equations, estimate: Estimate) -> Excitation:
     """Excitation of an estimate's parameters by the equations it comes from.
 
     Args:
-        problem: the equations.
         estimate: weighted, of the same columns.
     """
     c = len(problem.columns)
@@ -140,7 +139,6 @@ def weighted(problem: Equations, weights: Array | None = None) -> Estimate:
     """Weighted least squares.
 
     Args:
-        problem: the equations.
         weights: per joint [1/(N·m) or 1/N], shape (n,); by default from its error in the ordinary solution.
     """
     return _estimate(problem, joint_weights(problem, ordinary(problem).values) if weights is None else weights)

@@ -37,7 +37,6 @@ class GainProblem:
     Attributes:
         robot: the robot, its equations those of the motors (``Robot.for_currents``).
         description: as it was given, its equations those of the joints.
-        base: its base parameters.
         equations: the factors of [W W_L i], columns base, then ``payload_columns`` of each mounting; the right-hand
             side is a current [A].
         weights: per joint, one over the standard deviation of its current's error [1/A].
@@ -83,11 +82,9 @@ def gain_problem(
     """Process recordings of currents and reduce them.
 
     Args:
-        robot: the robot.
         unloaded: recordings without payload whose ``torque`` holds motor currents [A].
         loaded: the same with the known weight or weights.
         processing: settings; the robot's own by default.
-        progress: told what is being worked on.
         load: the known payload, or that of each mounting; needed by arms with a spring alone, whose known torque
             has a scale as well.
         mounting: one number for each of ``loaded``; recordings with equal numbers share a centre of mass. All one

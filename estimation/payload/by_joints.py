@@ -64,7 +64,6 @@ class JointShare:
     """How much of the payload a joint shows: 1 where its torque is what the other joints' payload demands.
 
     Attributes:
-        joint: its number.
         share: factor on the torque that the payload identified by all other joints causes there; None where they
             determine it too badly.
         sigma: standard deviation, the larger of the formula's and the block jackknife's.

@@ -87,7 +87,6 @@ class ChangeWatch:
     """Watches a window's blocks as they come.
 
     Attributes:
-        window: the blocks.
         false_alarms: an hour of motion that are allowed.
     """
 

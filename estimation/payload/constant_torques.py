@@ -224,7 +224,6 @@ def bare_equations(
         robot: the robot, ``with_offsets(True)``.
         measured: recordings without payload.
         masks: their rows to be used, N x n.
-        processing: settings.
     """
     observer = Observer(robot, base_parameters(robot).columns)
     return merged(

@@ -147,12 +147,9 @@ def payload_equations(
     """Reduce measurements; of long ones the equations are never held whole.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         loaded: with payload, each on its own time.
         unloaded: without; where there are pairs, the k-th is that of the k-th pair.
         pairs: for method 3; may be empty.
-        processing: settings.
         blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
         known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """

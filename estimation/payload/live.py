@@ -27,7 +27,6 @@ class LiveWeighing:
     """A window that begins anew where the payload changes.
 
     Attributes:
-        window: the blocks.
         changes: that were found so far, and when each was reported [s].
         latest: what the last block said; None before the first.
     """

@@ -32,7 +32,6 @@ def loaded_scale(loaded: Equations, robot: Known, role: Held) -> LoadedScale:
 
     Args:
         loaded: equations with payload, in frame n.
-        robot: its parameters.
         role: how the scale's difference from 1 is held near zero.
     """
     places = [k for k, name in enumerate(robot.names) if parameter_kind(name) not in FRICTION]

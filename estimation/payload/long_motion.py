@@ -39,12 +39,9 @@ def payload_problem(
     """Process recordings with and without payload and reduce them.
 
     Args:
-        robot: the robot.
-        loaded: recordings with the payload.
         unloaded: recordings without; for method 3 the k-th file is the same trajectory as the k-th of ``loaded``.
         known: the robot's identified parameters, instead of or beside ``unloaded``.
         processing: settings; the robot's own by default.
-        progress: told what is being worked on.
         robust: keep the equations in blocks of time as well, so that estimates get robust standard deviations;
             not with a ``known`` robot that has none itself.
         friction_change: with ``robust``, by which share the friction of the loaded recordings may differ from the

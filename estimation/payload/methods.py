@@ -148,7 +148,6 @@ def identify_payload(
     Of a short motion what it determines, and nothing filled in.
 
     Args:
-        problem: the reduced recordings.
         method: 1 robot known (22)-(23), 2 change of the base parameters (24)-(28), 3 torque difference (29),
             4 robot and payload together (30).
         free_friction: method 1 only: estimate friction anew under load.
@@ -180,8 +179,6 @@ def with_robust(problem: PayloadProblem, method: Method, estimate: Estimate | No
     """What a method gives, with its robust covariance; without, and why, where there is none.
 
     Args:
-        problem: the reduced recordings.
-        method: the method.
         estimate: its result, where it is there already; its weights are kept.
     """
     posed = method(problem)
@@ -248,7 +245,6 @@ def by_memory(
     Args:
         problem: with the inflation of each joint's errors.
         posed: what the method makes of it.
-        estimate: its solution.
         robust: the jackknife's, of few blocks; None without.
     """
     covariance = posed.remembered(estimate.weights, problem.inflation)

@@ -34,7 +34,6 @@ def cut_alike(loaded: Sequence[Recording], unloaded: Sequence[Recording], proces
     Args:
         loaded: with payload, pieces of one file one after the other.
         unloaded: without; the k-th file is of the same trajectory as the k-th of ``loaded``.
-        processing: settings.
     """
     whole = Alike(tuple(loaded), tuple(unloaded), (None,) * len(loaded))
     heavy, bare = _by_file(loaded), _by_file(unloaded)

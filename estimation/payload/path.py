@@ -55,8 +55,6 @@ def path_torque(robot: Robot, base: BaseParameters, chi: Array, unloaded: Motion
     """What the robot itself needs more on the loaded than on the unloaded path [N·m or N], N x n.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         chi: their values, friction zero.
         unloaded: motion on the same time.
         loaded: motion.

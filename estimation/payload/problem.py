@@ -41,7 +41,6 @@ class PayloadProblem:
     With blocks of time, those of a pair of recordings are the same stretches of one motion.
 
     Attributes:
-        robot: the robot.
         base: its base parameters; their columns make up W.
         loaded: equations [W W_L] of (22) with payload; columns base, then ``PAYLOAD``. Of a short motion whose
             torque without payload was subtracted those of ``difference``.

@@ -149,9 +149,7 @@ def telling_rows(motion: Motion, moving: Sequence[int], processing: Processing, 
     """Rows that say something, N x n: of a moving joint, fast enough that its friction's sign is known.
 
     Args:
-        motion: the motion.
         moving: numbers of the joints that move.
-        processing: settings.
         ends: keep also the ends at which a recording was cut in full motion, which ``used_rows`` leaves out.
     """
     speed = np.abs(motion.qd)

@@ -48,8 +48,6 @@ def known_robot_weighing(
     """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
 
     Args:
-        robot: the robot.
-        loaded: recordings with the payload.
         known: the robot's parameters.
         processing: as ``difference_weighing``.
         joints: as ``difference_weighing``.

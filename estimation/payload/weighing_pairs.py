@@ -42,12 +42,10 @@ def difference_weighing(
     """From torque differences (29) on one and the same motion.
 
     Args:
-        robot: the robot.
         loaded: recordings of the motion with the payload.
         unloaded: without it; one for all, or one for each of ``loaded`` in the same order.
         processing: settings; the robot's own by default.
         joints: numbers of the joints that move; seen in the recordings by default.
-        progress: told what is being worked on.
 
     Raises:
         InputError: if recordings cannot be used, or do not show the same motion.
@@ -92,12 +90,10 @@ def _changes(
     """Equations (29) of each pair, the torque of paths that differ taken off, and the ripple free in them.
 
     Args:
-        robot: the robot.
         own_parameters: of the robot with offsets, by the recordings without payload.
         pairs: without and with payload, joints that are held at rest.
         masks: rows to use of each pair, N x n.
         moving: numbers of the joints that move.
-        processing: settings.
     """
     free = robot.with_offsets(True)
     base, observer, path_observer = base_parameters(free), observer_of(robot, None), difference_observer(robot)

@@ -89,9 +89,6 @@ class MovingWindow:
     """The last blocks of a stream, and the payload by them.
 
     Attributes:
-        robot: the robot.
-        known: its parameters.
-        processing: settings.
         length: of motion that is kept [s].
         gains: uncertainty of the drive gains; None where they are taken as exact.
         blocks: in the window.
@@ -110,12 +107,10 @@ class MovingWindow:
         """Begin an empty one.
 
         Args:
-            robot: the robot.
             known: its parameters by an earlier identification.
             processing: settings; the robot's own by default.
             length: of motion that is kept [s].
             friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
-            gains: uncertainty of the drive gains.
         """
         self.robot, self.known, self.length = robot, known, length
         self.processing = processing or robot.processing

@@ -62,7 +62,6 @@ class SolverError(RuntimeError):
 
     Attributes:
         status: what the solver says.
-        problem: the cone program.
         demands: what the constraints demand, in words.
     """
 
@@ -92,7 +91,6 @@ def solve_cone(program: ConeProgram, largest: float | None = None, ball: float |
     """Solve a cone program.
 
     Args:
-        program: what to solve.
         largest: R with larger entries is scaled down to this.
         ball: radius that z may not leave, which closes a program whose least value no finite z attains.
 

@@ -71,8 +71,6 @@ class WholeRobot:
     """A robot with a number for everything that a simulator asks for.
 
     Attributes:
-        robot: its description.
-        links: base to tip.
         drives: of each joint, by the words of ``DRIVE_NUMBERS``; what is not known is not there.
         coupled: of the drive that turns with both joints of a coupling; empty without one.
         apart: as ``drives`` for who cannot couple joints: the diagonal of what ``drives`` and ``coupled`` say.

@@ -34,7 +34,6 @@ def whole_robot(
     changes that no motion shows move it. Standard deviations are those of the identified base parameters.
 
     Args:
-        robot: the robot.
         parameters: its standard parameters by name, the ten of every link; of its drives what is known.
         source: where they come from, in words.
         base: its base parameters, where they were identified.

@@ -191,7 +191,6 @@ def solve_constrained(estimate: Estimate, constraints: Sequence[Constraint] = PO
 
     Args:
         estimate: of some or all of ``PAYLOAD``; parameters that are absent were eliminated and stay zero.
-        constraints: what is known beforehand.
 
     Raises:
         InputError: if the covariance does not determine every parameter.

@@ -61,7 +61,6 @@ def robot_prior(robot: Robot, total_mass: float | None = None) -> RobotPrior:
     the whole arm, for that holds the base.
 
     Args:
-        robot: the robot.
         total_mass: of all moving links [kg]; asks for the cylinders even if the file has parameters.
 
     Raises:
@@ -151,8 +150,6 @@ def solve_constrained_prior(
     alone. chi2 goes by robust standard deviations where the estimate has them (``error_model``).
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         estimate: of all of them, in their order.
         prior: one body for each link.
         budget: by which chi2 may rise above the constrained minimum.

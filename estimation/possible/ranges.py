@@ -45,8 +45,6 @@ def parameter_ranges(
     """Least and largest numbers of links that can exist, within the 95 % interval of the data.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         estimate: of all of them, in their order.
         names: of standard parameters; all that the data do not determine alone without it.
 

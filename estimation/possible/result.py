@@ -67,7 +67,6 @@ class Possible:
         bodies: the payload alone, or one robot's links; each can exist.
         status: of the solver; without a solve "free" if the free estimate holds every constraint, "repaired" if
             it does but for an eigenvalue of rounding size (exact data), "prior" if a prior itself will do.
-        constraints: what was demanded of a payload.
     """
 
     free: Estimate

@@ -128,8 +128,6 @@ def solve_constrained_base(
     by robust standard deviations where the estimate has them (``error_model``).
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         estimate: of all of them, in their order.
         total_mass: bounds of the mass of all links together, where known.
 

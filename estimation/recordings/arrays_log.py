@@ -176,7 +176,6 @@ def _arrays_log(
     Samples run along the axis that is as long as the longest of all arrays, which must be one and the same.
 
     Args:
-        path: the file.
         shapes: name -> shape of every numeric array.
         load: gives one array.
         objects: variables that only MATLAB can read -> their class.

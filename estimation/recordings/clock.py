@@ -23,7 +23,6 @@ class Clock:
         """Nothing is read yet.
 
         Args:
-            raw: the log.
             column: its column of time.
             unit: of it; empty: it is found out by the first block.
         """

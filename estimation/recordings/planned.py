@@ -29,7 +29,6 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
     Other columns are not used; SI units.
 
     Args:
-        path: the file.
         robot: tells how many joints there are.
 
     Raises:

@@ -31,12 +31,7 @@ def base_problem(
     """Process recordings and reduce them to equations in the base parameters.
 
     Args:
-        robot: the robot.
-        base: its base parameters.
         recordings: recordings of one and the same load.
-        processing: settings.
-        check: whether every joint must move.
-        progress: told what is being worked on.
         blocks: cut them in blocks of time as well, none across recordings.
     """
     check_recordings(robot, recordings)

@@ -22,9 +22,6 @@ class IdentifiedArm:
     """Integrates M(q) qdd = Gamma - h(q, qd) of base parameters for many starts at once.
 
     Dry friction is FS tanh(qd / w), w = ``SMOOTHING``: a simulator's joints creep where a robot's would stick.
-
-    Attributes:
-        robot: the robot.
     """
 
     def __init__(self, robot: Robot, base: BaseParameters, values: Array) -> None:
@@ -32,7 +29,6 @@ class IdentifiedArm:
 
         Args:
             robot: the robot, n joints.
-            base: its base parameters.
             values: of ``base.columns``.
         """
         self.robot, self._base, n = robot, base, robot.n

@@ -14,11 +14,7 @@ _STEP = 1e-3
 
 
 class MujocoArm:
-    """A robot described by MJCF or URDF; its first n joints are taken for the robot's, in order.
-
-    Attributes:
-        name: the file's.
-    """
+    """A robot described by MJCF or URDF; its first n joints are taken for the robot's, in order."""
 
     def __init__(self, path: str | Path, robot: Robot) -> None:
         """Load the model.

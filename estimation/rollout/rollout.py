@@ -125,13 +125,11 @@ def roll_out_all(
     """Predict the motion of each recording by a robot's base parameters, and compare.
 
     Args:
-        robot: the robot.
         values: of the columns of ``base_parameters(robot)``.
         recordings: without payload, best such that were not fitted.
         processing: settings; the robot's own by default.
         horizons: after which times errors are asked for [s].
         others: models to compare with, by name.
-        progress: told what is being worked on.
 
     Raises:
         InputError: as ``roll_out``.
@@ -158,7 +156,6 @@ def roll_out(
         processing: settings of the filter.
         horizons: after which times errors are asked for [s]; those beyond half the recording are left out.
         others: models to compare with, by name.
-        progress: told what is being worked on.
 
     Raises:
         InputError: if the recording is too short for the shortest horizon, or the parameters cannot be integrated.

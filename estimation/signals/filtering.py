@@ -57,7 +57,6 @@ def resampled(recording: Recording, rate: float | None) -> Recording:
     """The recording on an even time grid.
 
     Args:
-        recording: the recording.
         rate: wanted rate [Hz]; None keeps a recording that is even already, and gives an uneven one its mean
             rate.
 

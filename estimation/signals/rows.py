@@ -72,7 +72,6 @@ def moving_parts(motion: Motion, still_speed: float) -> Mask:
     unless there is no longer one.
 
     Args:
-        motion: the motion.
         still_speed: a joint below it stands still [rad/s or m/s].
     """
     t, on_its_way = motion.t, np.zeros(len(motion.t), dtype=bool)

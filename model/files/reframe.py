@@ -21,10 +21,8 @@ class JointAxis:
     """A joint's axis at the zero pose, in the base's frame.
 
     Attributes:
-        kind: "revolute" or "prismatic".
         direction: along the positive sense (right-hand rule), of any length but zero.
         point: a point on the axis [m].
-        limits: what the joint may do.
     """
 
     kind: Literal["revolute", "prismatic"]

@@ -28,7 +28,6 @@ class UrdfJoint:
         name, kind, parent, child: as written.
         origin: the child's frame in the parent's at the zero position.
         axis: in the child's frame.
-        limits: what the joint may do.
         damping, friction: viscous [N·m·s/rad or N·s/m] and dry friction [N·m or N], None where not given.
         mimics: the joint it follows, empty for a joint of its own.
     """

@@ -26,7 +26,6 @@ class Program:
         constants: value index -> number.
         steps: operations in order.
         outputs: value index of each non-zero output, in CasADi's order, outputs one below the other.
-        size: number of values.
         input_sizes: size of each input.
     """
 

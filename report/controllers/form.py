@@ -25,7 +25,6 @@ class ControllerFormat:
         units: of the numbers.
         point_mass: what the format makes of mass and centre of mass alone.
         source: where the format is documented.
-        write: the numbers as text.
         comment: what goes before and after a line of comment; None where the format has no comments.
         first_line: what must stand before the comments.
         loses_products: whether products of inertia have no place.
@@ -97,7 +96,6 @@ def number(value: float, digits: int | None = None) -> str:
     """A number without exponent, always with a decimal point: every controller reads it.
 
     Args:
-        value: the number.
         digits: decimals to round it to; None: it has those that it should have.
     """
     value = value if digits is None else round(value, digits)

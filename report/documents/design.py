@@ -187,11 +187,8 @@ def design_document(
     """What ``dynident design --json`` writes.
 
     Args:
-        problem: what was asked.
-        score: of the motion.
         reference: values that standard deviations are relative to.
         design: the motion, if one was designed.
-        floor: if it was asked for.
         evaluated: the log whose motion was judged instead.
         replay: what a controller's own profiles would make of it.
     """

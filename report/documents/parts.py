@@ -73,7 +73,6 @@ def elimination_document(
     """How essential parameters were found, and what they are without the others.
 
     Args:
-        elimination: the path and where it ended.
         warnings: what speaks against the set.
         labels: name of a column -> name of the parameter ("MX2" -> "MX2R").
     """

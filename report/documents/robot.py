@@ -38,8 +38,6 @@ def identification_document(
     """What ``dynident identify --json`` writes.
 
     Args:
-        result: the free estimate.
-        processing: settings.
         drive_gains: torque per current [N·m/A], if currents were read.
         constrained: the robot that can exist, if it was asked for.
         rollouts: predicted motion of recordings held out, if it was asked for.

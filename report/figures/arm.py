@@ -48,8 +48,6 @@ def arm_animation(robot: Robot, plan: Plan, identifier: str = "arm") -> str:
     """The motion in real time, over and over, as one ``<svg>`` element for a page of HTML.
 
     Args:
-        robot: the robot.
-        plan: its motion.
         identifier: of the element, different for each on a page.
     """
     frames = max(int(plan.duration * _FRAMES), 2) + 1

@@ -29,8 +29,6 @@ def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, 
     Legible without colour: filled markers are steps that were taken, open ones those that were not.
 
     Args:
-        elimination: the path and where it ended.
-        title: above the figure.
         labels: name of a parameter -> how the figure calls it ("MX2" -> "MX2R").
     """
     essential, count = len(elimination.essential), len(elimination.path.order)

@@ -61,8 +61,6 @@ def sigma_figure(
     """Predicted standard deviation of every parameter: relative where a reference value is known, else in SI units.
 
     Args:
-        score: of the motion.
-        title: above the figure.
         reference: values that standard deviations are relative to.
         labels: how to call parameters ("ZZ1R"), by their names.
     """

@@ -31,9 +31,7 @@ def save_drawing(path: str | Path, robot: Robot, q: Sequence[float], title: str)
 
     Args:
         path: file; its ending chooses the format.
-        robot: the robot.
         q: joint positions [rad or m].
-        title: above the figure.
     """
     figure, (axes,) = panels((15.0, 5.6), 1, 3, (0.8, 0.1, 0.7, 0.5), (0.85, 0.0))
     for axis, view in zip(axes, _VIEWS, strict=True):

@@ -14,7 +14,6 @@ def csv_text(written: WrittenMotion, rate: float) -> str:
     """The file.
 
     Args:
-        written: the motion.
         rate: samples per second [Hz].
     """
     motion, n = written.sampled(rate), written.robot.n

@@ -20,7 +20,6 @@ def controller_replays(written: WrittenMotion, ros2: float | None, urscript: flo
     """Runs by the name of the controller.
 
     Args:
-        written: the motion.
         ros2, urscript: points a second in the file for each [Hz]; None where none is written.
     """
     runs = {}

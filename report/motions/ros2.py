@@ -19,7 +19,6 @@ def ros2_text(written: WrittenMotion, rate: float, joint_names: Sequence[str] = 
     """The file.
 
     Args:
-        written: the motion.
         rate: points per second [Hz].
         joint_names: as the controller calls them; joint_1 and so on if none are given.
 

@@ -25,7 +25,6 @@ def urscript_text(written: WrittenMotion, rate: float = CONTROLLER_RATE) -> str:
     """The program.
 
     Args:
-        written: the motion.
         rate: of the controller, 500 or 125 [Hz].
 
     Raises:

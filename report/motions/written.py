@@ -22,8 +22,6 @@ class WrittenMotion:
     """A motion and what its file says about it.
 
     Attributes:
-        robot: whose motion it is.
-        plan: the motion.
         bounds: limits of the joints that it keeps.
         head: lines of plain ASCII about it.
     """

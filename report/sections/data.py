@@ -17,12 +17,8 @@ def report_page(
     """A page with what leads, sections, and what it was made from.
 
     Args:
-        title: of the page.
-        subtitle: below it.
         lead: the answer, before everything else.
-        sections: in order.
         notes: on the data.
-        provenance: command, files, date.
     """
     files = _files(provenance)
     data: list[Block] = [Notes(notes), *files]

@@ -52,12 +52,8 @@ def design_screen(
     """Which limits hold, what the motion would teach, what to do next; then every parameter.
 
     Args:
-        problem: what was asked.
-        score: of the motion.
-        title: above the tables.
         reference: values that standard deviations are relative to.
         labels: how to call parameters, by their names.
-        floor: if it was asked for.
         replay: what a controller's own profiles would make of it.
         designed: whether the motion is new; one that was only judged is written already.
     """
@@ -229,14 +225,10 @@ def design_page(
     """What the motion would teach, its limits, and the arm in motion.
 
     Args:
-        problem: what was asked.
-        score: of the motion.
-        motion: its samples.
         design: the designed motion; None where one was only judged.
         screen: what the terminal shows of it.
         reference: values that standard deviations are relative to.
         labels: how to call parameters, by their names.
-        provenance: command, files, date.
     """
     robot = problem.robot
     title = robot.title or robot.name

@@ -27,7 +27,6 @@ def essential_section(
     Args:
         elimination: None where nothing was eliminated.
         warnings: what speaks against the essential parameters.
-        title: above the figure.
         labels: name of a parameter -> how it is called.
     """
     heading = "Essential parameters"

@@ -30,9 +30,7 @@ def following_page(change: FollowingChange, robot: Robot, provenance: Provenance
     """Whether the number entered helps, joint by joint, and how both recordings were compared.
 
     Args:
-        change: the answer.
         robot: whose recordings they are.
-        provenance: command, files, date.
     """
     screen = following_screen(change)
     words, *others = _notes(change)

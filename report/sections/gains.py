@@ -53,12 +53,7 @@ def gains_table(gains: DriveGains) -> Table:
 
 
 def gains_page(gains: DriveGains, provenance: Provenance) -> Page:
-    """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give.
-
-    Args:
-        gains: the answer.
-        provenance: command, files, date.
-    """
+    """Verdict and gains first, then the weight as each joint sees it, and the torques that the gains give."""
     level = gains.verdict.level
     sentence = _GOOD if level == "use" else VERDICTS[level].sentence
     lead: list[Block] = [Banner(level, sentence), gains_table(gains), *reason_blocks(gains.verdict)]

@@ -52,7 +52,6 @@ def check_page(looks: Sequence[Look], provenance: Provenance) -> Page:
 
     Args:
         looks: one a log.
-        provenance: command, files, date.
     """
     unusable = [look.path for look in looks if not (look.check and look.check.usable)]
     words = (

@@ -81,7 +81,6 @@ def near_screen(result: NearResult, expected: InertialParameters, hints: Sequenc
     """What the motion will tell of a payload, and what to do next; then what can be seen at all.
 
     Args:
-        result: the motion.
         expected: about what the payload is.
         hints: what else could be done.
     """
@@ -171,10 +170,7 @@ def near_page(result: NearResult, motion: Motion, screen: Screen, provenance: Pr
     """What the motion shows of a payload, the motion between its limits, and the arm in motion.
 
     Args:
-        result: the motion.
-        motion: its samples.
         screen: what the terminal shows of it.
-        provenance: command, files, date.
     """
     robot, plan = result.robot, result.motion
     title = f"Motion that weighs a payload: {robot.title or robot.name}"

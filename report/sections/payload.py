@@ -127,11 +127,8 @@ def payload_page(
     """First page for the one who types the number in, the rest for the one who asks why.
 
     Args:
-        answer: the payload.
-        document: the same as ``payload_document`` gives it.
         predictions: recordings to draw, held out or not.
         excitation: of robot and payload together.
-        provenance: command, files, date.
         others: number of recordings that are not drawn.
         extra: sections to stand behind the payload's.
         origin: what kind of data it is, below the title.

@@ -38,10 +38,8 @@ def readings_page(
     """Whether the description agrees with the recordings, the readings, and the description itself.
 
     Args:
-        robot: as described.
         poses: each log with tool poses.
         check: readings ranked by torques; None without torques.
-        provenance: command, files, date.
     """
     faithful = readings_agree(poses, check)
     words = "agrees with the recordings" if faithful else "does NOT agree with the recordings as they are read"

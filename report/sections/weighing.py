@@ -194,13 +194,7 @@ def assumed_notes(answer: PayloadAnswer) -> list[str]:
 
 
 def weigh_page(answer: PayloadAnswer, document: StoredPayload, provenance: Provenance) -> Page:
-    """First screen for the one who types the number in, the rest for the one who asks why.
-
-    Args:
-        answer: the payload.
-        document: the same as ``payload_document`` gives it.
-        provenance: command, files, date.
-    """
+    """First screen for the one who types the number in, the rest for the one who asks why."""
     robot, joints = answer.problem.robot, answer.short.joints
     title = robot.title or robot.name
     moved = f"joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"

@@ -55,7 +55,6 @@ def into(kind: str, path: str, whole: WholeRobot, head: list[str]) -> Changed:
     Args:
         kind: "mjcf" or "urdf".
         path: of the file.
-        whole: the robot.
         head: what is to be said at the head.
 
     Raises:

@@ -69,7 +69,6 @@ def view_of(
     """The arm along a motion.
 
     Args:
-        robot: the robot.
         motion: its samples, or a single one.
         problem: whose scene, limits and payloads are shown too, and what each second teaches.
         payload: that was identified.

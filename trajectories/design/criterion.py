@@ -37,7 +37,6 @@ class Criterion(NamedTuple):
     """What is to be made small.
 
     Attributes:
-        kind: which number.
         reference: values that standard deviations are relative to, shape (c,); for "a".
         interest: positions of the parameters that count for "d" and "a", the others being estimated beside
             them; None for all.

@@ -26,7 +26,6 @@ class Minimum(NamedTuple):
     """Where a descent ended.
 
     Attributes:
-        x: the motion.
         evaluations: of the number and its gradient.
         curvature: inverse of the second derivatives as the steps showed them; None where it is not kept.
     """

@@ -91,7 +91,6 @@ class Floor:
         value: of the criterion, as in ``Score.value``.
         gap: value of the design less the floor's: for condition numbers the log of their ratio; for "a" the log of
             the ratio of standard deviations; for "d" twice that, as a geometric mean over the parameters.
-        states: number of states.
     """
 
     value: float

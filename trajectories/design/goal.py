@@ -56,7 +56,6 @@ class Goal:
             for a joint whose torque is not used.
         rate: independent samples per second that will be recorded [Hz].
         data_length: how long will be recorded, the motion being repeated [s]; None for one motion as it is.
-        earlier: information from earlier recordings.
         offsets: whether ``columns`` may name constant torques of the joints, though the robot has none of its own.
     """
 

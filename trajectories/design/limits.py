@@ -33,7 +33,6 @@ class Limit:
 
     Attributes:
         kind: what it takes to know it: one state by itself, torques, the whole motion, or where bodies are.
-        name: what it limits ("speed").
         labels: what each column belongs to ("joint 3").
         low, high: the interval of each column.
         middle, unit: the value in SI units is middle + y * unit, per column.

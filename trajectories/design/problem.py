@@ -28,7 +28,6 @@ class DesignProblem:
         robot, bounds: the robot and the limits of its joints.
         family: the motions among which to choose.
         goal: what is to be learnt.
-        kernel: the regressor.
         limits: what the motion has to keep.
         scene: what the motion keeps clear of, the ball of ``payloads`` included.
         payloads: the set for each body of which the torque limits hold, in the last link's frame.

@@ -47,9 +47,7 @@ class Score:
 
     Attributes:
         value: of the goal's criterion, for one second of data or the goal's data length: small is good.
-        limits: how near each limit comes.
         problem: by whose goal and limits it was judged.
-        samples: of the motion.
     """
 
     value: float

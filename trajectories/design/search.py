@@ -47,7 +47,6 @@ class Design(Speaks):
     """The most informative motion that was found.
 
     Attributes:
-        problem: what was asked.
         plan: the motion: ``ViaPoints``, ``BlendedPoints``, ``Fourier`` or ``NearMotion``.
         score: its criterion, what it teaches, its limits; exact sign, fine grid.
         seed, starts: where the search began.
@@ -141,7 +140,6 @@ class _Search:
     """The best motion so far, and the way to better ones.
 
     Attributes:
-        problem: what was asked.
         draw: random numbers of the starts.
         progress: called after each stage.
         evaluations: of criterion and gradient.
@@ -259,7 +257,6 @@ class _Course:
 
     Attributes:
         number: of the start, from 1.
-        x: the motion.
         limits: multipliers of its limits.
         curvature: of the augmented Lagrangian where the last descent ended; None where it is not known.
     """

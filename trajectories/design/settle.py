@@ -28,7 +28,6 @@ class Multipliers:
     """One signed multiplier a value, and intervals drawn in so that the motion keeps the limits between samples.
 
     Attributes:
-        limits: the limits.
         drawn: per limit and value, by how much its interval is drawn in on either side, in the limit's units.
         stiffness: weight of squared violations.
     """

@@ -32,7 +32,6 @@ class Kept(NamedTuple):
     """A motion after its whole run was looked at.
 
     Attributes:
-        x: the motion.
         score: of it.
         missed: limits that the whole run misses, the worst first.
     """

@@ -131,7 +131,6 @@ class BlendShape:
     """Moves at constant speed that blend into each other about the via points, ``BlendedPoints``.
 
     Attributes:
-        count: number of points.
         samples: parts of a move and a blend together between samples while optimising.
         durations: shortest and longest time from point to point [s].
         fixed: the times from point to point themselves [s], count - 1 of them or one for all; None for free.

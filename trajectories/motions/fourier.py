@@ -103,7 +103,6 @@ class FourierShape:
     """A Fourier series of a fixed duration.
 
     Attributes:
-        harmonics: number of harmonics.
         duration: period [s].
         samples: while optimising; 0 for 24 per period of the highest harmonic.
     """

@@ -108,11 +108,7 @@ class NearShape:
     duration: float
 
     def check(self, robot: Robot, bounds: JointBounds) -> None:
-        """Refuse what the robot cannot do.
-
-        Raises:
-            InputError: one line.
-        """
+        """Refuse what the robot cannot do."""
         moving = checked_joints(robot, self.joints)
         if len(self.ranges) != len(moving) or not (self.ranges > 0.0).all() or not np.isfinite(self.ranges).all():
             raise InputError(f"the range must be one positive number, or one for each of {len(moving)} joints")

@@ -74,7 +74,6 @@ class Family(Protocol):
     """Motions that depend smoothly on a vector x whose entries are of the order of 1.
 
     Attributes:
-        size: length of x.
         low, high: bounds of x, shape (size,).
         free_duration: whether the duration depends on x.
         reach: lowest and highest positions, each (n,), or (k, n): a row for each of k equal parts of the samples.

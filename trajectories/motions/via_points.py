@@ -85,7 +85,6 @@ class ViaPointShape:
     """A motion through via points.
 
     Attributes:
-        count: number of points.
         passing: whether it passes the inner points, or rests in each.
         samples: parts of a segment between samples while optimising, about.
         durations: shortest and longest time from point to point [s].

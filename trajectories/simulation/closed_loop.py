@@ -45,7 +45,6 @@ class ClosedLoop:
     """A robot with known parameters, its controller and its gears.
 
     Attributes:
-        robot: the robot.
         rate: of the samples [Hz].
         steps: of the integration (classical Runge-Kutta) per sample.
     """

@@ -24,8 +24,6 @@ class SimulatedRun:
     """One run: what was recorded, and what is known of it.
 
     Attributes:
-        task: what was asked for.
-        recording: what the controller wrote.
         exact: the motion and the motor torques without errors of measurement.
         friction: dry friction averaged over the motion, by parameter [N·m or N].
         tracking_error: largest distance from the reference, per joint [rad or m].
@@ -44,8 +42,6 @@ class Experiment:
 
     Attributes:
         robot: the robot; its parameters are the truth, dry friction on average over all times.
-        disturbances: levels.
-        errors: what was drawn for the robot.
         seed: of everything that was drawn.
         runs: in the order of the tasks.
     """

@@ -47,7 +47,6 @@ def disagreement(by_joints: ByJoints, gains: Array, few: bool = False) -> float:
     chance alone brings about widens nothing.
 
     Args:
-        by_joints: the payload as single joints see it.
         gains: covariance of the gains' stated relative errors, n x n; only what joints do not share counts.
         few: whether the standard deviations come from few blocks of time.
     """

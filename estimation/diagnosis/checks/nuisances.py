@@ -130,7 +130,6 @@ def mixtures(evidence: Evidence, raised: Sequence[str]) -> list[Finding]:
     """Joints or channels that changed places, a reversed gain list, a fault in one recording only.
 
     Args:
-        evidence: what was computed.
         raised: names of the checks that speak against the recordings.
     """
     if evidence.source is None or not set(raised) & set(_GUARDS):

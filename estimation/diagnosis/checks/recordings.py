@@ -193,7 +193,6 @@ def causes(evidence: Evidence, findings: Sequence[Finding]) -> list[Finding]:
     """What most likely went wrong, where the recordings contradict the model; suggested, never corrected.
 
     Args:
-        evidence: what was computed.
         findings: what the checks have found.
     """
     if evidence.sampled is not None:
