@@ -138,7 +138,15 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     called = next((word for word in words if not word.startswith("-")), None)
     for command, summary in COMMANDS.items():
         if command == called:
-            import_module(f".commands.{command}", __package__).add_parser(commands)
+            _declare(import_module(f".commands.{command}", __package__), commands, command)
         else:
             commands.add_parser(command, help=summary)
     return parser
+
+
+def _declare(module: ModuleType, commands: Any, command: str) -> None:
+    """The arguments of a command: those that its ``run`` takes, unless it says more of itself by ``add_parser``."""
+    if hasattr(module, "add_parser"):
+        module.add_parser(commands)
+    else:
+        import_module(".commands.options", __package__).add_command(commands, command, module.run)

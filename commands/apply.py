@@ -6,13 +6,13 @@ import math
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from .. import live, report
 from ..common.errors import InputError
 from . import ANSWERED, DO_NOT_USE
 from .dialogue import ask
-from .options import HostOptions, Options, add_command, option
+from .options import HostOptions, Options, option
 from .progress import note, quiet
 from .values import port_number
 
@@ -46,11 +46,6 @@ class _Host(HostOptions):
     """The controller that gets it."""
 
     GROUP: ClassVar[str] = "controller"
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "apply", run, _Apply, _Host)
 
 
 def run(request: _Apply, controller: _Host) -> int:

@@ -52,9 +52,6 @@ def add_parser(commands: Any) -> None:
         commands,
         "check",
         run,
-        _Robot,
-        ProcessingOptions,
-        _Logs,
         description="Look at logs: what was understood, what looks wrong, and how surely they show each base "
         "parameter. Whether order, senses and zeros of the joints are the robot's, and whether forward kinematics "
         "reproduces a logged tool pose, is for 'dynident robot check'.",

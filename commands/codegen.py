@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .. import model
 from . import ANSWERED
-from .options import Options, RobotOptions, add_command, option
+from .options import Options, RobotOptions, option
 from .progress import say
 
 
@@ -17,11 +16,6 @@ class _Code(Options):
 
     function: str = option(required=True, metavar="NAME", help="such as base_regressor")
     out: str = option(writes="folder", required=True, metavar="DIR", help="folder of the files, made if missing")
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "codegen", run, RobotOptions, _Code)
 
 
 def run(robot: RobotOptions, code: _Code) -> int:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .. import estimation, fleet, report
 from ..common.files import checksum
 from . import ANSWERED
-from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, add_command, option, recipe_of
+from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, option, recipe_of
 from .progress import bar
 
 
@@ -19,11 +18,6 @@ class _Logs(Options):
     logs: tuple[str, ...] = option(
         "logs", reads="without payload", nargs="+", metavar="LOG", help="recordings of one robot without payload"
     )
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "compare", run, RobotOptions, _Logs, ProcessingOptions, ResultOptions)
 
 
 def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files: ResultOptions) -> int:

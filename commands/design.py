@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from .. import report, trajectories
 from ..common.files import made_folder, write_text
@@ -20,7 +19,6 @@ from .options import (
     RehearsedRobotOptions,
     ShapeOptions,
     ViewOptions,
-    add_command,
     option,
 )
 from .values import positive, whole
@@ -56,22 +54,6 @@ class _DesignFiles(MotionFiles):
             folder = made_folder(self.val3)
             for name, text in report.motions.val3_files(written, folder.name).items():
                 write_text(folder / name, text)
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands,
-        "design",
-        run,
-        RehearsedRobotOptions,
-        ShapeOptions,
-        GoalOptions,
-        LimitOptions,
-        _Search,
-        _DesignFiles,
-        ViewOptions,
-    )
 
 
 def run(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from .. import report
 from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED, DO_NOT_USE
-from .options import Options, add_command, option
+from .options import Options, option
 from .progress import note
 
 if TYPE_CHECKING:
@@ -90,11 +90,6 @@ class _Export(Options):
         if self.meters_per_unit is not None:
             load = replace(load, meters_per_unit=self.meters_per_unit)
         return load
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "export", run, _Export)
 
 
 def run(request: _Export) -> int:

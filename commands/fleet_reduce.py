@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any
 
 from .. import fleet, report
 from ..common.errors import InputError
@@ -15,7 +14,6 @@ from .options import (
     ProcessingOptions,
     ResultOptions,
     RobotOptions,
-    add_command,
     option,
     recipe_of,
 )
@@ -56,12 +54,6 @@ class _Reduce(Options):
         if not self.logs and self.table is None:
             raise InputError("no logs: give files, folders or globs, or --table")
         return fleet.catalog.catalog(fleet.catalog.found_logs(self.logs), self.pattern, self.table)
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parts = (RobotOptions, _Reduce, GainOptions, ProcessingOptions, ResultOptions)
-    add_command(commands, "reduce", run, *parts, help="each recording to a passport in a store")
 
 
 def run(

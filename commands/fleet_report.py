@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from .. import fleet, report
 from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED
-from .options import Options, PageOptions, add_command, option
+from .options import Options, PageOptions, option
 from .progress import bar
 from .values import positive_number
 
@@ -34,11 +33,6 @@ class _Store(Options):
     def monthly(self) -> float:
         """False alarms a month, as asked for or usual; known only where a report is made: start-up stays short."""
         return self.false_alarms or fleet.alarms.FALSE_ALARMS
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "report", run, _Store, PageOptions, help="friction, payload, scales: what changed")
 
 
 def run(request: _Store, files: PageOptions) -> int:

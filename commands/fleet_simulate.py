@@ -18,7 +18,7 @@ from ..common.errors import InputError
 from ..common.files import made_folder, write_bytes, write_text
 from ..fleet.simulated import Scenario, TrueArm, TrueNight, damaged, simulated_arms
 from . import ANSWERED
-from .options import Options, add_command, option, print_lines
+from .options import Options, option, print_lines
 from .progress import bar
 from .simulate import rate, root_mean_square
 from .values import fraction, number, positive, share, whole
@@ -112,11 +112,6 @@ class _Simulate(Options):
     def scenario(self) -> Scenario:
         """What the fleet goes through."""
         return Scenario(**{name: getattr(self, name) for name in Scenario.__dataclass_fields__})
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "simulate", run, _Simulate, help="a fleet that never was, with the truth beside")
 
 
 def run(request: _Simulate) -> int:

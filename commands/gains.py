@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from .. import estimation, report
 from ..common.errors import InputError
 from . import answered
-from .options import Options, PageOptions, ProcessingOptions, RobotOptions, add_command, option
+from .options import Options, PageOptions, ProcessingOptions, RobotOptions, option
 from .progress import status
 from .values import masses_list, whole_list
 
@@ -74,11 +74,6 @@ class _Processing(ProcessingOptions):
     """Processing without the gains that are asked for."""
 
     WITHOUT: ClassVar[frozenset[str]] = frozenset({"drive_gains"})
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "gains", run, RobotOptions, _Known, _Processing, PageOptions)
 
 
 def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:

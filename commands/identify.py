@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
@@ -16,7 +16,6 @@ from .options import (
     ProcessingOptions,
     RobotOptions,
     TableOptions,
-    add_command,
     logs_of,
     option,
     recipe_of,
@@ -150,20 +149,6 @@ class _Identify(Options):
             return ()
         values = possible.values if possible is not None else result.estimate.values
         return estimation.rollout.roll_out_all(result.robot, values, held_out, processing, progress=progress)
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parts = (
-        RobotOptions,
-        _Identify,
-        EssentialOptions,
-        GainOptions,
-        ProcessingOptions,
-        TableOptions,
-        PassportOptions,
-    )
-    add_command(commands, "identify", run, *parts)
 
 
 def run(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from .options import (
     NoiseOptions,
     RehearsedRobotOptions,
     ViewOptions,
-    add_command,
     in_si,
 )
 from .options.goals import RATE
@@ -37,21 +36,6 @@ _NOISE = 0.007
 """Of the torque limit: standard deviation of a torque sample where none is given; real arms have 0.5 to 0.9 %."""
 _NOISE_RATE, _PAPER_RATE = 10.0, 250.0  # Hz
 _LEFT = 1.25  # of the mass expected: what runs of the ladder leave possible, and the motion bears at full speed
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands,
-        "near",
-        run,
-        RehearsedRobotOptions,
-        NearOptions,
-        NoiseOptions,
-        LimitOptions,
-        NearFiles,
-        ViewOptions,
-    )
 
 
 def run(

@@ -48,13 +48,9 @@ def add_parser(commands: Any) -> None:
     """Arguments of the command and of those below it."""
     parser = commands.add_parser("passport", help=COMMANDS["passport"])
     below = parser.add_subparsers(required=True, metavar="what")
-    add_command(
-        below, "show", run_show, _One, ResultOptions, help="value, interval and verdict by the passport alone"
-    )
-    add_command(below, "merge", run_merge, _Several, _Merged, _Quietly, help="one passport of all logs of several")
-    add_command(
-        below, "compare", run_compare, _Several, ResultOptions, help="the same parameters by several passports"
-    )
+    add_command(below, "show", run_show, help="value, interval and verdict by the passport alone")
+    add_command(below, "merge", run_merge, help="one passport of all logs of several")
+    add_command(below, "compare", run_compare, help="the same parameters by several passports")
 
 
 def run_show(request: _One, files: ResultOptions) -> int:

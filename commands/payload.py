@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import estimation, fleet, report
 from ..common.errors import InputError
@@ -20,7 +20,6 @@ from .options import (
     Setup,
     TableOptions,
     ViewOptions,
-    add_command,
     logs_of,
     option,
     recipe_of,
@@ -97,22 +96,6 @@ class _Payload(FrictionOptions):
             self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
         if essential and self.method not in ("4", "all"):
             raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parts = (
-        FramedRobotOptions,
-        _Payload,
-        KnowledgeOptions,
-        GainOptions,
-        EssentialOptions,
-        PairOptions,
-        TableOptions,
-        ViewOptions,
-        PassportOptions,
-    )
-    add_command(commands, "payload", run, *parts)
 
 
 def run(

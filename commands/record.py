@@ -6,12 +6,11 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 from .. import live
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import HostOptions, Options, add_command, option
+from .options import HostOptions, Options, option
 from .progress import note, status
 from .values import positive_number
 
@@ -32,11 +31,6 @@ class _Record(Options):
         type=positive_number, metavar="HZ", help="samples a second (default: as fast as the controller can)"
     )
     out: str = option(writes="file", required=True, metavar="F", help="file to write: .csv, .csv.gz, .parquet")
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "record", run, _Record, HostOptions)
 
 
 def run(request: _Record, controller: HostOptions) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from .. import model
@@ -14,9 +15,13 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser("robot", help=COMMANDS["robot"])
     below = parser.add_subparsers(required=True, metavar="what")
     add_command(below, "list", run_list, help="the shipped robots")
-    for command in (robot_show, robot_new, robot_check):
-        command.add_parser(below)
-    robot_simulator.add_parsers(below)
+    add_command(below, "show", robot_show.run, help="table, limits and frames of a robot, and a drawing")
+    new, check = robot_new.DESCRIPTION, robot_check.DESCRIPTION
+    add_command(below, "new", robot_new.run, help="make a robot's file from a data sheet", description=new)
+    question = "check order, senses and zeros of the joints by a recording: its tool poses, its torques"
+    add_command(below, "check", robot_check.run, help=question, description=check)
+    for name, title in robot_simulator.FORMATS.items():
+        add_command(below, name, partial(robot_simulator.run, name), help=f"write the whole robot as {title}")
 
 
 def run_list() -> int:

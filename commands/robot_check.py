@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
-from .options import FilterOptions, PageOptions, RobotOptions, Setup, add_command, option
+from .options import FilterOptions, PageOptions, RobotOptions, Setup, option
 from .progress import status
 from .robot_poses import checked_poses
 
-_DESCRIPTION = """
+DESCRIPTION = """
 Where a log carries the pose of the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward
 kinematics must reproduce it: the residual is told with the constant base and tool that fit best. Where it carries
 torques or currents, recorded without payload, other orders, senses and zeros of the joints are ranked by what the
 robot's model leaves unexplained. The best one is suggested, never applied. Exit status 1 if the pose is not
 reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
+"""What its help says."""
 
 
 @dataclass(frozen=True)
@@ -28,20 +29,6 @@ class _Data(PageOptions):
 
     data: tuple[str, ...] = option(
         reads="without payload", action="append", required=True, metavar="LOG", help="recording without payload"
-    )
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands,
-        "check",
-        run,
-        RobotOptions,
-        FilterOptions,
-        _Data,
-        help="check order, senses and zeros of the joints by a recording: its tool poses, its torques",
-        description=_DESCRIPTION,
     )
 
 

@@ -17,18 +17,19 @@ from ..common.errors import InputError
 from ..common.files import write_text
 from . import ANSWERED
 from .dialogue import ask
-from .options import Options, add_command, option, print_lines
+from .options import Options, option, print_lines
 from .progress import note
 from .robot_show import check_drawing, draw
 from .values import numbers, positive_number, texts
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_DESCRIPTION = """
+DESCRIPTION = """
 Take any pose in which the data sheet draws the arm. x, y, z are those of the base: z up along the mounting, x to
 the front. For every joint, base to tip, give the direction of its axis (by the right-hand rule: thumb along it, the
 fingers turn the way the sheet counts positive) and any point on the axis; then the flange. What is not given as
 an option is asked for.
 """
+"""What its help says."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,6 @@ class _Sheet(Options):
     overwrite: bool = option(action="store_true", help="replace the file if it is there")
 
 
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands, "new", run, _Sheet, help="make a robot's file from a data sheet", description=_DESCRIPTION
-    )
-
-
 def run(request: _Sheet) -> int:
     """Run it."""
     check_drawing(request.drawing)
@@ -104,7 +98,7 @@ def asked(sheet: _Sheet) -> _Sheet:
     if not sys.stdin.isatty():
         options = ", ".join(f"--{name}" for name in missing)
         raise InputError(f"give {options}, or run it in a terminal to be asked")
-    print(" ".join(_DESCRIPTION.split()))
+    print(" ".join(DESCRIPTION.split()))
     name = sheet.name or ask("Short name", str)
     joint = sheet.joint or _asked_joints()
     flange = sheet.flange or ask(

@@ -12,7 +12,7 @@ import numpy as np
 from .. import model, report
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import FramedRobotOptions, Options, ViewOptions, add_command, in_si, option, print_lines
+from .options import FramedRobotOptions, Options, ViewOptions, in_si, option, print_lines
 from .values import numbers
 
 
@@ -24,19 +24,6 @@ class _Drawing(Options):
         type=numbers, metavar="Q1,Q2,..", help="positions to draw [deg or m] (default: 0)"
     )
     drawing: str | None = option(writes="file", metavar="F", help="write a stick figure: .png, .svg or .pdf")
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands,
-        "show",
-        run,
-        FramedRobotOptions,
-        _Drawing,
-        ViewOptions,
-        help="table, limits and frames of a robot, and a drawing",
-    )
 
 
 def run(arm: FramedRobotOptions, drawing: _Drawing, view: ViewOptions) -> int:

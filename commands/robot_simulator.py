@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
 from ..common.files import write_text
 from ..common.schema import present
 from . import ANSWERED, DO_NOT_USE
-from .options import Options, RobotOptions, add_command, option, print_lines
+from .options import Options, RobotOptions, option, print_lines
 
 FORMATS = {"mjcf": "MJCF (MuJoCo)", "usd": "USD (Isaac Sim)", "urdf": "URDF", "sdf": "SDFormat (Gazebo, Drake)"}
 """The formats, told again here so that ``--help`` need not load them."""
@@ -68,14 +66,6 @@ class _Bodies(Options):
             "gauge",
             "is gone: only links that can exist are written, where data say nothing by a prior: 'dynident identify "
             "--constrained prior --prior-mass KG --json F' gives them (KG: the moving links' mass)",
-        )
-
-
-def add_parsers(commands: Any) -> None:
-    """Arguments of the commands, one a format."""
-    for name, title in FORMATS.items():
-        add_command(
-            commands, name, partial(run, name), RobotOptions, _Bodies, help=f"write the whole robot as {title}"
         )
 
 

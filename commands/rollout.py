@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .. import estimation, model, report
 from ..common.errors import InputError
 from . import ANSWERED
-from .options import FilterOptions, Options, PageOptions, RobotOptions, add_command, option
+from .options import FilterOptions, Options, PageOptions, RobotOptions, option
 from .progress import status
 from .values import seconds_list
 
@@ -47,11 +46,6 @@ class _Rollout(Options):
                 raise InputError(f"{path}: two models are called {arm.name}: rename a file")
             models[arm.name] = arm
         return models
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "rollout", run, RobotOptions, _Rollout, FilterOptions, PageOptions)
 
 
 def run(arm: RobotOptions, request: _Rollout, processing: FilterOptions, files: PageOptions) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from .options import (
     PageOptions,
     RehearsedRobotOptions,
     ViewOptions,
-    add_command,
     option,
 )
 from .values import positive_number, whole
@@ -41,13 +39,6 @@ class _Scored(Options):
     )
     seed: int | None = option(
         group="floor", type=whole, metavar="SEED", help="of the random states of --bound (default: 0)"
-    )
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(
-        commands, "score", run, RehearsedRobotOptions, _Scored, GoalOptions, LimitOptions, PageOptions, ViewOptions
     )
 
 

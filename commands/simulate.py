@@ -19,7 +19,7 @@ from .. import __version__, estimation, model, report, trajectories
 from ..common.errors import InputError
 from ..common.files import made_folder
 from . import ANSWERED
-from .options import Options, RehearsedRobotOptions, ViewOptions, add_command, option, print_lines
+from .options import Options, RehearsedRobotOptions, ViewOptions, option, print_lines
 from .progress import bar
 from .values import number, share, whole
 
@@ -84,11 +84,6 @@ class _Simulate(Options):
     out: str = option(
         writes="folder", required=True, metavar="DIR", help="folder of the recordings and of truth.toml"
     )
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "simulate", run, RehearsedRobotOptions, _Simulate, ViewOptions)
 
 
 def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:

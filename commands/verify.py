@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .. import estimation, report
 from . import ANSWERED, DO_NOT_USE
-from .options import ArmOptions, LogOptions, Options, PageOptions, add_command, option
+from .options import ArmOptions, LogOptions, Options, PageOptions, option
 
 
 @dataclass(frozen=True)
@@ -22,11 +21,6 @@ class _Pair(Options):
         "what --log-map names; old number in the controller",
     )
     after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "verify", run, ArmOptions, _Pair, LogOptions, PageOptions)
 
 
 def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
@@ -21,7 +21,6 @@ from .options import (
     RobotOptions,
     Setup,
     ViewOptions,
-    add_command,
     logs_of,
     option,
     recipe_of,
@@ -67,12 +66,6 @@ class _Weigh(FrictionOptions):
     inertia: str | None = option(
         metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
     )
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    parts = (RobotOptions, _Weigh, KnowledgeOptions, GainOptions, PairOptions, PageOptions, ViewOptions)
-    add_command(commands, "weigh", run, *parts, PassportOptions, LiveOptions, HostOptions)
 
 
 def run(

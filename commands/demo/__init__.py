@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from .. import ANSWERED
-from ..options import Options, PageOptions, add_command, option
+from ..options import Options, PageOptions, option
 from ..values import positive, share, whole
 from .experiment import demonstrate
 
@@ -33,11 +33,6 @@ class _Pages(PageOptions):
     """The report and its figures; JSON stands in the folder of the results."""
 
     WITHOUT: ClassVar[frozenset[str]] = frozenset({"json"})
-
-
-def add_parser(commands: Any) -> None:
-    """Arguments of the command."""
-    add_command(commands, "demo", run, _Demo, _Pages)
 
 
 def run(demo: _Demo, pages: _Pages) -> int:

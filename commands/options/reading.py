@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
+from inspect import signature
 from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
@@ -130,16 +131,16 @@ class _Terminal(Options):
         return "quiet" if self.quiet else "verbose" if self.verbose else "plain"
 
 
-def add_command(commands: Any, name: str, run: Callable[..., int], *parts: type[Options], **how: Any) -> None:
-    """Declare a command: ``run`` is called with a value of each of its parts, whose files are checked before.
+def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -> None:
+    """Declare a command by the options that ``run`` takes; files that they name are checked before it is called.
 
     Args:
         run: does it; returns the exit status.
         how: of argparse; the help of a command below another one.
     """
     parser = commands.add_parser(name, **({"help": COMMANDS[name]} | how if name in COMMANDS else how))
-    declared: list[type[Options]] = [*parts, _Terminal]
-    for part in declared:
+    parts = [parameter.annotation for parameter in signature(run, eval_str=True).parameters.values()]
+    for part in (*parts, _Terminal):
         part.declare(parser)
 
     def called(arguments: argparse.Namespace) -> int:
