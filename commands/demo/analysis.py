@@ -46,9 +46,10 @@ def analyse(experiment: trajectories.Experiment, progress: Progress = silent) ->
     answer = estimation.answer_payload(problem, held_out=last[:1])
     progress("robot and payload together")
     joint, essential = robust_joint(problem), essential_joint(problem)
-    loaded = estimation.payload.loaded_problem(
-        robot, problem.base, [estimation.signals.measurement(last[1], robot.processing)], robot.processing
-    )
+    measured = estimation.signals.measurement(last[1], robot.processing)
+    loaded = estimation.payload.payload_equations(
+        robot, problem.base, [measured], [], [], robot.processing, blocks=False
+    ).loaded
     truth = true_values(experiment, problem)
     return Analysis(experiment, alone, answer, joint, essential, truth, estimation.fit.fit(loaded, joint.values))
 

@@ -9,8 +9,6 @@ from .constant_torques import OFFSET_SHARE as OFFSET_SHARE
 from .constrained import ConstrainedPayload as ConstrainedPayload
 from .constrained import constrain_payload as constrain_payload
 from .equations import PairedMeasurement as PairedMeasurement
-from .equations import difference_problem as difference_problem
-from .equations import loaded_problem as loaded_problem
 from .equations import payload_equations as payload_equations
 from .following import FollowingChange as FollowingChange
 from .following import following_change as following_change

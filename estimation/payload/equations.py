@@ -1,7 +1,8 @@
 """The equations of recordings with payload, [W W_L] of (22) and W_L of (29), whole and in blocks of time."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
@@ -14,9 +15,9 @@ from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equation_code import PATH
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations
 from ..equations.observer import Observer, Pieces, used_pieces
-from ..equations.reduction import Recorded, Residuals, recorded, reduced_measurement
+from ..equations.reduction import Recorded, Residuals, recorded
 from ..equations.shared_torque import known_spring
 from ..fit.blocks import (
     FEWEST,
@@ -48,12 +49,18 @@ class PairedMeasurement(NamedTuple):
     lag: float = 0.0
 
 
-class _Reduced(NamedTuple):
-    """The equations of one load, the recordings that they come from, and how long their errors remember."""
+@dataclass(frozen=True, eq=False)
+class _Load:
+    """The equations of one load, the recordings that they come from, and those that their memory is judged by."""
 
     equations: Equations
     recordings: list[Recorded]
-    memory: Remembered
+    judged: Equations
+
+    @cached_property
+    def memory(self) -> Remembered:
+        """How long the errors remember."""
+        return remembered(self.recordings, self.judged)
 
     def in_blocks(self, edges: Sequence[Array], length: float) -> Equations:
         """The equations cut between the edges of each recording, blocks of ``length`` [s]."""
@@ -79,33 +86,6 @@ def loaded_observer(robot: Robot, base: BaseParameters) -> Observer:
     """Observer of [W W_L], columns base, then ``PAYLOAD``."""
     names = (*base.columns, *PAYLOAD)
     return Observer(robot, (*base.columns, *payload_columns(robot)), names)
-
-
-def difference_observer(robot: Robot) -> Observer:
-    """Observer of W_L alone."""
-    return Observer(robot, payload_columns(robot), PAYLOAD)
-
-
-def loaded_problem(
-    robot: Robot, base: BaseParameters, measurements: Sequence[Measurement], processing: Processing
-) -> Equations:
-    """Equations [W W_L] of (22)."""
-    observer = loaded_observer(robot, base)
-    return merged(reduced_measurement(observer, data, processing) for data in measurements)
-
-
-def difference_problem(
-    robot: Robot, pairs: Sequence[tuple[Measurement, Measurement]], processing: Processing
-) -> Equations:
-    """Equations W_L of (29) from (unloaded, loaded) measurements on one trajectory and time.
-
-    W_L is taken on the loaded motion.
-    """
-    observer = difference_observer(robot)
-    return merged(
-        reduced_measurement(observer, torque_change(robot, unloaded, loaded), processing, unloaded.motion)
-        for unloaded, loaded in pairs
-    )
 
 
 def torque_change(robot: Robot, unloaded: Measurement, loaded: Measurement) -> Measurement:
@@ -153,12 +133,14 @@ def payload_equations(
         blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
         known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """
-    if not blocks:
-        return _whole(robot, base, loaded, unloaded, pairs, processing)
     observer = _observer(robot, base)
-    heavy = _with_payload(observer, base, loaded, processing)
-    bare = _without_payload(observer, base, unloaded, processing) if unloaded else None
-    change = _reduced(*_changes(observer, base, pairs, bare.equations, processing)) if pairs and bare else None
+    heavy, bare, change = _with_payload(observer, base, loaded, processing), None, None
+    if unloaded:
+        bare = _load(observer.only(base.columns), (used_pieces(data, processing) for data in unloaded))
+    if pairs and bare is not None:
+        change = _changes(observer, base, pairs, bare.equations, processing)
+    if not blocks:
+        return PayloadEquations(heavy.equations, bare and bare.equations, change and change.equations)
     length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
     edges = [block_edges(ends, length) for ends in heavy.memory.spans]
     without = _in_partners_blocks(bare, _partners_edges(edges, pairs), length) if bare is not None else None
@@ -170,33 +152,26 @@ def payload_equations(
 
 def _with_payload(
     observer: Observer, base: BaseParameters, loaded: Sequence[Measurement], processing: Processing
-) -> _Reduced:
+) -> _Load:
     """Equations [W W_L] of (22); their memory is judged by what W alone leaves."""
     columns = (*base.columns, *payload_columns(observer.robot))
     pieces = (used_pieces(data, processing) for data in loaded)
     equations, recordings = recorded(observer.only(columns, (*base.columns, *PAYLOAD)), pieces)
-    return _Reduced(equations, recordings, remembered(recordings, equations.select(base.columns)))
+    return _Load(equations, recordings, equations.select(base.columns))
 
 
-def _without_payload(
-    observer: Observer, base: BaseParameters, unloaded: Sequence[Measurement], processing: Processing
-) -> _Reduced:
-    """Equations W of (14)."""
-    pieces = (used_pieces(data, processing) for data in unloaded)
-    return _reduced(*recorded(observer.only(base.columns), pieces))
+def _load(observer: Observer, pieces: Iterable[Pieces]) -> _Load:
+    """Equations whose memory is judged by what they leave themselves."""
+    equations, recordings = recorded(observer, pieces)
+    return _Load(equations, recordings, equations)
 
 
-def _reduced(equations: Equations, recordings: list[Recorded]) -> _Reduced:
-    """Equations with the memory of what they leave themselves."""
-    return _Reduced(equations, recordings, remembered(recordings, equations))
-
-
-def _in_partners_blocks(bare: _Reduced, edges: Sequence[Array], length: float) -> Equations:
+def _in_partners_blocks(bare: _Load, edges: Sequence[Array], length: float) -> Equations:
     """Equations without payload, cut where their partners are; without partners by their own times."""
     return bare.in_blocks(edges or [block_edges(ends, length) for ends in bare.memory.spans], length)
 
 
-def _inflation_beside(known: Estimate, heavy: _Reduced) -> tuple[float, ...]:
+def _inflation_beside(known: Estimate, heavy: _Load) -> tuple[float, ...]:
     """By how much memory raises the variance of each joint's errors beside a robot that is known."""
     own = memory_factors(_left_by(known, heavy.recordings, heavy.equations))
     return tuple(max(factor, _memory_of(known)) for factor in own)
@@ -229,26 +204,6 @@ def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:
     return (SHORTEST, True) if few else (length, False)
 
 
-def _whole(
-    robot: Robot,
-    base: BaseParameters,
-    loaded: Sequence[Measurement],
-    unloaded: Sequence[Measurement],
-    pairs: Sequence[PairedMeasurement],
-    processing: Processing,
-) -> PayloadEquations:
-    """Equations that are not cut in blocks."""
-    observer = Observer(robot, base.columns)
-    with_payload = loaded_problem(robot, base, loaded, processing)
-    if not unloaded:
-        return PayloadEquations(with_payload, None, None)
-    without = merged(reduced_measurement(observer, data, processing) for data in unloaded)
-    if not pairs:
-        return PayloadEquations(with_payload, without, None)
-    difference, _ = _changes(_observer(robot, base), base, pairs, without, processing)
-    return PayloadEquations(with_payload, without, difference)
-
-
 def _observer(robot: Robot, base: BaseParameters) -> Observer:
     """Observer of all that is asked of a pair, by one generated code: base columns, the payload's, ``PATH``."""
     return Observer(robot, (*base.columns, *payload_columns(robot), PATH))
@@ -260,11 +215,11 @@ def _changes(
     pairs: Sequence[PairedMeasurement],
     unloaded: Equations,
     processing: Processing,
-) -> tuple[Equations, list[Recorded]]:
-    """Equations (29) of pairs, the torque of paths that differ taken off, and those of each."""
+) -> _Load:
+    """Equations (29) of pairs, the torque of paths that differ taken off."""
     chi, bare = robot_of(unloaded), observer.only(base.columns)
     alone = observer.only((*payload_columns(observer.robot), PATH), (*PAYLOAD, PATH))
-    return recorded(alone, (_change(bare, chi, pair, processing) for pair in pairs))
+    return _load(alone, (_change(bare, chi, pair, processing) for pair in pairs))
 
 
 def _change(observer: Observer, chi: Array, pair: PairedMeasurement, processing: Processing) -> Pieces:

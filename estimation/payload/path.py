@@ -7,19 +7,13 @@ sag for a delay.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import BaseParameters, Motion, Robot
-from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ..equations.equation_code import PATH
 from ..equations.equations import Equations
-from ..equations.observation import Observation
-from ..equations.observer import Observer
-from ..equations.shared_torque import known_spring
 from ..fit.roles import Known
 
 _UNSURE = 0.25
@@ -49,31 +43,6 @@ def robot_of(unloaded: Equations) -> Array:
             for name, value in zip(unloaded.columns, values, strict=True)
         ]
     )
-
-
-def path_torque(robot: Robot, base: BaseParameters, chi: Array, unloaded: Motion, loaded: Motion) -> Array:
-    """What the robot itself needs more on the loaded than on the unloaded path [N·m or N], N x n.
-
-    Args:
-        chi: their values, friction zero.
-        unloaded: motion on the same time.
-        loaded: motion.
-    """
-    observer = Observer(robot, base.columns)
-    return observer.torques(loaded, chi) - observer.torques(unloaded, chi)
-
-
-def less_path(robot: Robot, change: Measurement, path: Array) -> tuple[Measurement, Measurement]:
-    """A difference of torques less what the path explains, and that as a measurement of its own."""
-    spring = known_spring(robot)
-    before = None if spring is None else spring.torque(change.motion.q[:, spring.joint - 1])
-    return replace(change, torque=change.torque - path), Measurement(change.motion, path, before)
-
-
-def with_path(change: Observation, path: Observation) -> Observation:
-    """Equations with one more column: the torque that was taken off."""
-    W = tuple(np.column_stack([own, path_column]) for own, path_column in zip(change.W, path.Y, strict=True))
-    return replace(change, columns=(*change.columns, PATH), W=W)
 
 
 def known_path(columns: Sequence[str], joints: int) -> tuple[Known, ...]:

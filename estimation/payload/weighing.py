@@ -12,6 +12,7 @@ from ...model.motion import Measurement
 from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
+from ..equations.equation_code import PATH
 from ..equations.equations import PAYLOAD
 from ..equations.observation import Observation
 from ..equations.observer import Observer
@@ -122,12 +123,13 @@ def each_alone(problem: PayloadProblem) -> list[PayloadProblem]:
 
 
 def observer_of(robot: Robot, base: BaseParameters | None, frees: bool = True) -> Observer:
-    """Observer of [W, free columns, W_L]; of torque differences without base parameters and nothing viscous."""
+    """Observer of [W, free columns, W_L]; of torque differences [free columns, W_L, ``PATH``], nothing viscous."""
     free = robot.with_offsets(True)
     own = base.columns if base is not None else ()
     friction = (*friction_columns(robot), *(name for name in own if parameter_kind(name) == "FV")) if frees else ()
-    columns = (*own, *friction, *payload_columns(free))
-    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD))
+    path = (PATH,) if base is None else ()
+    columns = (*own, *friction, *payload_columns(free), *path)
+    return Observer(free, columns, (*own, *(f"{FREE}{name}" for name in friction), *PAYLOAD, *path))
 
 
 def runs_of(

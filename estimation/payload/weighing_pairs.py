@@ -23,8 +23,8 @@ from .constant_torques import (
     coulomb_friction,
     held_offsets,
 )
-from .equations import difference_observer, torque_change
-from .path import less_path, path_torque, robot_of, with_path
+from .equations import torque_change
+from .path import robot_of
 from .problem import PayloadProblem, Source
 from .ripple import Wave, ripple_of
 from .short_motion import at_rest, telling_rows
@@ -96,14 +96,14 @@ def _changes(
         moving: numbers of the joints that move.
     """
     free = robot.with_offsets(True)
-    base, observer, path_observer = base_parameters(free), observer_of(robot, None), difference_observer(robot)
+    whole, observer = Observer(free, base_parameters(free).columns), observer_of(robot, None)
     observations, ripples = [], []
     for (bare, heavy), keep in zip(pairs, masks, strict=True):
-        path = path_torque(free, base, own_parameters, bare.motion, _held_as(bare.motion, heavy.motion, moving))
-        change, path_share = less_path(robot, torque_change(robot, bare, heavy), path)
-        factor = processing.thinning(change.motion.rate)
-        equations, waves = _observed(observer, change, keep, factor)
-        observations.append(with_path(equations, path_observer.observe_rows(path_share, keep, factor)))
+        both = (_held_as(bare.motion, heavy.motion, moving), bare.motion)
+        on_loaded, on_unloaded = (whole.torques(motion, own_parameters) for motion in both)
+        change = replace(torque_change(robot, bare, heavy), path=on_loaded - on_unloaded)
+        equations, waves = _observed(observer, change, keep, processing.thinning(change.motion.rate))
+        observations.append(equations)
         ripples.append(waves)
     return observations, ripples
 
@@ -144,9 +144,10 @@ def _aligned_pairs(
 def _observed(
     observer: Observer, data: Measurement, keep: Mask, decimate: int
 ) -> tuple[Observation, tuple[Wave, ...]]:
-    """The equations of one recording, and the ripple that is free in them."""
+    """The equations of one recording, ``PATH`` their last column, and the ripple that is free in them."""
     plain = observer.observe_rows(data, keep, decimate)
-    waves, columns = ripple_of(plain, data, keep, decimate)
+    less_path = replace(plain, columns=plain.columns[:-1], W=tuple(own[:, :-1] for own in plain.W))
+    waves, columns = ripple_of(less_path, data, keep, decimate)
     if not waves:
         return plain, ()
     names = tuple(f"{FREE}{k}" for k in range(columns[0].shape[1]))

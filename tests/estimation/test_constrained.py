@@ -20,8 +20,8 @@ from dynident.estimation import (
     read_recording,
     solve_constrained,
 )
-from dynident.estimation.equations import Observer, merged, reduced_measurement
-from dynident.estimation.payload import combined, loaded_problem
+from dynident.estimation.equations import merged
+from dynident.estimation.payload import combined, payload_equations
 from dynident.estimation.possible.cone import ConeProgram, solve_cone
 from dynident.model import InertialParameters, base_parameters, load_robot
 from dynident.model.motion import Measurement
@@ -163,8 +163,9 @@ def noisy(
         for data in exact_pair(simulator)
     )
     base = base_parameters(robot)
-    unloaded = reduced_measurement(Observer(robot, base.columns), bare, EXACT)
-    return PayloadProblem(robot, base, loaded_problem(robot, base, [loaded], EXACT), unloaded)
+    return PayloadProblem(
+        robot, base, **payload_equations(robot, base, [loaded], [bare], [], EXACT, blocks=False)._asdict()
+    )
 
 
 def test_joint_problem_gives_the_same(noisy: PayloadProblem) -> None:

@@ -8,9 +8,14 @@ import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
-from dynident.estimation.equations import Observer, merged, reduced_measurement
 from dynident.estimation.fit import weighted
-from dynident.estimation.payload import combined, difference_problem, loaded_problem, payload_map, usable_methods
+from dynident.estimation.payload import (
+    PairedMeasurement,
+    combined,
+    payload_equations,
+    payload_map,
+    usable_methods,
+)
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator
@@ -36,14 +41,10 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
 
     pairs = [(noisy(a), noisy(b)) for a, b in pairs]
     base = base_parameters(robot)
-    observer = Observer(robot, base.columns)
-    return PayloadProblem(
-        robot=robot,
-        base=base,
-        loaded=loaded_problem(robot, base, [loaded for _, loaded in pairs], EXACT),
-        unloaded=merged(reduced_measurement(observer, bare, EXACT) for bare, _ in pairs),
-        difference=difference_problem(robot, [(a, b) for a, b in pairs], EXACT),
-    )
+    bare, loaded = zip(*pairs, strict=True)
+    together = [PairedMeasurement(*pair) for pair in pairs]
+    equations = payload_equations(robot, base, loaded, bare, together, EXACT, blocks=False)
+    return PayloadProblem(robot, base, **equations._asdict())
 
 
 @pytest.mark.parametrize("method", METHODS)
