@@ -191,4 +191,4 @@ def field_names(kind: type) -> tuple[str, ...]:
     """Names of a value's fields in their order."""
     if dataclasses.is_dataclass(kind):
         return tuple(field.name for field in dataclasses.fields(kind))
-    return tuple(getattr(kind, "_fields", ()))
+    return tuple(getattr(kind, "_fields", getattr(kind, "__struct_fields__", ())))

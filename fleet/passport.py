@@ -4,9 +4,10 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from ..common.errors import InputError
+from ..common.schema import Document
 from ..estimation.diagnosis.evidence import Sampled
 from ..estimation.equations.equations import Equations
 from ..estimation.fit.drive_gains import Gains
@@ -19,7 +20,7 @@ from ..model import BaseParameters, Processing, Robot
 Kind = Literal["identify", "payload", "weigh"]
 
 
-class Log(NamedTuple):
+class Log(Document, frozen=True):
     """A log that was read.
 
     ``role``: "without payload", "with payload" or "held out"; ``name``: of the file; ``sha256``: of its bytes.

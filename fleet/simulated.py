@@ -7,12 +7,13 @@ and when. Each arm draws from a seed of its own, so that more arms or days leave
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from ..common.arrays import Array
 from ..common.errors import InputError
+from ..common.schema import Document
 from ..model import InertialParameters, Robot
 from ..model.names import parameter_kind
 
@@ -79,7 +80,7 @@ class Scenario:
             raise InputError("more than all logs would be missing or damaged")
 
 
-class Event(NamedTuple):
+class Event(Document, frozen=True):
     """What happens to an arm: ``what`` ("wear", "payload" or "replaced"), since which ``day``, and by how much.
 
     ``quantity``: the friction that wears ("FS2"), else empty; ``size``: a share for wear, kg for a payload.

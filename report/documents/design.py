@@ -245,7 +245,7 @@ def near_document(
         robot=design.problem.robot.name,
         near=NearMotion.of(shape, motion),
         visibility=VisibilityDocument.of(visibility),
-        predicted_sigma=spread_document(spread),
+        predicted_sigma=SpreadDocument.of(spread),
         rehearsal_s=motion.slowed(0.1).duration,
         ladder=tuple(rungs) or None,
         limits=LimitsDocument(
@@ -256,8 +256,3 @@ def near_document(
         payload_bounds=_payload_bounds(design.problem, score),
         assumed=design.problem.robot.assumed(*rests_on(design.problem)),
     )
-
-
-def spread_document(spread: PayloadSpread) -> SpreadDocument:
-    """Standard deviations; null where not visible."""
-    return SpreadDocument.of(spread)

@@ -9,7 +9,7 @@ from ...fleet import Fleet
 from ...fleet.alarms import Alarm
 from ...fleet.reduction import Reduced
 from ...fleet.series import RELATIVE
-from ...fleet.simulated import Scenario, TrueArm
+from ...fleet.simulated import Event, Scenario, TrueArm
 from ...fleet.trends import Drift
 from ...model import Robot
 from ...model.names import parameter_kind
@@ -54,22 +54,13 @@ class TrueNightDocument(Document, frozen=True):
     friction: dict[str, float]
 
 
-class TrueEventDocument(Document, frozen=True):
-    """What happens to a simulated arm: wear of a quantity by a share, an untold payload [kg], or another arm."""
-
-    what: str
-    day: str
-    quantity: str
-    size: float
-
-
 class TrueArmDocument(Document, frozen=True):
     """A simulated arm: its standard parameters at 20 deg C, what happens to it (null: nothing), and its days."""
 
     arm: str
     robot: str
     parameters: dict[str, float]
-    event: TrueEventDocument | None
+    event: Event | None
     nights: tuple[TrueNightDocument, ...]
 
 
@@ -95,8 +86,7 @@ def _true_arm(robot: Robot, arm: TrueArm) -> TrueArmDocument:
         )
         for night in arm.nights
     )
-    event = None if arm.event is None else TrueEventDocument.of(arm.event)
-    return TrueArmDocument(arm.name, robot.name, dict(arm.parameters), event, nights)
+    return TrueArmDocument(arm.name, robot.name, dict(arm.parameters), arm.event, nights)
 
 
 class NightDocument(Document, frozen=True):

@@ -3,18 +3,10 @@
 from ...common.schema import Document, Matrix, Vector
 from ...estimation import Identification, PayloadAnswer
 from ...estimation.files.parts import Number, VerdictDocument
-from ...fleet import Passport
+from ...fleet import Log, Passport
 from ...fleet.answers import numbers_of
 from ...fleet.comparing import Compared
 from .parts import verdict_document
-
-
-class LogDocument(Document, frozen=True):
-    """A log that was read, and the SHA-256 checksum of its bytes."""
-
-    role: str
-    name: str
-    sha256: str
 
 
 class PassportParameter(Document, frozen=True):
@@ -32,7 +24,7 @@ class PassportDocument(Document, frozen=True):
     robot: str
     robot_fingerprint: str
     recipe_fingerprint: str
-    logs: tuple[LogDocument, ...]
+    logs: tuple[Log, ...]
     versions: dict[str, str]
     about: dict[str, str]
     headline: str
@@ -68,7 +60,7 @@ def passport_document(passport: Passport, answer: Identification | PayloadAnswer
         robot=passport.robot.name,
         robot_fingerprint=passport.robot_fingerprint,
         recipe_fingerprint=passport.recipe.fingerprint,
-        logs=tuple(LogDocument(*log) for log in passport.logs),
+        logs=passport.logs,
         versions=dict(passport.versions),
         about=dict(passport.about),
         headline=answer.headline,
