@@ -126,7 +126,7 @@ class _Version(argparse.Action):
     """Prints what a report of a fault should name."""
 
     def __call__(self, *_: object, **__: object) -> None:
-        print(*_faults().versions(), sep="\n")
+        print(*_faults().versions_in_words(), sep="\n")
         raise SystemExit(0)
 
 

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from .. import estimation, report
 from ..common.errors import InputError
 from ..common.files import checksum
-
-if TYPE_CHECKING:
-    from ..estimation.files import StoredPayload
-    from ..report import Page, Screen
-    from .options import PageOptions, Setup
+from .options import PageOptions, Setup
 
 
 class Compared(Protocol):
@@ -61,9 +57,9 @@ def show_payload(
     answer: estimation.PayloadAnswer,
     setup: Setup,
     files: PageOptions,
-    page: Callable[[StoredPayload], Page],
+    page: Callable[[estimation.files.StoredPayload], report.Page],
     measured: bool = False,
-) -> Screen:
+) -> report.Screen:
     """Print the answer, write its document and its page.
 
     Args:

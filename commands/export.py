@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +14,6 @@ from ..common.files import write_text
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, option
 from .progress import note
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 NAMES = (
     "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",

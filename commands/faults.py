@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import platform
 import shlex
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 
-from .. import __version__
+from ..common.versions import versions
 from . import INTERNAL_ERROR
 
 _SOLVERS = ("casadi", "clarabel", "cvxpy", "numpy", "scipy")
@@ -21,7 +19,7 @@ _TOLD = 200
 
 def told(fault: Exception, words: Sequence[str]) -> int:
     """Tell of a fault in a command line; returns the exit status."""
-    details = [f"dynident {shlex.join(words)}", *versions(), "", *traceback.format_exception(fault)]
+    details = [f"dynident {shlex.join(words)}", *versions_in_words(), "", *traceback.format_exception(fault)]
     try:
         with tempfile.NamedTemporaryFile(
             "w", prefix="dynident-fault-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
@@ -35,12 +33,6 @@ def told(fault: Exception, words: Sequence[str]) -> int:
     return INTERNAL_ERROR
 
 
-def versions() -> list[str]:
+def versions_in_words() -> list[str]:
     """What a report of a fault should name."""
-    lines = [f"dynident {__version__}"]
-    for package in _SOLVERS:
-        try:
-            lines.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            lines.append(f"{package} not installed")
-    return [*lines, f"python {platform.python_version()}"]
+    return [f"{name} {number}" for name, number in versions(_SOLVERS).items()]

@@ -6,14 +6,16 @@ import argparse
 import csv
 import hashlib
 import io
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import estimation, fleet, model, report, trajectories
+from ..common.arrays import Array
 from ..common.errors import InputError
 from ..common.files import made_folder, write_bytes, write_text
 from ..fleet.simulated import Scenario, TrueArm, TrueNight, damaged, simulated_arms
@@ -22,11 +24,6 @@ from .options import Options, option, print_lines
 from .progress import bar
 from .simulate import rate, root_mean_square
 from .values import fraction, number, positive, share, whole
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from ..common.arrays import Array
 
 _USUAL = Scenario()
 _GONE = {"cut": "cut short (simulated)", "clock": "its clock runs back (simulated)"}

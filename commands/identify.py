@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
+from ..common.progress import Progress
 from . import answered
 from .options import (
     EssentialOptions,
@@ -21,13 +22,6 @@ from .options import (
     recipe_of,
 )
 from .progress import note, status
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..common.progress import Progress
-    from ..model import Processing, Recording
-    from ..report import Page, Provenance
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -140,8 +134,8 @@ class _Identify(Options):
         self,
         result: estimation.Identification,
         possible: estimation.possible.PossibleRobot | None,
-        held_out: Sequence[Recording],
-        processing: Processing,
+        held_out: Sequence[model.Recording],
+        processing: model.Processing,
         progress: Progress,
     ) -> tuple[estimation.rollout.Rollout, ...]:
         """Predicted motion of the recordings held out, where it was asked for."""
@@ -177,7 +171,7 @@ def run(
         lambda: report.documents.identification_document(result, setup.processing, setup.gains, possible, rollouts)
     )
 
-    def page() -> Page:
+    def page() -> report.Page:
         provenance = files.provenance(setup.in_words(), request, arm, processing)
         return _page(result, possible, rollouts, provenance, len(held_out or recordings))
 
@@ -194,9 +188,9 @@ def _page(
     result: estimation.Identification,
     possible: estimation.possible.PossibleRobot | None,
     rollouts: Sequence[estimation.rollout.Rollout],
-    provenance: Provenance,
+    provenance: report.Provenance,
     recorded: int,
-) -> Page:
+) -> report.Page:
     """The report; ``recorded``: how many recordings could be drawn."""
     return report.robot_page(
         result,

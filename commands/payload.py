@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from .. import estimation, fleet, report
+from .. import estimation, fleet, model, report
 from ..common.errors import InputError
+from ..common.progress import Progress
 from . import answered
 from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
 from .options import (
@@ -26,14 +27,6 @@ from .options import (
 )
 from .progress import status
 from .values import method, relative
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..common.progress import Progress
-    from ..estimation.files import StoredPayload
-    from ..model import Recording
-    from ..report import Page, Provenance
 
 
 @dataclass(frozen=True)
@@ -125,7 +118,7 @@ def run(
         progress("estimating")
         answer = _answer(problem, request, setup, held_out, constraints, gain_errors, rule)
 
-    def page(document: StoredPayload) -> Page:
+    def page(document: estimation.files.StoredPayload) -> report.Page:
         provenance = files.provenance(setup.in_words(), request, arm, processing)
         return _page(answer, document, provenance, len(loaded) + len(held_out))
 
@@ -143,7 +136,7 @@ def _answer(
     problem: estimation.PayloadProblem,
     request: _Payload,
     setup: Setup,
-    held_out: Sequence[Recording],
+    held_out: Sequence[model.Recording],
     constraints: Sequence[estimation.possible.Constraint],
     gains: estimation.Gains | None,
     essential: estimation.fit.StopRule | None,
@@ -162,7 +155,12 @@ def _answer(
         )
 
 
-def _page(answer: estimation.PayloadAnswer, document: StoredPayload, provenance: Provenance, recorded: int) -> Page:
+def _page(
+    answer: estimation.PayloadAnswer,
+    document: estimation.files.StoredPayload,
+    provenance: report.Provenance,
+    recorded: int,
+) -> report.Page:
     """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
     others = recorded - len(answer.predictions)
     return report.payload_page(answer, document, answer.predictions, answer.excitation, provenance, others)
@@ -171,8 +169,8 @@ def _page(answer: estimation.PayloadAnswer, document: StoredPayload, provenance:
 def _problem(
     request: _Payload,
     setup: Setup,
-    loaded: Sequence[Recording],
-    unloaded: Sequence[Recording],
+    loaded: Sequence[model.Recording],
+    unloaded: Sequence[model.Recording],
     stored: estimation.files.StoredRobot | None,
     progress: Progress,
 ) -> estimation.PayloadProblem:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from .. import estimation, report
+from ..common.errors import InputError
+from ..common.progress import Progress
 from . import ANSWERED, DO_NOT_USE
 from .options import FilterOptions, PageOptions, RobotOptions, Setup, option
 from .progress import status
-from .robot_poses import checked_poses
 
 DESCRIPTION = """
 Where a log carries the pose of the tool (columns x, y, z and qx, qy, qz, qw, or [pose] of the log map), forward
@@ -19,6 +23,8 @@ robot's model leaves unexplained. The best one is suggested, never applied. Exit
 reproduced within 5 mm and 1 degree, or if another reading does clearly better.
 """
 """What its help says."""
+_LEAST_MOVEMENT = 0.05
+"""m: a tool that moves by less proves nothing."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,7 @@ def run(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int:
     setup = processing.setup(arm.load())
     robot = setup.robot
     with status("reading") as progress:
-        poses = checked_poses(files.data, setup, progress)
+        poses = _checked_poses(files.data, setup, progress)
         recordings = setup.read(_with_torques(files.data, setup) if poses else files.data)
         check = None
         if recordings:
@@ -59,3 +65,31 @@ def run(arm: RobotOptions, processing: FilterOptions, files: _Data) -> int:
 def _with_torques(paths: tuple[str, ...], setup: Setup) -> list[str]:
     """Logs that carry torques beside their poses."""
     return [path for path in paths if estimation.recordings.holds_torques(path, setup.robot, setup.log_map)]
+
+
+def _checked_poses(paths: Sequence[str], setup: Setup, progress: Progress) -> list[report.documents.PoseLook]:
+    """Check every log that carries tool poses.
+
+    Raises:
+        InputError: names the log that cannot be used.
+    """
+    checked, robot = [], setup.robot
+    for path in paths:
+        poses = estimation.recordings.read_tool_poses(path, robot, setup.log_map)
+        if poses is None:
+            continue
+        progress(f"comparing tool poses of {poses.source}")
+        if max(np.ptp(poses.positions, axis=0)) < _LEAST_MOVEMENT:
+            raise InputError(
+                f"{poses.source}: the tool moves by less than {1e3 * _LEAST_MOVEMENT:g} mm: too little to check "
+                "the kinematics by; is the unit of its pose right?"
+            )
+        check = estimation.diagnosis.check_pose(robot, poses.q, poses.positions, poses.rotations)
+        look = report.documents.PoseLook(poses.source, check)
+        if not check.reproduced and not look.wrong_unit:
+            readings = estimation.diagnosis.rank_readings_by_pose(
+                robot, poses.q, poses.positions, poses.rotations, progress
+            )
+            look = look._replace(readings=readings)
+        checked.append(look)
+    return checked

@@ -8,10 +8,11 @@ tanh(qd / 0.01 rad/s).
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,10 +23,6 @@ from . import ANSWERED
 from .options import Options, RehearsedRobotOptions, ViewOptions, option, print_lines
 from .progress import bar
 from .values import number, share, whole
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 _SHARE = 0.08
 _POINTS = 16

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
+from ..common.progress import Progress
 from . import answered
 from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
 from .options import (
@@ -28,13 +30,6 @@ from .options import (
 from .progress import status
 from .values import joint_list
 from .weigh_live import LiveOptions, weigh_live
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..common.progress import Progress
-    from ..estimation.files import StoredPayload
-    from ..report import Page, Provenance
 
 
 @dataclass(frozen=True)
@@ -100,7 +95,7 @@ def run(
                 problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
             )
 
-    def page(document: StoredPayload) -> Page:
+    def page(document: estimation.files.StoredPayload) -> report.Page:
         return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
 
     show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
@@ -111,8 +106,11 @@ def run(
 
 
 def _page(
-    answer: estimation.PayloadAnswer, document: StoredPayload, provenance: Provenance, plots: str | None
-) -> Page:
+    answer: estimation.PayloadAnswer,
+    document: estimation.files.StoredPayload,
+    provenance: report.Provenance,
+    plots: str | None,
+) -> report.Page:
     """The report, or the line that says why there are no figures."""
     page = report.weigh_page(answer, document, provenance)
     if plots and not page.drawings():

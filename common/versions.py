@@ -1,6 +1,7 @@
 """Versions of what decides numbers and figures."""
 
 import platform
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
 from .. import __version__
@@ -8,10 +9,10 @@ from .. import __version__
 _PACKAGES = ("casadi", "clarabel", "matplotlib", "numpy", "scipy")
 
 
-def versions() -> dict[str, str]:
-    """Versions of dynident, Python, and the packages that decide numbers and figures."""
+def versions(packages: Sequence[str] = _PACKAGES) -> dict[str, str]:
+    """Versions of dynident, Python, and packages; by default those that decide numbers and figures."""
     by_package = {"dynident": __version__, "Python": platform.python_version()}
-    for package in _PACKAGES:
+    for package in packages:
         try:
             by_package[package] = version(package)
         except PackageNotFoundError:

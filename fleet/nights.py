@@ -14,8 +14,7 @@ from ..estimation.fit.estimate import Estimate
 from ..estimation.fit.least_squares import joint_weights, weighted
 from ..estimation.fit.linear_problem import LinearProblem
 from ..estimation.fit.robust import jackknifed
-from ..estimation.payload.loaded_scale import FRICTION
-from ..model.names import parameter_kind
+from ..model.names import FRICTION, parameter_kind
 from ..model.regressors import payload_columns
 from .answers import compared_sigma
 from .identity import Exchange, exchange_of

@@ -1,17 +1,15 @@
 """Options that several commands share: declared once, read once, handed on as frozen values."""
 
 from .goals import GoalOptions, NoiseOptions
-from .hosts import HostOptions
 from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
-from .outputs import PageOptions, ResultOptions, TableOptions, print_lines
+from .outputs import PageOptions, ResultOptions, TableOptions, ViewOptions, print_lines
 from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
-from .robots import ArmOptions, FramedRobotOptions, RehearsedRobotOptions, RobotOptions
+from .robots import ArmOptions, FramedRobotOptions, HostOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
-from .view import ViewOptions
 
 __all__ = [
     "ArmOptions",

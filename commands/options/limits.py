@@ -6,6 +6,7 @@ import argparse
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -13,9 +14,11 @@ import numpy as np
 from ... import estimation, model, trajectories
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ..progress import note
 from ..values import fraction, gains_list, number
-from .payload_bounds import payload_bounds, region
 from .reading import Options, each_joint, in_si, option
+
+_BOX = "box:"
 
 
 def _acceleration_limit(text: str) -> Any:
@@ -34,6 +37,15 @@ def _acceleration_limit(text: str) -> Any:
 def _torque_list(text: str) -> tuple[float, ...] | str:
     """The word "none"; or a number per joint."""
     return text if text == "none" else gains_list(text)
+
+
+def _region(text: str) -> tuple[tuple[float, ...], bool]:
+    """Radius or three half axes [m], and whether they are half edges of a box."""
+    box = text.startswith(_BOX)
+    half = gains_list(text.removeprefix(_BOX))
+    if len(half) not in (1, 3) or not all(0.0 < x < np.inf for x in half):
+        raise argparse.ArgumentTypeError(f"{text!r}: give R, A,B,C or box:A,B,C, each above 0 m")
+    return half, box
 
 
 class Known(NamedTuple):
@@ -81,7 +93,7 @@ class LimitOptions(Options):
         help="torque limits hold without it and with it",
     )
     within: tuple[tuple[float, ...], bool] | None = option(
-        type=region,
+        type=_region,
         metavar="R|A,B,C|box:A,B,C",
         help="torque limits hold for every payload up to --heaviest-payload in a ball, ellipsoid or box there [m]",
     )
@@ -120,7 +132,7 @@ class LimitOptions(Options):
             raise InputError(
                 f"--within needs a torque limit of every joint, {joints} without: give --torque-limits"
             )
-        return payload_bounds(robot, self.heaviest_payload, self.within)
+        return _payload_bounds(robot, self.heaviest_payload, self.within)
 
     def bounds(self, robot: model.Robot) -> trajectories.JointBounds:
         """Limits of the joints."""
@@ -138,3 +150,36 @@ class LimitOptions(Options):
     def read_scene(self) -> trajectories.Scene | None:
         """What the motion keeps clear of."""
         return trajectories.read_scene(self.scene) if self.scene else None
+
+
+def _payload_bounds(
+    robot: model.Robot, text: str, within: tuple[tuple[float, ...], bool] | None
+) -> model.InertialParameters | trajectories.PayloadSet:
+    """The payload of ``--heaviest-payload``, or with ``--within`` the set, in the last link's frame.
+
+    Raises:
+        InputError: for what is no payload, or a file with ``--within``.
+    """
+    flange = robot.flange
+    if Path(text).suffix.lower() == ".toml":
+        if within is not None:
+            raise InputError(f"--within bounds payloads that are not known, {text} is one: give KG[@X,Y,Z]")
+        return model.read_payload(text).moved(flange.R, flange.p)
+    mass, _, place = text.partition("@")
+    try:
+        kilograms = float(mass)
+        centre = [float(x) for x in place.split(",")] if place else [0.0, 0.0, 0.0]
+    except ValueError:
+        kilograms, centre = np.nan, [0.0]
+    if not (0.0 < kilograms < 1e6) or len(centre) != 3 or not np.isfinite(centre).all():
+        raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file")
+    if within is not None:
+        half, box = within
+        sides = half if len(half) == 3 else half * 3
+        return trajectories.PayloadSet.within(kilograms, sides, centre, box).seen_from(flange)
+    if not place:
+        note(
+            f"--heaviest-payload {text} is taken as a point at the origin of the payload's frame: give kg@x,y,z "
+            "or a TOML file to put it where it hangs, or --within for every payload about it"
+        )
+    return model.InertialParameters.from_com(kilograms, centre, np.zeros((3, 3))).moved(flange.R, flange.p)

@@ -1,4 +1,4 @@
-"""Options of the files that a command writes, and the writing of them."""
+"""Options of the files and views that a command writes, and the writing of them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from ... import estimation, report
 from ...common.errors import InputError
 from ...common.files import checksum, write_text
 from ...common.versions import versions
-from ..progress import quiet
+from ..progress import note, quiet, status
 from ..settings import is_settings_file, settings_text
 from .reading import Options, option
 
 if TYPE_CHECKING:
     from ...report import Page, Provenance, Screen
+    from ...report.view.moving import View
 
 
 def print_lines(*lines: str) -> None:
@@ -161,3 +162,33 @@ class TableOptions(PageOptions):
             write_text(self.latex, report.latex_tables(report.tables_of(screen.blocks)))
         if self.npz:
             report.npz.write_npz(self.npz, system())
+
+
+@dataclass(frozen=True)
+class ViewOptions(Options):
+    """The arm in three dimensions."""
+
+    GROUP: ClassVar[str] = "view"
+
+    view: str | None = option(
+        writes="file", metavar="F.html", help="the arm in three dimensions, one file that plays without a server"
+    )
+    show: bool = option(action="store_true", help="open the view in the browser")
+
+    def check_view(self) -> None:
+        """Refuse a view that could not be made, before any work is done."""
+        if self.view or self.show:
+            report.view.require_viewer()
+
+    def write_view(self, view: Callable[[], View]) -> None:
+        """Write and open what was asked for; the view is made only then."""
+        if not (self.view or self.show):
+            return
+        with status("drawing the view"):
+            scene = view()
+            if self.view:
+                report.view.write_view(self.view, scene)
+        for text in scene.notes:
+            note(text)
+        if self.show:
+            note(f"the view is open in the browser: {report.view.show_view(self.view, scene)}")

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ... import estimation, fleet
 from ...common.files import checksum
 from ...common.schema import given, json_text
 from .reading import Options, option
-
-if TYPE_CHECKING:
-    from .recordings import Setup
+from .recordings import Setup
 
 _LOGS = ("without payload", "with payload", "held out")
 

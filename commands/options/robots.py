@@ -1,4 +1,4 @@
-"""Options of the robot: its description, how it is mounted, the payload's frame."""
+"""Options of the robot: its description, how it is mounted, the payload's frame, its controller on the network."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from ... import model
+from ... import live, model
 from ...common.errors import InputError
 from ..progress import note
-from ..values import mount, positive_number, three, tool_frame
+from ..values import mount, port_number, positive_number, three, tool_frame
 from .reading import Options, option
 
 _INSTALLED = "installation"
@@ -108,3 +108,17 @@ class FramedRobotOptions(RobotOptions):
         lengths = ", ".join(f"{value:g}" for value in tool.origin)
         angles = ", ".join(f"{math.degrees(angle) + 0.0:g}" for angle in tool.rpy)
         return model.with_tool(robot, tool, f"tool frame ({lengths} m; rpy {angles} deg) in: {robot.payload_frame}")
+
+
+@dataclass(frozen=True)
+class HostOptions(Options):
+    """The controller that is listened to."""
+
+    GROUP: ClassVar[str] = "controller"
+
+    host: str | None = option(metavar="H", help="name or address of the controller")
+    port: int | None = option(type=port_number, metavar="N", help="its port of RTDE (default: 30004)")
+
+    def client(self) -> live.Client:
+        """A connection to it."""
+        return live.Client(self.host or "", self.port or live.PORT)

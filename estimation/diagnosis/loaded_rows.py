@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..equations.leave_one_out import WithoutEach
 from ..fit.robust import jackknifed
-from ..payload.loaded_scale import FRICTION
 from ..payload.problem import PayloadProblem
 from .thinned import Thinned
 

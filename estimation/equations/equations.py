@@ -14,9 +14,8 @@ from ...common.errors import InputError
 from ...common.files import write_bytes
 from ...common.linear import rank
 from ...model import INERTIAL
-from .anchors import Anchor, anchored
 from .conditioning import condition, scaled
-from .elimination import eliminated_from
+from .elimination import Anchor, anchored, eliminated_from
 from .leave_one_out import WithoutEach, each
 from .npz import SHARED, fields_of
 from .shared_torque import SharedTorque, beside, compressed, refilled

@@ -18,8 +18,8 @@ from ...common.linear import decomposed, least_squares, without
 from ...model import Processing, Robot, base_parameters
 from ...model.motion import Measurement
 from ...model.names import parameter_kind
-from ..equations.anchors import Anchor
 from ..equations.correlation import inflation
+from ..equations.elimination import Anchor
 from ..equations.equations import PAYLOAD, Equations, merged
 from ..equations.observation import Observation
 from ..equations.observer import Observer

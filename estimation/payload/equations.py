@@ -12,7 +12,7 @@ from ...common.arrays import Array
 from ...common.paged import empty, parts
 from ...model import BaseParameters, Processing, Robot
 from ...model.motion import Measurement
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equation_code import PATH
 from ..equations.equations import PAYLOAD, Equations
@@ -32,7 +32,6 @@ from ..fit.blocks import (
 )
 from ..fit.estimate import Estimate
 from ..signals.rows import Mask
-from .loaded_scale import FRICTION
 from .path import robot_of
 
 _STRETCHES = 4  # of all loaded recordings together

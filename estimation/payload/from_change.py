@@ -10,7 +10,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.drive_gains import motor_torques
@@ -21,7 +21,7 @@ from ..fit.linear_problem import gain_sensitivity
 from .problem import PayloadProblem
 from .result import frame_change, in_payload_frame
 
-_DRIVE = ("IA", "FS", "FV", "OFF", "FVM", "FSM")
+_DRIVE = ("IA", *FRICTION)
 
 
 class _Step(NamedTuple):

@@ -10,12 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.linear_problem import LinearProblem
 from ..fit.roles import Held, Known
 
-FRICTION = ("FS", "FV", "OFF", "FVM", "FSM")
 _SCALE = "scale under load"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.essential import Elimination, StopRule, eliminate
 from ..fit.estimate import Estimate
@@ -20,7 +20,7 @@ from ..fit.roles import Held, Known
 from ..possible.constraints import KnownMass
 from .friction import with_changes
 from .from_change import from_change
-from .loaded_scale import FRICTION, with_scale
+from .loaded_scale import with_scale
 from .path import known_path
 from .problem import FORMULA_ONLY, PayloadProblem
 from .result import PayloadEstimate, in_payload_frame

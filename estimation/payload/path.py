@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...common.arrays import Array
-from ...model.names import parameter_kind
+from ...model.names import FRICTION, parameter_kind
 from ..equations.equation_code import PATH
 from ..equations.equations import Equations
 from ..fit.roles import Known
@@ -20,7 +20,6 @@ _UNSURE = 0.25
 """Share of the correction that may be wrong (1 sigma)."""
 _SMALL = 1e-3
 """Of the largest singular value, columns scaled: smaller ones the recording without payload does not show."""
-_FRICTION = ("FS", "FV", "OFF", "FSM", "FVM")
 
 
 def robot_of(unloaded: Equations) -> Array:
@@ -39,7 +38,7 @@ def robot_of(unloaded: Equations) -> Array:
     values = (V[significant].T @ ((U[:, significant].T @ Y) / singular[significant])) / scale
     return np.array(
         [
-            0.0 if parameter_kind(name) in _FRICTION else value
+            0.0 if parameter_kind(name) in FRICTION else value
             for name, value in zip(unloaded.columns, values, strict=True)
         ]
     )
