@@ -48,11 +48,7 @@ def _still(robot: model.Robot, at: tuple[float, ...]) -> model.Motion:
 
 
 def check_drawing(path: str | None) -> None:
-    """Refuse a drawing in a format that is not known.
-
-    Raises:
-        InputError: names the formats.
-    """
+    """Refuse a drawing in a format that is not known."""
     if path and Path(path).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InputError(f"--drawing {path!r}: a drawing ends in .png, .svg or .pdf")
 

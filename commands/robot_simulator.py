@@ -124,11 +124,7 @@ def _pooled(bodies: _Bodies, robot: model.Robot) -> tuple[estimation.possible.Wh
 
 
 def _check_described(described: model.Robot, identified: model.Robot, path: str) -> None:
-    """Refuse passports of another robot than the one that is described.
-
-    Raises:
-        InputError: names both.
-    """
+    """Refuse passports of another robot than the one that is described."""
     forms = [described.with_offsets(offsets) for offsets in (False, True)]
     if described.coupling is not None:
         forms += [form.with_coulomb(coulomb) for form in forms for coulomb in ("sum", "paper")]

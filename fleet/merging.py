@@ -78,11 +78,7 @@ def _one_problem(problems: Sequence[PayloadProblem]) -> PayloadProblem:
 
 
 def _check_by_equations(problems: Sequence[PayloadProblem]) -> None:
-    """Refuse what more than equations decide.
-
-    Raises:
-        InputError: says what.
-    """
+    """Refuse what more than equations decide."""
     if any(problem.short is not None or problem.scale is not None for problem in problems):
         raise InputError(
             "weighings, and payloads with --scale-sigma, do not merge by their equations: give all logs to one run"

@@ -108,11 +108,7 @@ class Passport:
         return ", ".join(dict.fromkeys(log.name for log in self.logs))
 
     def check_alike(self, other: "Passport") -> None:
-        """Refuse a passport of another robot or recipe, or one that holds a log of this one.
-
-        Raises:
-            InputError: says in what they differ.
-        """
+        """Refuse a passport of another robot or recipe, or one that holds a log of this one."""
         if self.robot_fingerprint != other.robot_fingerprint:
             raise InputError(
                 f"{other.name} is of robot {other.robot.name!r} ({other.robot_fingerprint}), {self.name} of "

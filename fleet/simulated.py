@@ -66,11 +66,7 @@ class Scenario:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse more changes than arms, and scatter that cannot be.
-
-        Raises:
-            InputError: says which.
-        """
+        """Refuse more changes than arms, and scatter that cannot be."""
         if self.worn + self.laden + self.replaced > self.arms:
             changed = f"{self.worn} worn, {self.laden} laden and {self.replaced} replaced"
             raise InputError(f"{changed} of {self.arms} arms: an arm changes once at most; give more arms")

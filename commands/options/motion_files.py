@@ -56,11 +56,7 @@ class MotionFiles(PageOptions):
         return self.sample_rate or _RATE
 
     def check_replays(self, problem: trajectories.DesignProblem, written: report.motions.WrittenMotion) -> None:
-        """Refuse files whose controllers, by their own interpolation, break a torque limit or touch something.
-
-        Raises:
-            InputError: says which, and by how much.
-        """
+        """Refuse files whose controllers, by their own interpolation, break a torque limit or touch something."""
         ros2 = self.rate if self.ros2 else None
         urscript = (self.controller_rate or report.motions.CONTROLLER_RATE) if self.urscript else None
         for controller, motion in report.motions.controller_replays(written, ros2, urscript).items():

@@ -88,11 +88,7 @@ class Options:
         return value is not None and value is not False
 
     def refuse(self, option: str, because: str) -> None:
-        """Refuse an option that would have no effect.
-
-        Raises:
-            InputError: if it was given.
-        """
+        """Refuse an option that would have no effect."""
         if self.has(option):
             raise InputError(f"--{option.replace('_', '-')} {because}")
 
@@ -154,11 +150,7 @@ def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -
 
 
 def check_targets(parts: Sequence[Options]) -> None:
-    """Refuse what cannot be written, or would overwrite an input or another output, before any work is done.
-
-    Raises:
-        InputError: names the option.
-    """
+    """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
     owners = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
     for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":

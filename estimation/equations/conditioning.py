@@ -17,9 +17,6 @@ def check_rank(W: Array, columns: Sequence[str], rows: int) -> None:
         W: observation matrix or its triangular factor, k x c.
         columns: names of the parameters.
         rows: number of equations behind it.
-
-    Raises:
-        InputError: names the parameters in the undetermined directions.
     """
     if rows < len(columns):
         raise InputError(

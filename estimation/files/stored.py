@@ -228,11 +228,7 @@ class StoredRobot(Document, frozen=True, kw_only=True, dict=True):
         return robot
 
     def check_gains(self, drive_gains: tuple[float, ...] | None) -> None:
-        """Refuse other drive gains than those the parameters were identified with.
-
-        Raises:
-            InputError: names both.
-        """
+        """Refuse other drive gains than those the parameters were identified with."""
         if drive_gains != self.drive_gains:
             raise InputError(
                 f"the stored parameters were identified with {_gains(self.drive_gains)}, recordings are now read "

@@ -81,11 +81,7 @@ class Gains:
         return np.allclose(self.covariance(n), other.covariance(n), rtol=1e-9, atol=0.0)
 
     def check(self, robot: Robot, path: str | Path) -> None:
-        """Refuse gains of another robot, read from a file.
-
-        Raises:
-            InputError: names both.
-        """
+        """Refuse gains of another robot, read from a file."""
         if self.robot != robot.name or len(self.values) != robot.n:
             raise InputError(
                 f"{path}: gains of {self.robot!r} with {len(self.values)} joints do not belong to {robot.name!r} "

@@ -88,11 +88,7 @@ def _check(
     unloaded: Sequence[Recording],
     processing: Processing,
 ) -> None:
-    """Refuse recordings from which no payload can be identified.
-
-    Raises:
-        InputError: says of which recording what is wrong.
-    """
+    """Refuse recordings from which no payload can be identified."""
     check_visible(robot, base)
     for recordings in filter(None, (loaded, unloaded)):
         check_recordings(robot, recordings)
@@ -147,11 +143,7 @@ def _together(
 
 
 def check_visible(robot: Robot, base: BaseParameters) -> None:
-    """Refuse an arm on which no motion shows all ten parameters of a payload.
-
-    Raises:
-        InputError: names the parameters that stay hidden, alone or in combination.
-    """
+    """Refuse an arm on which no motion shows all ten parameters of a payload."""
     effect = base.effect_of(payload_columns(robot))
     hidden = decomposed(effect).null
     if hidden.size:

@@ -237,11 +237,7 @@ def known_robot(robot: Estimate) -> Known:
 
 
 def check_known(robot: Robot, base: BaseParameters, known: Estimate) -> None:
-    """Refuse a robot whose parameters are not those of this model.
-
-    Raises:
-        InputError: names the parameters in which they differ.
-    """
+    """Refuse a robot whose parameters are not those of this model."""
     if known.names != base.columns:
         missing = sorted(set(known.names) ^ set(base.columns)) or ["their order"]
         raise InputError(

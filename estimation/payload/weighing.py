@@ -151,11 +151,7 @@ def _left(recording: Observation) -> list[Residuals]:
 
 
 def check_rows(sources: Sequence[str], masks: Sequence[Mask]) -> None:
-    """Refuse recordings in which no row can be used.
-
-    Raises:
-        InputError: names the recording.
-    """
+    """Refuse recordings in which no row can be used."""
     for source, keep in zip(sources, masks, strict=True):
         if not keep.any():
             raise InputError(f"{source}: no joint moves fast enough: nothing can be compared")
@@ -187,10 +183,6 @@ def chosen_joints(
 
 
 def check_usable(robot: Robot, recordings: Sequence[Recording], processing: Processing) -> None:
-    """Refuse recordings that are implausible or too short to be filtered.
-
-    Raises:
-        InputError: says of which recording what is wrong.
-    """
+    """Refuse recordings that are implausible or too short to be filtered."""
     check_recordings(robot, recordings)
     check_lengths(recordings, processing)

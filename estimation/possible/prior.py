@@ -36,11 +36,7 @@ class RobotPrior:
     source: str
 
     def __post_init__(self) -> None:
-        """Refuse a link from which no distance can be measured.
-
-        Raises:
-            InputError: names the link.
-        """
+        """Refuse a link from which no distance can be measured."""
         for link, body in enumerate(self.bodies, start=1):
             if body.mass <= 0.0 or body.min_pseudo_inertia_eigenvalue <= 0.0:
                 raise InputError(

@@ -112,11 +112,7 @@ def typical_step(t: Array, most: int = 1_000_000) -> float:
 
 
 def check_rate(raw: RawLog, column: str, t: Array) -> None:
-    """Refuse times [s] in another unit.
-
-    Raises:
-        InputError: says how long a step would be.
-    """
+    """Refuse times [s] in another unit."""
     typical = typical_step(t)
     if typical > _SLOWEST["s"]:
         raise InputError(

@@ -259,11 +259,7 @@ def _meant(name: str) -> str:
 
 
 def check_missing(raw: RawLog, columns: Sequence[str]) -> None:
-    """Refuse a log without some columns.
-
-    Raises:
-        InputError: names them.
-    """
+    """Refuse a log without some columns."""
     missing = [name for name in columns if name not in raw.names]
     if not missing:
         return

@@ -142,11 +142,7 @@ class LogMap(Table, frozen=True, dict=True):
         return replace(measured, columns=reference.columns, unit=reference.unit or measured.unit, rated=rated)
 
     def check(self, n: int) -> None:
-        """Refuse a map for another number of joints.
-
-        Raises:
-            InputError: names the list.
-        """
+        """Refuse a map for another number of joints."""
         for kind in QUANTITIES:
             self.quantity(kind).check(kind, n, self.source)
         for kind in self._references():

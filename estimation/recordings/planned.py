@@ -59,11 +59,7 @@ def read_trajectory(path: str | Path, robot: Robot) -> TrajectoryTable:
 
 
 def _check_planned(raw: RawLog, t: Array) -> None:
-    """Refuse times [s] of a planned motion that do not rise, leave a gap, or are in another unit.
-
-    Raises:
-        InputError: says where.
-    """
+    """Refuse times [s] of a planned motion that do not rise, leave a gap, or are in another unit."""
     steps = np.diff(t)
     k = int(np.argmax(steps <= 0.0))
     if steps[k] <= 0.0:

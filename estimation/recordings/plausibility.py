@@ -26,11 +26,7 @@ _PLATEAU_EXCESS = 20.0  # times as many samples as another level has: coarse num
 
 
 def check_recordings(robot: Robot, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings whose units or channels cannot be right, and one that is given twice.
-
-    Raises:
-        InputError: names the recording, the joint and what it looks like.
-    """
+    """Refuse recordings whose units or channels cannot be right, and one that is given twice."""
     if not recordings:
         raise InputError("no recordings: give at least one")
     for k, recording in enumerate(recordings):
@@ -222,11 +218,7 @@ def _speeds(_: Robot, recording: Recording) -> Iterator[str]:
 
 
 def check_apart(loaded: Sequence[Recording], unloaded: Sequence[Recording]) -> None:
-    """Refuse one recording given both with and without payload.
-
-    Raises:
-        InputError: names both.
-    """
+    """Refuse one recording given both with and without payload."""
     for a in loaded:
         for b in unloaded:
             if _same(a, b):

@@ -93,11 +93,7 @@ class Quantity(Table, frozen=True):
         return factors
 
     def check(self, kind: str, n: int, source: str) -> None:
-        """Refuse lists that are not as long as the robot has joints.
-
-        Raises:
-            InputError: names the list.
-        """
+        """Refuse lists that are not as long as the robot has joints."""
         lists = {"unit": self.unit[1:] and self.unit, "sign": self.sign, "zero": self.zero, "rated": self.rated}
         lists["columns"] = self.columns if len(self.columns) > 1 or "{" not in "".join(self.columns) else ()
         for name, values in lists.items():

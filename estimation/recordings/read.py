@@ -117,11 +117,7 @@ def read_beside(
 
 
 def _check_rows(raw: RawLog, columns: Columns, t: Array) -> None:
-    """Refuse a log of too few rows, or whose times cannot be.
-
-    Raises:
-        InputError: says which.
-    """
+    """Refuse a log of too few rows, or whose times cannot be."""
     if len(t) < 2:
         raise InputError(
             f"{raw.path}: {len(t)} rows of numbers, where a recording needs many: record "

@@ -62,11 +62,7 @@ def filtered(
 
 
 def check_lengths(recordings: Sequence[Recording], processing: Processing) -> None:
-    """Refuse recordings of which decimation leaves nothing.
-
-    Raises:
-        InputError: names the recording.
-    """
+    """Refuse recordings of which decimation leaves nothing."""
     for recording in recordings:
         factor = processing.thinning(processing.grid_rate(mean_rate(recording)))
         if len(recording.t) <= factor:
@@ -79,11 +75,7 @@ def check_lengths(recordings: Sequence[Recording], processing: Processing) -> No
 
 
 def check_moving(robot: Robot, base: BaseParameters, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings in which some joint never moves.
-
-    Raises:
-        InputError: names the joints and the parameters that cannot be identified for it.
-    """
+    """Refuse recordings in which some joint never moves."""
     still = still_joints(recordings)
     if len(still) == robot.n:
         raise InputError(f"{recordings[0].source}: no joint ever moves: record a motion of every joint")

@@ -65,11 +65,7 @@ def aligned(
 
 
 def check_mismatch(pair: AlignedPair, max_mismatch: float) -> None:
-    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m].
-
-    Raises:
-        InputError: names the joint.
-    """
+    """Refuse a pair whose positions differ by more than that, rms of the worst joint [rad or m]."""
     if pair.rms_mismatch <= max_mismatch:
         return
     joint = int(np.argmax(np.hypot(pair.constant, pair.changing)))

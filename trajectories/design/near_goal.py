@@ -111,11 +111,7 @@ class NearGoal:
 
 
 def check_mass_visible(visibility: PayloadVisibility, mass_known: bool, when: str) -> None:
-    """Refuse joints whose torques do not hold the mass, unless it is known.
-
-    Raises:
-        InputError: "mass not visible".
-    """
+    """Refuse joints whose torques do not hold the mass, unless it is known."""
     if visibility.mass_visible or mass_known:
         return
     joints = ", ".join(map(str, visibility.joints))

@@ -164,11 +164,7 @@ class DesignProblem:
         return self.family.pullback(x, slopes.samples)
 
     def require_full_rank(self, x: Array) -> None:
-        """Refuse parameters that no motion of the family tells apart, seen on a random one.
-
-        Raises:
-            InputError: with the directions named.
-        """
+        """Refuse parameters that no motion of the family tells apart, seen on a random one."""
         W = self.kernel.matrix(self.family.sample(x), 0.0)[:, self.places]
         W = np.vstack([W, self.earlier])
         if len(W) < W.shape[1]:

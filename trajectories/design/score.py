@@ -118,11 +118,7 @@ def holding_torques(problem: DesignProblem, poses: Array) -> Array:
 
 
 def check_held(problem: DesignProblem, poses: Array) -> None:
-    """Refuse poses (N, n) in which a load breaks a torque limit at rest.
-
-    Raises:
-        InputError: says which joint, and which share of the limit it needs.
-    """
+    """Refuse poses (N, n) in which a load breaks a torque limit at rest."""
     state = problem.at_rest(poses)
     for holding in (check(limit, state) for limit in problem.limits if limit.kind == "torque"):
         if holding.violation > 0.0:

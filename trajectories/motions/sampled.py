@@ -71,11 +71,7 @@ class SampledTrajectory(Plan):
         return q, qd * moves, qdd * moves
 
     def check_limits(self, robot: Robot) -> None:
-        """Refuse what the robot's joints may not do.
-
-        Raises:
-            InputError: says which joint goes too far or too fast, and when.
-        """
+        """Refuse what the robot's joints may not do."""
         q, qd, qdd = self.at(self.t)
         for j, joint in enumerate(robot.joints):
             low, high = joint.limits.position

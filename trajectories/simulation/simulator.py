@@ -85,11 +85,7 @@ class Simulator:
 
 
 def check_parameters(robot: Robot) -> None:
-    """Refuse a robot whose description lacks standard parameters.
-
-    Raises:
-        InputError: names them.
-    """
+    """Refuse a robot whose description lacks standard parameters."""
     missing = [name for name in standard_columns(robot) if name not in robot.parameters]
     if missing:
         raise InputError(
