@@ -132,12 +132,7 @@ def payload_equations(
         blocks: cut them in blocks of time as well, those of a pair at the same points of the motion.
         known: the robot's parameters; without unloaded measurements the errors are those that they leave.
     """
-    observer = _observer(robot, base)
-    heavy, bare, change = _with_payload(observer, base, loaded, processing), None, None
-    if unloaded:
-        bare = _load(observer.only(base.columns), (used_pieces(data, processing) for data in unloaded))
-    if pairs and bare is not None:
-        change = _changes(observer, base, pairs, bare.equations, processing)
+    heavy, bare, change = _loads(robot, base, loaded, unloaded, pairs, processing)
     if not blocks:
         return PayloadEquations(heavy.equations, bare and bare.equations, change and change.equations)
     length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
@@ -147,6 +142,23 @@ def payload_equations(
     stretches = _cut(heavy.recordings, _long_edges(heavy.memory.spans))
     inflation = heavy.memory.inflation if known is None or unloaded else _inflation_beside(known, heavy)
     return PayloadEquations(heavy.in_blocks(edges, length), without, difference, stretches, inflation, few)
+
+
+def _loads(
+    robot: Robot,
+    base: BaseParameters,
+    loaded: Sequence[Measurement],
+    unloaded: Sequence[Measurement],
+    pairs: Sequence[PairedMeasurement],
+    processing: Processing,
+) -> tuple[_Load, _Load | None, _Load | None]:
+    """Equations with payload, without, and of the difference, by one generated code."""
+    observer = Observer(robot, (*base.columns, *payload_columns(robot), PATH))
+    heavy = _with_payload(observer, base, loaded, processing)
+    if not unloaded:
+        return heavy, None, None
+    bare = _load(observer.only(base.columns), (used_pieces(data, processing) for data in unloaded))
+    return heavy, bare, _changes(observer, base, pairs, bare.equations, processing) if pairs else None
 
 
 def _with_payload(
@@ -201,11 +213,6 @@ def _block_length(loads: Sequence[Remembered]) -> tuple[float, bool]:
     length = block_length(loads)
     few = sum(len(block_edges(ends, length)) - 1 for ends in loads[0].spans) < FEWEST
     return (SHORTEST, True) if few else (length, False)
-
-
-def _observer(robot: Robot, base: BaseParameters) -> Observer:
-    """Observer of all that is asked of a pair, by one generated code: base columns, the payload's, ``PATH``."""
-    return Observer(robot, (*base.columns, *payload_columns(robot), PATH))
 
 
 def _changes(
