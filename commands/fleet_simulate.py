@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import hashlib
-import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
@@ -17,13 +15,13 @@ import numpy as np
 from .. import estimation, fleet, model, report, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
-from ..common.files import made_folder, write_bytes, write_text
+from ..common.files import csv_text, made_folder, write_bytes, write_text
 from ..fleet.simulated import Scenario, TrueArm, TrueNight, damaged, simulated_arms
 from . import ANSWERED
 from .options import Options, option, print_lines
 from .progress import bar
 from .simulate import rate, root_mean_square
-from .values import fraction, number, positive, share, whole
+from .values import checked, fraction, number, positive, share, whole
 
 _USUAL = Scenario()
 _GONE = {"cut": "cut short (simulated)", "clock": "its clock runs back (simulated)"}
@@ -39,25 +37,19 @@ def _day(text: str) -> date:
 def _part(text: str) -> float:
     """A percentage from 0 to 100."""
     value = fraction(text)
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage from 0 to 100%")
-    return value
+    return checked(value, 0.0 <= value <= 1.0, text, "a percentage from 0 to 100%")
 
 
 def _change(text: str) -> float:
     """A percentage above -100."""
     value = fraction(text)
-    if not -1.0 < value < 100.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage above -100%")
-    return value
+    return checked(value, -1.0 < value < 100.0, text, "a percentage above -100%")
 
 
 def _load(text: str) -> float:
     """A mass of at least 0 [kg]."""
     value = number(text)
-    if not 0.0 <= value < 1e4:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a mass of at least 0 kg")
-    return value
+    return checked(value, 0.0 <= value < 1e4, text, "a mass of at least 0 kg")
 
 
 def _drawn(field: str, how: Callable[[str], Any], metavar: str, help: str, unit: str = "") -> Any:
@@ -217,17 +209,15 @@ def _about(arm: TrueArm, night: TrueNight) -> dict[str, str]:
 def _write_tables(folder: Path, arms: Sequence[TrueArm], equations: bool) -> None:
     """The table for ``fleet reduce``, unless it is reduced already, and the truth of each night."""
     frictions = [name for name in arms[0].parameters if model.names.parameter_kind(name) in fleet.series.RELATIVE]
-    table, truth = io.StringIO(), io.StringIO()
-    listed, truth_writer = csv.writer(table, lineterminator="\n"), csv.writer(truth, lineterminator="\n")
-    listed.writerow(["file", "arm", "day", "temperature", "payload"])
-    truth_writer.writerow(["arm", "day", "temperature", "carried", "log", *frictions])
-    for arm in arms:
-        for night in arm.nights:
-            listed.writerow([f"logs/{arm.name}/{night.day}.csv", *_about(arm, night).values()])
-            values = (f"{night.parameters[name]:.9g}" for name in frictions)
-            truth_writer.writerow(
-                [arm.name, night.day, f"{night.temperature:g}", f"{night.carried:g}", night.log, *values]
-            )
+    nights = [(arm, night) for arm in arms for night in arm.nights]
+    truth = [
+        [
+            *(arm.name, night.day, f"{night.temperature:g}", f"{night.carried:g}", night.log),
+            *(f"{night.parameters[name]:.9g}" for name in frictions),
+        ]
+        for arm, night in nights
+    ]
     if not equations:
-        write_text(folder / "robots.csv", table.getvalue())
-    write_text(folder / "truth.csv", truth.getvalue())
+        listed = [[f"logs/{arm.name}/{night.day}.csv", *_about(arm, night).values()] for arm, night in nights]
+        write_text(folder / "robots.csv", csv_text(["file", "arm", "day", "temperature", "payload"], listed))
+    write_text(folder / "truth.csv", csv_text(["arm", "day", "temperature", "carried", "log", *frictions], truth))

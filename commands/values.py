@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import TypeVar
 
 from .. import estimation, model
+
+_Value = TypeVar("_Value")
+
+
+def checked(value: _Value, good: bool, text: str, words: str) -> _Value:
+    """The value of a text, refused unless it is good; ``words``: what the text should be."""
+    if not good:
+        raise argparse.ArgumentTypeError(f"{text!r} is not {words}")
+    return value
 
 
 def method(text: str) -> str:
     """A method's number, from its number or its name."""
     names = {name: str(number) for number, name in estimation.payload.METHOD_NAMES.items()}
-    if text not in (*names, *names.values(), "all"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not one of {', '.join(names)}, 1 to 4, all")
-    return names.get(text, text)
+    known = text in (*names, *names.values(), "all")
+    return checked(names.get(text, text), known, text, f"one of {', '.join(names)}, 1 to 4, all")
 
 
 def fraction(text: str) -> float:
@@ -33,16 +42,12 @@ def whole(text: str) -> int:
 
 def positive(text: str) -> int:
     """A whole number of at least 1."""
-    if whole(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)
+    return checked(int(text), whole(text) > 0, text, "a whole number of at least 1")
 
 
 def port_number(text: str) -> int:
     """A port of TCP."""
-    if not 0 < whole(text) < 65536:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a port from 1 to 65535")
-    return int(text)
+    return checked(int(text), 0 < whole(text) < 65536, text, "a port from 1 to 65535")
 
 
 def mass(text: str) -> float:
@@ -62,9 +67,7 @@ def number(text: str) -> float:
 def share(text: str) -> float:
     """A number from 0 to below 1."""
     value = number(text)
-    if not 0.0 <= value < 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a share from 0 to below 1")
-    return value
+    return checked(value, 0.0 <= value < 1.0, text, "a share from 0 to below 1")
 
 
 def gains_or_file(text: str) -> tuple[float, ...] | str:
@@ -102,9 +105,8 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
         values = tuple(float(part) for part in text.split(","))
     except ValueError:
         values = ()
-    if not values or (count and len(values) != count) or not all(abs(value) < 1e6 for value in values):
-        raise argparse.ArgumentTypeError(f"{text!r} is not {count or 'a list of'} finite numbers with commas")
-    return values
+    good = len(values) == (count or len(values) or 1) and all(abs(value) < 1e6 for value in values)
+    return checked(values, good, text, f"{count or 'a list of'} finite numbers with commas")
 
 
 def gains_list(text: str) -> tuple[float, ...]:
@@ -126,25 +128,21 @@ def masses_list(text: str) -> tuple[float, ...]:
 def whole_list(text: str) -> tuple[int, ...]:
     """Whole numbers separated by commas."""
     parts = text.replace(" ", "").split(",")
-    if not all(part.isdecimal() and len(part) < 9 for part in parts):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of whole numbers such as 1,2,2")
-    return tuple(map(int, parts))
+    good = all(part.isdecimal() and len(part) < 9 for part in parts)
+    return tuple(map(int, checked(parts, good, text, "a list of whole numbers such as 1,2,2")))
 
 
 def names_list(text: str) -> tuple[str, ...]:
     """Names separated by commas."""
     names = tuple(part.strip() for part in text.split(","))
-    if not all(names) or len(set(names)) != len(names):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different names separated by commas")
-    return names
+    good = all(names) and len(set(names)) == len(names)
+    return checked(names, good, text, "a list of different names separated by commas")
 
 
 def positive_number(text: str) -> float:
     """A number above 0."""
     value = number(text)
-    if not 0.0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return value
+    return checked(value, 0.0 < value < 1e9, text, "a number above 0")
 
 
 def relative(text: str) -> float:
@@ -153,9 +151,7 @@ def relative(text: str) -> float:
         value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         value = math.nan
-    if not 0.0 <= value < 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a share: write 2% or 0.02")
-    return value
+    return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
 
 
 def relative_list(text: str) -> tuple[float, ...]:
@@ -171,9 +167,8 @@ def relative_list(text: str) -> tuple[float, ...]:
 def seconds_list(text: str) -> tuple[float, ...]:
     """Different positive times separated by commas [s]."""
     times = tuple(number(part) for part in text.split(","))
-    if not all(0.0 < time < math.inf for time in times) or len(set(times)) != len(times):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different times in seconds such as 0.1,0.5,1")
-    return times
+    good = all(0.0 < time < math.inf for time in times) and len(set(times)) == len(times)
+    return checked(times, good, text, "a list of different times in seconds such as 0.1,0.5,1")
 
 
 def joint_list(text: str) -> tuple[int, ...]:
@@ -182,6 +177,5 @@ def joint_list(text: str) -> tuple[int, ...]:
         joints = tuple(int(part) for part in text.split(","))
     except ValueError:
         joints = ()
-    if not joints or min(joints) < 1 or len(set(joints)) != len(joints):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of different joint numbers such as 2,3,5,6")
-    return joints
+    good = min(joints, default=0) > 0 and len(set(joints)) == len(joints)
+    return checked(joints, good, text, "a list of different joint numbers such as 2,3,5,6")

@@ -9,7 +9,6 @@ explained, such as one with a jerk beyond the filter, counts by its own errors: 
 
 from collections import deque
 from collections.abc import Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -44,8 +43,10 @@ _PAYLOAD = np.array([5.0] * 6 + [5.0] * 3 + [30.0])
 _NORMAL95 = 1.96
 _SOON = 1e-6
 """s: what begins earlier by less begins at the same time."""
-_PER_HOUR = 3600.0
-"""Blocks of one second."""
+_CHANCE = FALSE_ALARMS / 3600.0 / len(_ENDS)
+"""Of an end, in an hour's blocks of one second."""
+_FALL = float(chdtri(4, _CHANCE))
+"""Of chi2, which chance passes as rarely as is allowed where the size of the errors is known exactly."""
 _MEDIAN = 3.357
 """Of chi2 with four degrees of freedom."""
 _LEAST = 2.0
@@ -84,15 +85,11 @@ class _Tried(NamedTuple):
 
 
 class ChangeWatch:
-    """Watches a window's blocks as they come.
+    """Watches a window's blocks as they come."""
 
-    Attributes:
-        false_alarms: an hour of motion that are allowed.
-    """
-
-    def __init__(self, window: MovingWindow, false_alarms: float = FALSE_ALARMS) -> None:
+    def __init__(self, window: MovingWindow) -> None:
         """Begin without any measure of the errors."""
-        self.window, self.false_alarms = window, false_alarms
+        self.window = window
         self._usual: deque[_Usual] = deque(maxlen=_LAG + 1)
         self._falls: deque[float] = deque(maxlen=_REMEMBERED)
         self._loudness: dict[float, float] = {}
@@ -148,22 +145,16 @@ class ChangeWatch:
         since, most = self._blocks - usual.blocks, len(self.window.blocks) - _BEFORE
         return [end for end in _ENDS if end <= most and (end <= since or since >= _LAG)]
 
-    @cached_property
-    def _least(self) -> float:
-        """The fall that chance passes as rarely as is allowed where the size of the errors is known exactly."""
-        return float(chdtri(4, self.false_alarms / _PER_HOUR / len(_ENDS)))
-
     def _limit(self, tried: _Tried, rows: "_Rows", usual: _Usual) -> float:
         """The fall of chi2 that chance passes as rarely as is allowed; infinite where this one is far below."""
-        if tried.fall <= self.scale * self._least:
+        if tried.fall <= self.scale * _FALL:
             return np.inf
-        chance = self.false_alarms / _PER_HOUR / len(_ENDS)
         start = list(self.window.blocks)[-tried.blocks].start
         own = np.array([np.sum((A[t >= start - _SOON][:, -5:-1] @ tried.delta) ** 2) for t, A in rows])
         shares = own / max(float(own.sum()), np.finfo(float).tiny)
         # Of errors that each joint's own size is measured for: Satterthwaite.
         freedom = 1.0 / float(np.sum(shares**2 / usual.freedom[usual.held.noise > 0.0]))
-        return self.scale * 4.0 * float(fdtri(4.0, freedom, 1.0 - chance))
+        return self.scale * 4.0 * float(fdtri(4.0, freedom, 1.0 - _CHANCE))
 
 
 _Rows = list[tuple[Array, Array]]

@@ -105,9 +105,9 @@ class Clock:
         return factor("time", unit)
 
 
-def typical_step(t: Array, most: int = 1_000_000) -> float:
+def typical_step(t: Array) -> float:
     """Median time between rows [s]; of a long log that of a million rows all over it."""
-    thin = max(1, len(t) // most)
+    thin = max(1, len(t) // 1_000_000)
     return float(np.median(t[1::thin] - t[:-1:thin])) if len(t) > 1 else 0.0
 
 

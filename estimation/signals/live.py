@@ -26,9 +26,9 @@ class BlockCutter:
     What is kept of the stream is a few seconds. A gap begins the cutting anew.
     """
 
-    def __init__(self, processing: Processing, source: str = "live") -> None:
+    def __init__(self, processing: Processing) -> None:
         """Begin without a sample."""
-        self._processing, self._source = processing, source
+        self._processing = processing
         self._rate: float | None = None
         self._clear()
 
@@ -93,7 +93,7 @@ class BlockCutter:
         t, q, torque, *speeds = (array[near] for array in arrays)
         even = on_grid(Recording(t, q, torque, speeds[0] if speeds else None), grid)
         step, cutoff, middle = 1.0 / float(self._rate or 1.0), self._processing.cutoff, self._margin
-        smooth = lowpass(even.q, step, cutoff, self._source)
-        qd = slopes(smooth, step) if even.qd is None else lowpass(even.qd, step, cutoff, self._source)
+        smooth = lowpass(even.q, step, cutoff, "live")
+        qd = slopes(smooth, step) if even.qd is None else lowpass(even.qd, step, cutoff, "live")
         whole = Measurement(Motion(grid, smooth, qd, slopes(qd, step)), even.torque)
         return whole.between(middle, middle + count)

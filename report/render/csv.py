@@ -4,10 +4,9 @@ A number with its standard deviation becomes two cells, the second under the hea
 numbers are those printed; all digits stand in the JSON document.
 """
 
-import csv
-import io
 from collections.abc import Sequence
 
+from ...common.files import csv_text
 from ..blocks import Spread, Table
 
 _TABLE, _NAME = "table", "name"
@@ -19,11 +18,8 @@ def csv_tables(tables: Sequence[Table]) -> str:
     """All tables as one CSV text; columns that a table does not have stay empty."""
     records = [record for table in tables for record in _records(table)]
     keys = _keys(records)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([f"{heading} sigma" if sigma else heading for heading, sigma in keys])
-    writer.writerows([record.get(key, "") for key in keys] for record in records)
-    return text.getvalue()
+    names = [f"{heading} sigma" if sigma else heading for heading, sigma in keys]
+    return csv_text(names, ([record.get(key, "") for key in keys] for record in records))
 
 
 def _keys(records: Sequence[dict[_Key, str]]) -> list[_Key]:

@@ -204,9 +204,9 @@ def attributes(values: Mapping[str, str]) -> str:
     return " ".join(f"{name}={quoteattr(value)}" for name, value in values.items())
 
 
-def comment(lines: Iterable[str], indent: str = "") -> list[str]:
+def comment(lines: Iterable[str]) -> list[str]:
     """An XML comment a line, which ends no comment."""
-    return [f"{indent}<!-- {plain(line)} -->" for line in lines]
+    return [f"<!-- {plain(line)} -->" for line in lines]
 
 
 def plain(text: str) -> str:
