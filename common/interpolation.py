@@ -1,7 +1,5 @@
 """Monotone cubic interpolation as of ``scipy.interpolate``, whose import takes longer than most commands work."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .arrays import Array

@@ -1,7 +1,5 @@
 """Second-order recursive filters, as ``scipy.signal`` has them, whose import takes longer than a command's work."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

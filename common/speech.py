@@ -4,8 +4,6 @@ An answer holds values alone and knows nothing of words, pages and formats. Thos
 imports the answers; the methods here fetch it when they are called, so that no answer imports it.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a report was made from: command, files with checksums, date, versions."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """A payload's numbers by name, each with its 95 % interval and whether to use it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ...model import InertialParameters

@@ -134,7 +134,8 @@ def payload_equations(
     """
     heavy, bare, change = _loads(robot, base, loaded, unloaded, pairs, processing)
     if not blocks:
-        return PayloadEquations(heavy.equations, bare and bare.equations, change and change.equations)
+        without, difference = (load.equations if load is not None else None for load in (bare, change))
+        return PayloadEquations(heavy.equations, without, difference)
     length, few = _block_length([load.memory for load in (heavy, bare, change) if load is not None])
     edges = [block_edges(ends, length) for ends in heavy.memory.spans]
     without = _in_partners_blocks(bare, _partners_edges(edges, pairs), length) if bare is not None else None

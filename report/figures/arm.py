@@ -3,9 +3,6 @@
 The animation is SMIL, which browsers play without a script. Seen from the side (x, z) and from above (x, y).
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
@@ -15,11 +12,8 @@ from ...model import Robot
 from ...model.frames import frames_at
 from ...trajectories.motions import Plan
 from ..blocks import Drawing
-from .canvas import panels
+from .canvas import Figure, panels
 from .stick import outline
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _FRAMES = 12.0  # per second
 _FINER = 3  # the path of the tool, than that

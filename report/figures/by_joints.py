@@ -1,19 +1,12 @@
 """The payload as each joint sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation.payload import ByJoints, JointShare, JointsMass
 from ..blocks import Drawing
-from .canvas import BLUE, mark_interval, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, Axes, Figure, mark_interval, panels, plain
 
 
 def joints_figure(by_joints: ByJoints, mass: float, interval: tuple[float, float]) -> Drawing | None:

@@ -1,20 +1,20 @@
 """An empty figure, and a figure as a file or as text: the only place that imports matplotlib."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
 from ...common.files import write_bytes
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib import axes as _axes
+    from matplotlib import figure as _figure
 
+Axes: TypeAlias = "_axes.Axes"
+Figure: TypeAlias = "_figure.Figure"
 GREY, BLUE, ORANGE = "0.62", "#0072b2", "#d55e00"
 """Colours that differ in lightness too; every curve has its own line or marker as well."""
 _METADATA: dict[str, dict[str, Any]] = {

@@ -1,20 +1,13 @@
 """The path of backward elimination."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation import SigmaBound, SigmaRatio
 from ...estimation.fit import Elimination
 from ..blocks import Drawing
-from .canvas import log_scale, panels
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import Axes, Figure, log_scale, panels
 
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""

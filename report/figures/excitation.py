@@ -1,20 +1,13 @@
 """How well each parameter was excited."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...estimation.fit import Excitation
 from ..blocks import Drawing
-from .canvas import BLUE, legend, log_scale, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, Axes, Figure, legend, log_scale, panels, plain
 
 _GOOD = 10.0  # ten times the noise: 10 % relative sigma
 _LEAST, _MOST = 1e-2, 1e9

@@ -1,19 +1,11 @@
 """A sketch of the flange with the payload's centre of mass, its uncertainty to scale."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...common.arrays import Array
 from ...estimation.payload import ConstrainedPayload
 from ..blocks import Drawing
-from .canvas import BLUE, ORANGE, legend, matplotlib, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, ORANGE, Axes, Figure, legend, matplotlib, panels, plain
 
 _PLATE = 31.5  # mm: half of the plate of ISO 9409-1-50, to compare sizes with
 _ZOOM = 1.7  # inches: height of an enlargement

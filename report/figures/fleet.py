@@ -1,20 +1,13 @@
 """Small multiples of a fleet: a line an arm, a panel a joint, the friction day by day."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...fleet import Fleet
 from ...fleet.series import Series
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, panels
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, GREY, ORANGE, Axes, Figure, panels
 
 _LINES = 20
 """Arms in one drawing."""

@@ -1,17 +1,10 @@
 """What a controller missed before and after a payload was entered."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...estimation.payload import FollowingChange
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .canvas import BLUE, GREY, Figure, panels, plain
 
 
 def following_figure(change: FollowingChange, unit: str, scale: float) -> Drawing:

@@ -1,9 +1,6 @@
 """The methods side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,11 +8,7 @@ from ...common.arrays import Array
 from ...estimation import PayloadAnswer
 from ...estimation.payload import ConstrainedPayload
 from ..blocks import Drawing
-from .canvas import BLUE, legend, mark_interval, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, Axes, Figure, legend, mark_interval, panels, plain
 
 _FREE = 0.22  # the free estimate stands this much below the constrained one
 

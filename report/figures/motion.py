@@ -1,10 +1,8 @@
 """Figures of a designed motion: how near it comes to its limits, and what it would teach."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +11,7 @@ from ...model import Motion
 from ...trajectories import DesignProblem, Score
 from ...trajectories.design import load_torques
 from ..blocks import Drawing
-from .canvas import legend, log_scale, panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .canvas import Figure, legend, log_scale, panels
 
 _STYLES = ("-", "--", ":", "-.")
 _FEW = 4  # parameters a figure names as the least known

@@ -1,16 +1,9 @@
 """Several recordings of one payload, each alone."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from ...estimation.fit import student95
 from ...estimation.payload import Repeats
 from ..blocks import Drawing
-from .canvas import BLUE, mark_interval, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .canvas import BLUE, Figure, mark_interval, panels, plain
 
 _NAME = 24  # letters of a recording's name
 

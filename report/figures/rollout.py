@@ -1,17 +1,10 @@
 """Errors of predicted motion against the time after the start."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...estimation.rollout import Rollout
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, log_scale, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .canvas import BLUE, GREY, ORANGE, Figure, log_scale, panels, plain
 
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREY, ":"), ("black", "-."))
 

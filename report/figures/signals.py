@@ -1,19 +1,13 @@
 """Signals of a recording over time."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...common.arrays import Array
 from ...model import Recording
 from ..blocks import Drawing
-from .canvas import panels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from .canvas import Figure, panels
 
 _STRETCHES = 2000  # of a long signal that are drawn
 

@@ -1,19 +1,11 @@
 """Measured and predicted torques, residuals and their autocorrelation."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...common.arrays import Array
 from ...estimation.answers import TorquePrediction
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, legend, panels, plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from .canvas import BLUE, GREY, ORANGE, Axes, Figure, legend, panels, plain
 
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))

@@ -1,7 +1,5 @@
 """A page as one self-contained HTML file, and its figures as files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import singledispatch
 from importlib import resources

@@ -1,7 +1,5 @@
 """HTML as text that escapes whatever is not markup already."""
 
-from __future__ import annotations
-
 import html
 
 

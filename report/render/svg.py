@@ -1,7 +1,5 @@
 """A figure as inline SVG: no address in it, no identifier twice in a page."""
 
-from __future__ import annotations
-
 import re
 
 from ..blocks import Drawing

@@ -3,8 +3,6 @@
 What is printed is text: no letter in it is taken for markup.
 """
 
-from __future__ import annotations
-
 import os
 import textwrap
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """What to type into the controller: a few formats, each to be opened and copied."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ...common.errors import InputError

@@ -1,7 +1,5 @@
 """A designed or replayed motion: what the terminal prints, and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drive gains: what the terminal prints, and the report."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ...estimation.answers import DriveGains

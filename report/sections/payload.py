@@ -1,7 +1,5 @@
 """A payload by several methods: tables, lines, and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A payload on the terminal: first what to use and what to type in, then what it rests on."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...common.arrays import Array

@@ -1,7 +1,5 @@
 """Whether recordings agree with a robot's kinematics: what the terminal prints, and the report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

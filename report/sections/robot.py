@@ -1,7 +1,5 @@
 """A robot's own parameters: what the terminal prints, and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

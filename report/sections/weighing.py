@@ -1,7 +1,5 @@
 """A weighing: what it rests on, line by line, and its report."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...common.arrays import Array
