@@ -75,6 +75,11 @@ def test_robust_sigma_agrees_for_white_noise(currents: Callable[..., GainProblem
     assert ratio.min() > 0.4
     assert ratio.max() < 2.0
     assert (gains.larger_relative_sigma >= 0.01).all()  # the mass is known to 1 %: so is every gain, at best
+    # Where joints disagree both are wider by as much, with blocks of time and without.
+    for robust in (gains.robust, None):
+        wider = replace(gains, disagreement=1.3, logarithms=replace(gains.logarithms, robust=robust))
+        variances = np.diag(wider.larger_relative_covariance)
+        np.testing.assert_allclose(variances, wider.larger_relative_sigma**2, rtol=1e-12)
     values, spread = gains.larger_relative_covariance, gains.larger_relative_sigma
     assert np.sqrt(np.diag(values)) == pytest.approx(spread)
 

@@ -14,7 +14,7 @@ from dynident.fleet.alarms import alarm_of, bound_of, steps_of
 from dynident.fleet.drawing import drawn, noise_of
 from dynident.fleet.nights import MASS, arm_of
 from dynident.fleet.series import LAST, Scatter, Series, scatter_of
-from dynident.fleet.trends import fleet_of
+from dynident.fleet.trends import drift_of, fleet_of
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
 from dynident.report.documents import fleet_document
@@ -120,6 +120,26 @@ def test_scatter_is_measured_whatever_a_few_arms_do() -> None:
     assert abs(scatter.sigma - 0.03) < 0.004
     assert abs(scatter.memory - 0.5) < 0.15
     assert abs(scatter.per_kelvin - 0.01) < 5.0 * scatter.per_kelvin_sigma + 1e-4
+
+
+def test_the_share_of_a_kelvin_is_as_sure_as_the_median_of_the_arms_slopes() -> None:
+    """Normal slopes: their median's standard deviation is sqrt(pi / 2) times that of their mean."""
+    draw = np.random.default_rng(2)
+    days, warm = np.arange(12.0), draw.normal(scale=3.0, size=12)
+    slopes = draw.normal(0.01, 0.002, 2000)
+    arms = [Series("a", "FS1", True, 1.0, days, slope * warm, np.full(12, 1e-6), warm) for slope in slopes]
+    expected = np.sqrt(0.5 * np.pi / len(arms)) * 0.002
+    assert scatter_of(arms).per_kelvin_sigma == pytest.approx(expected, rel=0.08)
+
+
+def test_a_drift_is_told_for_thirty_days() -> None:
+    """Of white scatter the slope is that of a straight line, and as sure."""
+    days = np.arange(40.0)
+    line = Series("a", "FS1", True, 1.0, days, 0.3 + 0.002 * days, np.full(40, 0.03), np.zeros(40))
+    drift = drift_of(line, Scatter(0.04, 0.0, 1.0, 0.0, 0.0))
+    assert drift is not None
+    assert drift.per_month == pytest.approx(30.0 * 0.002)
+    assert drift.sigma == pytest.approx(30.0 * 0.05 / np.sqrt(np.sum((days - days.mean()) ** 2)))
 
 
 def test_a_night_without_temperature_counts_by_its_spread() -> None:

@@ -193,6 +193,19 @@ def test_a_stand_in_weighs_as_real_arms_do(name: str) -> None:
     assert 0.18 < moments / (robot.mass * length) < 0.32
 
 
+COUPLED = [name for name in robot_names() if load_robot(name).coupling is not None]
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_the_rotor_of_coupled_drives_rubs_half_as_much_as_its_joint(name: str) -> None:
+    robot = with_stand_in(replace(load_robot(name), parameters={}))
+    assert robot.coupling is not None
+    joint = robot.coupling.joints[1]
+    for kind in ("FS", "FV"):
+        assert robot.parameters[f"{kind}M{joint}"] == pytest.approx(0.5 * robot.parameters[f"{kind}{joint}"])
+        assert robot.parameters[f"{kind}{joint}"] > 0.0
+
+
 def test_no_stand_in_out_of_nothing() -> None:
     robot = replace(load_robot("ur10e"), mass=None)
     with pytest.raises(InputError, match="mass_kg"):

@@ -81,7 +81,7 @@ def test_what_no_speed_bears_is_refused(fast: NearMotion) -> None:
 
 
 def test_runs_that_tell_nothing_are_refused(fast: NearMotion) -> None:
-    with pytest.raises(InputError, match="allows no faster one"):
+    with pytest.raises(InputError, match="bounds the mass by 8 kg, which allows no faster one"):
         speed_ladder(bearing, SET, fast, EXPECTED.mass, lambda run: np.inf)
 
 

@@ -9,8 +9,10 @@ from dynident.common.arrays import Array
 from dynident.estimation import Estimate, identify
 from dynident.estimation.payload.live import LiveWeighing
 from dynident.estimation.payload.window import MovingWindow
-from dynident.model import Motion, Recording, load_robot
+from dynident.model import InertialParameters, Motion, Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
+
+LOAD = InertialParameters.from_com(6.0, [0.0, 0.0, 0.1], [0.05, 0.05, 0.03])
 
 
 class Known(NamedTuple):
@@ -20,10 +22,10 @@ class Known(NamedTuple):
     known: Estimate
     noise: Array
 
-    def recorded(self, seed: int) -> Recording:
-        """About 25 s without payload."""
+    def recorded(self, seed: int, payload: InertialParameters | None = None) -> Recording:
+        """About 25 s, without payload unless one is given."""
         plan = random_via_points(self.simulator.robot, 14, seed=seed)
-        return self.simulator.record(plan.motion(100.0), noise=self.noise, seed=seed)
+        return self.simulator.record(plan.motion(100.0), payload, self.noise, seed=seed)
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +56,20 @@ def test_a_second_that_no_payload_explains_is_no_change(arm: Known) -> None:
     list(weighing.feed(replace(recording, torque=torque)))
     assert len(weighing.window.blocks) > 15
     assert not weighing.changes
+
+
+def test_the_window_begins_anew_behind_the_second_in_which_the_payload_changed(arm: Known) -> None:
+    """That second holds both payloads."""
+    bare, heavy = arm.recorded(3), arm.recorded(3, LOAD)
+    torque = np.where((bare.t >= 15.0)[:, None], heavy.torque, bare.torque)
+    weighing = LiveWeighing(MovingWindow(arm.simulator.robot, arm.known))
+    starts = [
+        (min(block.start for block in weighing.window.blocks), news.change.time)
+        for news in weighing.feed(replace(bare, torque=torque))
+        if news.change is not None
+    ]
+    assert starts
+    assert all(start > time for start, time in starts)
 
 
 def turned_late() -> Motion:

@@ -170,6 +170,16 @@ def test_a_thin_body_stays_possible_and_it_is_told() -> None:
     assert "0.001 kg m^2 added to each moment" in "\n".join(FORMATS["ur"].head(load))
 
 
+def test_a_rounded_flat_body_tells_all_that_was_added() -> None:
+    """What makes a plate possible, and what rounding adds to it, are both in the moments that are written."""
+    plate = InertialParameters.from_com(4.0, [0.0, 0.0, 0.1], [1.0, 2.0, 3.0])
+    load = load_of(plate, half_widths=HalfWidths(0.01, 0.001, 3e-7)).rounded()
+    digits = load.inertia_digits
+    assert digits is not None
+    assert load.widened > 5e-6, "a millionth of the moments' sum, and a unit"
+    np.testing.assert_allclose(np.diag(load.inertia) - [1.0, 2.0, 3.0], load.widened, atol=0.51 * 10.0**-digits)
+
+
 def test_what_is_lost_without_products_is_told() -> None:
     """Largest product 0.004 over the smallest moment 0.019: 21 %."""
     for name in MOMENTS_ONLY:

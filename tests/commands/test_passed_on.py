@@ -1,0 +1,92 @@
+"""Numbers of options arrive where they decide: in recipes of passports, in goals and loads of motions."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dynident import model, report
+from dynident.cli import _parser, main
+from dynident.commands import near, payload, weigh
+from dynident.commands.near_options import NearOptions
+from dynident.commands.options import GoalOptions, LimitOptions, Setup
+from dynident.common.errors import InputError
+from dynident.estimation import KnownMass, LogMap, StandIn
+from dynident.trajectories import NearMotion, PayloadSet
+from dynident.trajectories.design import Rung
+
+ROBOT = model.load_robot("rx90")
+SETUP = Setup(ROBOT, ROBOT.processing, (2.0,) * 6, None, LogMap())
+PAYLOAD = "payload --robot rx90 --unloaded u.csv --loaded l.csv"
+NEAR = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits 300"
+
+
+def parsed(line: str) -> argparse.Namespace:
+    return _parser(line.split()).parse_args(line.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "value"),
+    [
+        (PAYLOAD, "methods", None),
+        (f"{PAYLOAD} --method difference", "methods", (3,)),
+        (f"{PAYLOAD} --free-friction", "free_friction", True),
+        (f"{PAYLOAD} --friction-change 7%", "friction_change", 0.07),
+        (f"{PAYLOAD} --scale-sigma 2%", "scale_sigma", 0.02),
+        (PAYLOAD, "scale_sigma", 0.0),
+        (PAYLOAD, "drive_gains", (2.0,) * 6),
+        (PAYLOAD, "constraints", (KnownMass(3.0, 0.1),)),
+    ],
+)
+def test_the_recipe_of_a_payload(line: str, name: str, value: object) -> None:
+    request = payload._Payload.of(parsed(line))
+    recipe = payload._recipe(request, SETUP, None, None, [KnownMass(3.0, 0.1)])
+    assert getattr(recipe, name) == value
+
+
+def test_the_recipe_of_a_weighing() -> None:
+    request = weigh._Weigh.of(parsed("weigh --robot rx90 --unloaded u.csv --loaded l.csv --moving 2,3,5"))
+    stand_in = StandIn.parse("box:100x100x100")
+    recipe = weigh._recipe(request, SETUP, None, [KnownMass(3.0, 0.1)], stand_in)
+    assert (recipe.moving, recipe.stand_in, recipe.constraints) == ((2, 3, 5), stand_in, (KnownMass(3.0, 0.1),))
+    assert recipe.friction_change == 0.0, "a difference of torques frees friction"
+
+
+@pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("--independent-rate 40", 40.0)])
+def test_samples_a_second_of_a_goal(option: str, rate: float) -> None:
+    arguments = parsed(f"design --robot rx90 --torque-noise 1,2,3,4,5,6 {option}")
+    goal = GoalOptions.of(arguments).goal(ROBOT, LimitOptions.of(arguments).bounds(ROBOT), {}, None)
+    assert goal.rate == rate
+    assert goal.noise == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+
+
+def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected() -> None:
+    arguments = parsed(f"{NEAR} --ladder --expected-mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1")
+    limits = LimitOptions.of(arguments)
+    known = limits.known(ROBOT)
+    _, loads = near._torques(known, limits.bounds(known.robot), limits, NearOptions.of(arguments))
+    assert loads is not None
+    assert isinstance(loads.heaviest, PayloadSet)
+    assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)
+
+
+def test_a_ladder_shows_what_each_run_leaves_possible() -> None:
+    still = np.zeros((1, 6, 2))
+    motion = NearMotion(np.zeros((1, 6)), still, still, 5.0, 1, 0.0)
+    (table,) = report.sections.near.ladder_tables([Rung(0.25, 6.5, 4.5, motion)])
+    assert [tuple(row) for row in table.rows] == [("run 1", "25", "6.50", "4.50")]
+
+
+def test_a_sag_is_told_in_mrad(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    sags = []
+
+    def sagging(*arguments: object) -> None:
+        sags.append(arguments[-1])
+        raise InputError("that is enough")
+
+    monkeypatch.setattr("dynident.trajectories.simulation.Controller.sagging", sagging)
+    body = tmp_path / "body.toml"
+    body.write_text("mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.01, 0.01]\n")
+    words = f"simulate --robot rx90 --payload {body} --controller proportional --sag 4 --out {tmp_path / 'out'}"
+    assert main(words.split()) == 2
+    assert sags == [pytest.approx(4e-3)]
