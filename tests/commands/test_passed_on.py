@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident import model, report
+from dynident import model
 from dynident.cli import _parser, main
 from dynident.commands import near, payload, weigh
 from dynident.commands.near_options import NearOptions
 from dynident.commands.options import GoalOptions, LimitOptions, Setup
 from dynident.common.errors import InputError
 from dynident.estimation import KnownMass, LogMap, StandIn
+from dynident.report.sections.near import ladder_tables
 from dynident.trajectories import NearMotion, PayloadSet
 from dynident.trajectories.design import Rung
 
@@ -73,7 +74,7 @@ def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected() -> None:
 def test_a_ladder_shows_what_each_run_leaves_possible() -> None:
     still = np.zeros((1, 6, 2))
     motion = NearMotion(np.zeros((1, 6)), still, still, 5.0, 1, 0.0)
-    (table,) = report.sections.near.ladder_tables([Rung(0.25, 6.5, 4.5, motion)])
+    (table,) = ladder_tables([Rung(0.25, 6.5, 4.5, motion)])
     assert [tuple(row) for row in table.rows] == [("run 1", "25", "6.50", "4.50")]
 
 
@@ -86,7 +87,7 @@ def test_a_sag_is_told_in_mrad(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 
     monkeypatch.setattr("dynident.trajectories.simulation.Controller.sagging", sagging)
     body = tmp_path / "body.toml"
-    body.write_text("mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.01, 0.01]\n")
+    body.write_text("mass = 3.0\ncom = [0.0, 0.0, 0.1]\ninertia_com = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01]\n")
     words = f"simulate --robot rx90 --payload {body} --controller proportional --sag 4 --out {tmp_path / 'out'}"
     assert main(words.split()) == 2
     assert sags == [pytest.approx(4e-3)]
