@@ -41,12 +41,10 @@ def friction_sigmas(robot: Estimate, share: float) -> dict[str, float]:
 
 
 def friction_changes(robot: Estimate, inflation: Sequence[float], share: float) -> dict[str, Held]:
-    """How frictions are held near the robot's own.
+    """How frictions are held near the robot's own; arguments as of ``friction_sigmas``.
 
     Args:
-        robot: as ``friction_sigmas``.
         inflation: of each joint's errors, by their memory.
-        share: as ``friction_sigmas``.
     """
     sigmas = friction_sigmas(robot, share)
     joints = {name: int(name.removeprefix(parameter_kind(name))) - 1 for name in sigmas}

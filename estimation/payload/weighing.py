@@ -46,13 +46,10 @@ def known_robot_weighing(
     progress: Progress = silent,
     friction_change: float = FRICTION_CHANGE,
 ) -> PayloadProblem:
-    """From torques less those of the robot itself, whose parameters were identified earlier, (22)-(23).
+    """From torques less those of the robot itself, (22)-(23); other arguments as of ``difference_weighing``.
 
     Args:
-        known: the robot's parameters.
-        processing: as ``difference_weighing``.
-        joints: as ``difference_weighing``.
-        progress: as ``difference_weighing``.
+        known: the robot's parameters, identified earlier.
         friction_change: by which share friction may differ from the robot's own (1 sigma); 0 for not at all.
 
     Raises:

@@ -4,10 +4,10 @@ from msgspec import UNSET
 
 from ...estimation.answers import DriveGains
 from ...estimation.files import StoredGains
-from ...estimation.files.parts import ProcessingDocument, RobustDocument
+from ...estimation.files.parts import ProcessingDocument, ResidualDocument, RobustDocument
 from ...estimation.files.stored import GainsTable, LoadDocument, MountingDocument
 from ...model import INERTIAL, Processing
-from .parts import equation_rate, residual_document, verdict_document
+from .parts import equation_rate, verdict_document
 
 
 def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
@@ -39,7 +39,7 @@ def gains_document(gains: DriveGains, processing: Processing) -> StoredGains:
         robust=RobustDocument(robust.blocks, robust.block_length)
         if robust
         else RobustDocument(None, unavailable=gains.without_robust or None),
-        relative_residual=residual_document(gains.fit),
+        relative_residual=ResidualDocument.of(gains.fit),
         disagreement=gains.disagreement,
         verdict=verdict_document(gains.verdict),
     )

@@ -11,11 +11,10 @@ from ...estimation.files.parts import (
     GainErrorsDocument,
     ParameterDocument,
     ProcessingDocument,
-    ResidualDocument,
     RobustDocument,
     VerdictDocument,
 )
-from ...estimation.fit import Elimination, Fit, RobustCovariance
+from ...estimation.fit import Elimination, RobustCovariance
 from ...model import Processing, Robot
 
 
@@ -35,11 +34,6 @@ def processing_document(
 def equation_rate(processing: Processing) -> float | UnsetType:
     """The rate of the equations, where it is given instead of a factor."""
     return processing.equation_rate if processing.equation_rate is not None else UNSET
-
-
-def residual_document(fit: Fit) -> ResidualDocument:
-    """Relative residual, all joints and each."""
-    return ResidualDocument.of(fit)
 
 
 def robust_document(robust: RobustCovariance | None, reason: str) -> RobustDocument:

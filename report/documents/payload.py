@@ -33,7 +33,6 @@ from .parts import (
     elimination_document,
     gain_errors_document,
     processing_document,
-    residual_document,
     robust_document,
     verdict_document,
 )
@@ -111,7 +110,7 @@ def _residual(answer: PayloadAnswer) -> ResidualDocument:
     return ResidualDocument(
         fit.relative if fit else None,
         fit.relative_per_joint if fit else None,
-        residual_document(check) if check else None,
+        ResidualDocument.of(check) if check else None,
     )
 
 

@@ -13,6 +13,7 @@ from ...estimation.files.parts import (
     PossibleParameter,
     PossibleRobotDocument,
     PriorDocument,
+    ResidualDocument,
 )
 from ...estimation.files.stored import RobotData
 from ...estimation.possible import PossibleRobot, PriorRobot
@@ -22,7 +23,6 @@ from .parts import (
     elimination_document,
     gain_errors_document,
     processing_document,
-    residual_document,
     robust_document,
 )
 from .rollout import rollout_document
@@ -69,8 +69,8 @@ def identification_document(
         condition_number_scaled=scaled,
         gain_sensitivity=estimate.gain_sensitivity,
         gain_sigma=gain_errors_document(result.gains) if result.gains else None,
-        relative_residual=residual_document(estimate.fit),
-        validation=residual_document(result.validation) if result.validation else None,
+        relative_residual=ResidualDocument.of(estimate.fit),
+        validation=ResidualDocument.of(result.validation) if result.validation else None,
         rollouts=tuple(map(rollout_document, rollouts)) or UNSET,
         reasons_against_use=result.verdict.reasons,
     )

@@ -55,10 +55,7 @@ def capsule(start: Array, end: Array, radius: float) -> tuple[Array, NDArray[np.
     sphere, faces = _sphere()
     axis = np.asarray(end, dtype=float) - start
     length = float(np.linalg.norm(axis))
-    z = axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    R = np.column_stack([x, np.cross(z, x), z])
+    R = _along(axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
     ends = np.where(sphere[:, 2:] > 0.0, np.asarray(end), np.asarray(start))
     return ends + radius * sphere @ R.T, faces
 
@@ -79,11 +76,8 @@ def box(centre: Array, axes: Array) -> tuple[Array, NDArray[np.uint32]]:
 
 def plane(normal: Sequence[float], offset: float, half: float) -> tuple[Array, NDArray[np.uint32]]:
     """A square of a floor or a wall, thin, below the point of the surface that is nearest to the base [m]."""
-    z = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    thin = 1e-3 * half
-    return box((offset - thin) * z, np.column_stack([half * x, half * np.cross(z, x), thin * z]))
+    R, thin = _along(np.asarray(normal, dtype=float) / np.linalg.norm(normal)), 1e-3 * half
+    return box((offset - thin) * R[:, 2], R * [half, half, thin])
 
 
 def inertia_axes(mass: float, inertia: Array) -> Array:
@@ -94,6 +88,13 @@ def inertia_axes(mass: float, inertia: Array) -> Array:
     """
     moments, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
     return np.asarray(directions * np.sqrt(5.0 * np.maximum(moments, 0.0) / mass))
+
+
+def _along(z: Array) -> Array:
+    """Axes of a frame whose z axis is given, as columns."""
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def _sphere() -> tuple[Array, NDArray[np.uint32]]:
