@@ -42,7 +42,7 @@ def problem_of(robot: Robot, pairs: list[tuple[Measurement, ...]], noise: float 
     pairs = [(noisy(a), noisy(b)) for a, b in pairs]
     base = base_parameters(robot)
     bare, loaded = zip(*pairs, strict=True)
-    together = [PairedMeasurement(*pair) for pair in pairs]
+    together = [PairedMeasurement(a, b) for a, b in pairs]
     equations = payload_equations(robot, base, loaded, bare, together, EXACT, blocks=False)
     return PayloadProblem(robot, base, **equations._asdict())
 
