@@ -210,7 +210,7 @@ def _shortest(problem: Equations, weights: Array) -> tuple[Array, float]:
     return values, float(np.sum((factor[:, -1] - factor[:, :-1] @ values) ** 2))
 
 
-def friction_free(recording: Observation) -> Observation:
+def without_friction(recording: Observation) -> Observation:
     """Equations held whole less all that the free columns can explain; rows keep their times."""
     return recording.eliminate([name for name in recording.columns if name.startswith(FREE)])
 

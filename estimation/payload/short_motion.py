@@ -14,7 +14,7 @@ from ...common.errors import InputError
 from ...model import Motion, Processing
 from ...model.motion import Measurement
 from ...model.visibility import PayloadVisibility
-from ..equations.equations import PAYLOAD, Equations, merged
+from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate
 from ..possible.constraints import KnownMass
 from ..signals.rows import Mask, least_speed, moving_parts, used_rows
@@ -103,11 +103,6 @@ class ShortMotion:
         if robust is not None:
             robust = replace(robust, covariance=robust.covariance + shared)
         return replace(payload, covariance=payload.covariance + shared, robust=robust)
-
-
-def friction_free(runs: Sequence[Run], friction: HeldFriction) -> Equations:
-    """All recordings' equations together, friction of each taken out."""
-    return merged(friction.friction_free(run.equations) for run in runs)
 
 
 def moving_joints(motions: Sequence[Motion], still_speed: float) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from ...model.names import parameter_kind
 from ...model.regressors import payload_columns
 from ...model.visibility import friction_columns, visibility_of
 from ..equations.equation_code import PATH
-from ..equations.equations import PAYLOAD
+from ..equations.equations import PAYLOAD, merged
 from ..equations.observation import Observation
 from ..equations.observer import Observer
 from ..equations.reduction import Residuals, reduced
@@ -28,13 +28,13 @@ from .constant_torques import (
     HeldFriction,
     held_friction,
     less_robot,
+    without_friction,
 )
-from .constant_torques import friction_free as without_friction
 from .friction import FRICTION_CHANGE, friction_sigmas
 from .problem import PayloadProblem, Source
 from .result import in_payload_frame
 from .ripple import Wave
-from .short_motion import Run, ShortMotion, at_rest, friction_free, moving_joints, telling_rows
+from .short_motion import Run, ShortMotion, at_rest, moving_joints, telling_rows
 
 
 def known_robot_weighing(
@@ -93,7 +93,7 @@ def weighing_problem(
     source: Source | None = None,
 ) -> PayloadProblem:
     """The problem of some recordings of a short motion; ``known``: the robot, where no torque was subtracted."""
-    equations = friction_free(runs, friction)
+    equations = merged(friction.friction_free(run.equations) for run in runs)
     factors = in_payload_frame(robot, equations).select(PAYLOAD).factors
     visibility = visibility_of(np.vstack(factors)[:, :-1], moving)
     return PayloadProblem(

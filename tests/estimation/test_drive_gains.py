@@ -19,7 +19,6 @@ from dynident.estimation.payload import (
     difference_weighing,
 )
 from dynident.estimation.payload.methods import method_of
-from dynident.estimation.payload.short_motion import friction_free
 from dynident.estimation.robot.equations import base_problem
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.tests.estimation.payload.recordings import short
@@ -201,7 +200,8 @@ def test_a_weighing_by_rescaled_recordings(arm: tuple[Simulator, Recordings]) ->
     assert payload.complete
 
     def solved(factors: Array) -> Array:
-        equations = friction_free(short(weighing(factors)).runs, motion.held).select(PAYLOAD)
+        runs = short(weighing(factors)).runs
+        equations = merged(motion.held.friction_free(run.equations) for run in runs).select(PAYLOAD)
         return weighted(equations, payload.estimate.weights).values
 
     expected = brute(solved)
