@@ -22,7 +22,7 @@ from ..payload.constrained import ConstrainedPayload
 from ..payload.methods import combined
 from ..payload.problem import PayloadProblem
 from ..payload.repeats import Repeats
-from ..payload.result import PayloadEstimate
+from ..payload.result import PREFERRED, PayloadEstimate
 from ..payload.short_motion import ShortMotion
 from ..payload.stand_in import StandIn
 from ..possible.constraints import KnownMass
@@ -276,5 +276,5 @@ def _quantity(value: float, interval: Array, unit: str, use: bool) -> Quantity:
 
 
 def preference(payload: PayloadEstimate | ConstrainedPayload) -> int:
-    """The smaller the better: method 4 uses every equation."""
-    return (4, 3, 1, 2).index(payload.method)
+    """The smaller the better; see ``PREFERRED``."""
+    return PREFERRED.index(payload.method)

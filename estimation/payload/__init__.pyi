@@ -27,6 +27,7 @@ from .methods import with_robust as with_robust
 from .problem import Source as Source
 from .repeats import Repeats as Repeats
 from .result import METHOD_NAMES as METHOD_NAMES
+from .result import PREFERRED as PREFERRED
 from .result import PayloadEstimate as PayloadEstimate
 from .result import frame_change as frame_change
 from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE

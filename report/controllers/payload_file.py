@@ -13,11 +13,9 @@ from ...common.errors import InputError
 from ...common.schema import present
 from ...estimation.files import StoredPayload, read_stored_payload
 from ...estimation.files.stored_payload import FreeEstimate, PossibleEstimate
+from ...estimation.payload import PREFERRED
 from ...model import INERTIAL, InertialParameters, Pose
 from .load import ControllerLoad, HalfWidths
-
-PREFERRED = (4, 3, 1, 2)
-"""Which method counts where none is named: 4 uses every recording, 2 is the least accurate."""
 
 
 def read_load(path: str | Path, method: int | None = None, despite_verdict: bool = False) -> ControllerLoad:
