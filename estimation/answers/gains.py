@@ -15,7 +15,7 @@ from ..diagnosis.search import likely_causes
 from ..diagnosis.verdict import judge
 from ..equations.equations import PAYLOAD, Equations
 from ..fit.estimate import Estimate, Fit
-from ..fit.robust import RobustCovariance, jackknife, student95
+from ..fit.robust import NORMAL95, RobustCovariance, jackknife
 from ..gains.current_side import CurrentFit
 from ..gains.known_load import KnownLoad
 from ..gains.possible import possible_gains
@@ -142,7 +142,7 @@ class _Mounting(NamedTuple):
     def reach(self) -> float:
         """Standard deviation, relative, that lets intervals reach what is found without bursts."""
         bursts = self.beside.bursts
-        return abs(float(bursts.change[9]) / self.free.mass) / student95(1e9) if bursts else 0.0
+        return abs(float(bursts.change[9]) / self.free.mass) / NORMAL95 if bursts else 0.0
 
 
 def _evidence(robot: Robot, gains: DriveGains, mountings: Sequence[_Mounting]) -> Iterable[Evidence]:

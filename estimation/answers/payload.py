@@ -17,7 +17,7 @@ from ..fit.drive_gains import Gains
 from ..fit.essential import StopRule
 from ..fit.estimate import Fit, fit
 from ..fit.least_squares import weighted
-from ..fit.robust import student95
+from ..fit.robust import NORMAL95
 from ..payload.by_joints import payload_over_time
 from ..payload.constrained import ConstrainedPayload, constrain_payload
 from ..payload.methods import METHODS, essential_combined, identify_payload, usable_methods
@@ -229,7 +229,7 @@ def _reported_spread(answer: PayloadAnswer) -> PayloadSpread:
     """Standard deviations behind the reported intervals; constraints may make the mass's shorter."""
     spread = allowing(answer.spread, answer.model.degrees_of_freedom)
     low, high = answer.mass_interval
-    half = 0.5 * (high - low) / student95(1e9)
+    half = 0.5 * (high - low) / NORMAL95
     return replace(spread, mass=min(spread.mass, half)) if np.isfinite(half) else spread
 
 

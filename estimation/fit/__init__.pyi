@@ -12,6 +12,7 @@ from .least_squares import ordinary as ordinary
 from .least_squares import weighted as weighted
 from .linear_problem import LinearProblem as LinearProblem
 from .linear_problem import gain_sensitivity as gain_sensitivity
+from .robust import NORMAL95 as NORMAL95
 from .robust import RobustCovariance as RobustCovariance
 from .robust import jackknife as jackknife
 from .robust import student95 as student95

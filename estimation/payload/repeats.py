@@ -8,7 +8,7 @@ from ...common.arrays import Array
 from ...common.errors import InputError
 from ...common.linear import decomposed
 from ..fit.estimate import error_model
-from ..fit.robust import student95
+from ..fit.robust import NORMAL95, student95
 from ..possible.constraints import KnownMass
 from ..possible.result import rise_p_value
 from .methods import identify_payload, usable_methods
@@ -120,7 +120,7 @@ def widened(estimate: PayloadEstimate, factor: float) -> PayloadEstimate:
 
 def reaching(estimate: PayloadEstimate, change: Array) -> PayloadEstimate:
     """With standard deviations that let the intervals reach values moved by a change of the ten, shape (10,)."""
-    step = change / student95(1e9)
+    step = change / NORMAL95
     return moved(estimate, 0.0 * change, np.outer(step, step))
 
 

@@ -1,6 +1,6 @@
 """Several recordings of one payload, each alone."""
 
-from ...estimation.fit import student95
+from ...estimation.fit import NORMAL95
 from ...estimation.payload import Repeats
 from ..blocks import Drawing
 from .canvas import BLUE, Figure, mark_interval, panels, plain
@@ -34,7 +34,7 @@ def _drawn(repeats: Repeats, mass: float, interval: tuple[float, float]) -> Figu
     figure, ((axis,),) = panels((7.0, 0.32 * len(names) + 1.0), edges=edges)
     mark_interval(axis, *interval)
     axis.axvline(mass, color="black", linestyle="--", linewidth=1.0)
-    half = student95(1e9) * sigmas
+    half = NORMAL95 * sigmas
     axis.errorbar(masses, places, xerr=half, fmt="o", color=BLUE, linewidth=2.0, markersize=6)
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)
