@@ -17,7 +17,8 @@ from ..estimation.fit.estimate import Estimate, error_model, fit
 from ..estimation.payload.problem import PayloadProblem
 from .passport import Log, Passport, PayloadPassport, Recipe, RobotPassport
 
-_TINY = np.finfo(float).tiny ** 0.25  # no standard deviation of anything measured
+TINY = np.finfo(float).tiny ** 0.25
+"""No standard deviation of anything measured is smaller."""
 
 
 def robot_passport(
@@ -100,7 +101,7 @@ def _(passport: PayloadPassport) -> PayloadAnswer:
 def free_estimate(answer: Identification | PayloadAnswer) -> Estimate:
     """The free estimate to compare with others of one arm: without the drive gains' errors, which all share."""
     own = answer.estimate if isinstance(answer, Identification) else answer.free.estimate
-    ratio = compared_sigma(own, own.sigma_robust) / np.maximum(own.sigma, _TINY)
+    ratio = compared_sigma(own, own.sigma_robust) / np.maximum(own.sigma, TINY)
     return replace(own, covariance=own.covariance * np.outer(ratio, ratio), robust=None, gain_covariance=None)
 
 
@@ -116,7 +117,7 @@ def compared_sigma(estimate: Estimate, robust: Array | None) -> Array:
     """
     if robust is None:
         return estimate.sigma
-    excess = float(np.sqrt(np.mean((robust / np.maximum(estimate.sigma, _TINY)) ** 2)))
+    excess = float(np.sqrt(np.mean((robust / np.maximum(estimate.sigma, TINY)) ** 2)))
     return np.asarray(np.maximum(robust, max(1.0, excess) * estimate.sigma))
 
 

@@ -10,7 +10,7 @@ from ..common.arrays import Array
 from ..common.errors import InputError
 from ..estimation.fit.estimate import Estimate
 from ..estimation.fit.robust import student95
-from .answers import answered, free_estimate
+from .answers import TINY, answered, free_estimate
 from .passport import Passport
 
 CHANCE = 1e-3
@@ -153,7 +153,7 @@ def side_by_side(sources: Sequence[str], estimates: Sequence[Estimate]) -> Compa
     if any(estimate.names != first.names for estimate in estimates):
         raise InputError("the recordings show different parameters: nothing can be compared")
     values = np.array([estimate.values for estimate in estimates])
-    sigma = np.maximum(np.array([estimate.sigma for estimate in estimates]), np.finfo(float).tiny ** 0.25)
+    sigma = np.maximum(np.array([estimate.sigma for estimate in estimates]), TINY)
     weights = 1.0 / sigma**2
     pooled_values = (weights * values).sum(axis=0) / weights.sum(axis=0)
     scatter = (weights * (values - pooled_values) ** 2).sum(axis=0) / (len(values) - 1)

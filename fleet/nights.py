@@ -16,7 +16,7 @@ from ..estimation.fit.linear_problem import LinearProblem
 from ..estimation.fit.robust import jackknifed
 from ..model.names import FRICTION, parameter_kind
 from ..model.regressors import payload_columns
-from .answers import compared_sigma
+from .answers import TINY, compared_sigma
 from .identity import Exchange, exchange_of
 from .passport import RobotPassport
 
@@ -84,8 +84,8 @@ def arm_of(passports: Sequence[RobotPassport]) -> Arm:
     same = [passport.equations for passport, mass in zip(ordered, masses, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
     nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, masses, strict=True))
-    sigma = compared_sigma(weighted(same[-1]), robust_sigma(same[-1]))
-    excess = sigma / np.maximum(weighted(same[-1]).sigma, np.finfo(float).tiny ** 0.25)
+    last = weighted(same[-1])
+    excess = compared_sigma(last, robust_sigma(same[-1])) / np.maximum(last.sigma, TINY)
     wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
     return Arm(ordered[0].about["arm"], nights, wide, _exchange(ordered, whole, excess))
 
