@@ -133,7 +133,7 @@ def test_the_share_of_a_kelvin_is_as_sure_as_the_median_of_the_arms_slopes() -> 
 
 
 def test_a_drift_is_told_for_thirty_days() -> None:
-    """Of white scatter the slope is that of a straight line, and as sure."""
+    """The slope of a straight line, and as sure, where the scatter is white."""
     days = np.arange(40.0)
     line = Series("a", "FS1", True, 1.0, days, 0.3 + 0.002 * days, np.full(40, 0.03), np.zeros(40))
     drift = drift_of(line, Scatter(0.04, 0.0, 1.0, 0.0, 0.0))

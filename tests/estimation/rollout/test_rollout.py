@@ -106,9 +106,11 @@ def test_torque_beyond_the_cut_off_does_not_count_in_a_replay() -> None:
     loud = plain.torque + 3.0 * np.sin(2.0 * pi * 40.0 * plain.t)[:, None]
     values = values_of(PENDULUM, BODY)
     recordings = [plain, replace(plain, torque=loud, source="loud")]
-    one, two = (rollout.replay.relative for rollout in roll_out_all(PENDULUM, values, recordings, settings, (0.1,)))
+    quiet, noisy = (
+        rollout.replay.relative for rollout in roll_out_all(PENDULUM, values, recordings, settings, (0.1,))
+    )
     assert np.linalg.norm(loud - plain.torque) > 0.15 * np.linalg.norm(plain.torque)
-    assert abs(two - one) < 0.01
+    assert abs(noisy - quiet) < 0.01
 
 
 LINK_SIDE = tuple(name for name in robot_names() if load_robot(name).drives.side == "link")

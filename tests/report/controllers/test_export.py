@@ -105,34 +105,6 @@ def test_the_recommended_method_comes_first_unless_another_is_asked_for(
     assert "key 'recommended': must be a table, got [4]: give the --json of 'dynident payload'" in err
 
 
-def test_an_assumed_inertia_is_not_rounded_by_what_was_measured(run: Run, payload: Callable[..., str]) -> None:
-    """The measured one is hardly known; the assumed one keeps its digits, the mass those of its interval."""
-    loose = np.tile([-0.4, 0.6], (3, 3, 1)).tolist()
-    measured = estimate(4, 3.00123, "constrained") | {
-        "interval95": {"M": [2.97, 3.03]},
-        "inertia_com_interval95": loose,
-    }
-    body = InertialParameters.from_com(3.00123, BODY.com, np.diag([0.0123, 0.0234, 0.0301]))
-    document = payload(
-        measured,
-        recommended={"method": 4},
-        assumed={"inertia": "box 100 x 100 x 100 mm", "parameters": body.named()},
-    )
-    line = run(document, "--to", "ur")[1].strip().splitlines()[-1]
-    assert line.startswith("set_target_payload(3.001,")
-    inertia = [float(number) for number in line.removesuffix("])").rpartition("[")[2].split(",")]
-    assert inertia == pytest.approx([0.0123, 0.0234, 0.0301, 0.0, 0.0, 0.0])
-
-
-@pytest.mark.parametrize(("sigma", "mass"), [(0.02, "3.001"), (0.06, "3.0"), (0.006, "3.001")])
-def test_digits_of_a_free_estimate_are_those_of_two_sigma(
-    run: Run, payload: Callable[..., str], sigma: float, mass: str
-) -> None:
-    """Two digits of half the interval, 0.04, 0.12 and 0.012 kg."""
-    document = payload(estimate(4, 3.001234) | {"sigma": {"M": sigma}})
-    assert run(document, "--to", "ur")[1].strip().splitlines()[-1].startswith(f"set_target_payload({mass},")
-
-
 def test_no_such_method(run: Run, payload: Callable[..., str]) -> None:
     status, _, err = run(payload(estimate(1, 3.0), estimate(4, 3.0)), "--to", "ur", "--method", "3")
     assert status == 2
