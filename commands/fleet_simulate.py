@@ -15,7 +15,7 @@ import numpy as np
 from .. import estimation, fleet, model, report, trajectories
 from ..common.arrays import Array
 from ..common.errors import InputError
-from ..common.files import csv_text, made_folder, write_bytes, write_text
+from ..common.files import csv_table, made_folder, write_bytes, write_text
 from ..fleet.simulated import Scenario, TrueArm, TrueNight, damaged, simulated_arms
 from . import ANSWERED
 from .options import Options, option, print_lines
@@ -219,5 +219,5 @@ def _write_tables(folder: Path, arms: Sequence[TrueArm], equations: bool) -> Non
     ]
     if not equations:
         listed = [[f"logs/{arm.name}/{night.day}.csv", *_about(arm, night).values()] for arm, night in nights]
-        write_text(folder / "robots.csv", csv_text(["file", "arm", "day", "temperature", "payload"], listed))
-    write_text(folder / "truth.csv", csv_text(["arm", "day", "temperature", "carried", "log", *frictions], truth))
+        write_text(folder / "robots.csv", csv_table(["file", "arm", "day", "temperature", "payload"], listed))
+    write_text(folder / "truth.csv", csv_table(["arm", "day", "temperature", "carried", "log", *frictions], truth))

@@ -109,7 +109,7 @@ def _mode(path: Path) -> int:
     return 0o666 & ~umask
 
 
-def csv_text(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def csv_table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table as the text of a CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..common.errors import InputError
-from ..common.files import csv_text, made_folder, write_bytes, write_text
+from ..common.files import csv_table, made_folder, write_bytes, write_text
 from ..common.schema import read_text
 from ..model import Robot
 from .catalog import KNOWN
@@ -89,9 +89,9 @@ class Store:
             [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.passport]
             for _, row in sorted(rows.items())
         ]
-        write_text(self.root / _INDEX, csv_text(["file", "sha256", *KNOWN, "passport"], listed))
+        write_text(self.root / _INDEX, csv_table(["file", "sha256", *KNOWN, "passport"], listed))
         reasons = [[file, reason] for file, reason in sorted(refused.items())]
-        write_text(self.root / f"{_REFUSED}.csv", csv_text(["file", "reason"], reasons))
+        write_text(self.root / f"{_REFUSED}.csv", csv_table(["file", "reason"], reasons))
         write_parquet(self.root / f"{_REFUSED}.parquet", ["file", "reason"], reasons)
 
     def rows(self) -> tuple[Row, ...]:

@@ -27,6 +27,6 @@ def controller_replays(written: WrittenMotion, ros2: float | None, urscript: flo
         points = written.sampled(ros2)
         runs["ROS 2"] = SampledTrajectory(points.t, points.q, points.qd, points.qdd, "--ros2").motion(_RATE)
     if urscript is not None:
-        t = np.arange(int(np.ceil(written.plan.duration * urscript - 1e-9)) + 1) / urscript
-        runs["URScript"] = SampledTrajectory(t, written.plan.at(t)[0], source="--urscript").motion(_RATE)
+        q = written.cycles(urscript)
+        runs["URScript"] = SampledTrajectory(np.arange(len(q)) / urscript, q, source="--urscript").motion(_RATE)
     return runs

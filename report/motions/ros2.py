@@ -8,9 +8,8 @@ and JointTrajectoryPoint; builtin_interfaces/msg/Duration.
 
 from collections.abc import Sequence
 
-from ...common.arrays import Array
 from ...common.errors import InputError
-from .written import DIGITS, WrittenMotion
+from .written import WrittenMotion, listed
 
 _SECOND = 1_000_000_000
 
@@ -35,9 +34,9 @@ def ros2_text(written: WrittenMotion, rate: float, joint_names: Sequence[str] = 
     for t, q, qd, qdd in zip(motion.t, motion.q, motion.qd, motion.qdd, strict=True):
         sec, nanosec = divmod(round(float(t) * _SECOND), _SECOND)
         lines += [
-            f"- positions: {_list(q)}",
-            f"  velocities: {_list(qd)}",
-            f"  accelerations: {_list(qdd)}",
+            f"- positions: {listed(q)}",
+            f"  velocities: {listed(qd)}",
+            f"  accelerations: {listed(qdd)}",
             "  effort: []",
             f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}",
         ]
@@ -60,7 +59,3 @@ def check_joint_names(names: Sequence[str], n: int) -> list[str]:
 
 def _plain(name: str) -> bool:
     return bool(name) and all(letter.isascii() and (letter.isalnum() or letter in "_-/.") for letter in name)
-
-
-def _list(values: Array) -> str:
-    return f"[{', '.join(f'{value:.{DIGITS}f}' for value in values)}]"

@@ -7,12 +7,9 @@ popup (universal-robots.com/manuals/EN/HTML/SW5_20/Content/prod-scriptmanual/G5/
 servoj_qavt0-008lookahead_time.htm).
 """
 
-import numpy as np
-
-from ...common.arrays import Array
 from ...common.errors import InputError
 from ...model import Robot
-from .written import DIGITS, WrittenMotion, require_six_turning
+from .written import WrittenMotion, listed, require_six_turning
 
 CONTROLLER_RATE = 500.0
 """Hz: e-Series. A CB3 has 125."""
@@ -31,18 +28,16 @@ def urscript_text(written: WrittenMotion, rate: float = CONTROLLER_RATE) -> str:
         InputError: if the robot has not six joints that turn, or for a rate that no controller has.
     """
     check_urscript(written.robot, rate)
-    duration = written.plan.duration
-    t = np.arange(int(np.ceil(duration * rate - 1e-9)) + 1) / rate
-    q, _, _ = written.plan.at(t)  # the last one stays where the motion ends
+    q = written.cycles(rate)
     lines = [f"# {line}" for line in written.head]
     lines += [
-        f"# {len(t)} samples at {rate:g} Hz. Try it with the speed slider low and a hand on the emergency stop.",
+        f"# {len(q)} samples at {rate:g} Hz. Try it with the speed slider low and a hand on the emergency stop.",
         "def dynident_motion():",
-        f"  first = {_list(q[0])}",
+        f"  first = {listed(q[0])}",
         *_check("present pose", _FAR, "too far from the first pose: jog nearer"),
         f"  movej(first, a={_RAMP_ACCELERATION}, v={_RAMP_SPEED})",
         *_check("pose after the approach", _THERE, "not the first pose: nothing was run"),
-        *(f"  servoj({_list(row)}, 0, 0, {1.0 / rate:g}, {_LOOKAHEAD}, {_GAIN})" for row in q),
+        *(f"  servoj({listed(row)}, 0, 0, {1.0 / rate:g}, {_LOOKAHEAD}, {_GAIN})" for row in q),
         "  stopj(2.0)",
         "end",
         "dynident_motion()",
@@ -75,7 +70,3 @@ def _check(label: str, limit: float, message: str) -> list[str]:
         "    k = k + 1",
         "  end",
     ]
-
-
-def _list(values: Array) -> str:
-    return f"[{', '.join(f'{value:.{DIGITS}f}' for value in values)}]"

@@ -49,6 +49,15 @@ class WrittenMotion:
             t = np.append(t, duration)
         return Motion(t, *self.plan.at(t))
 
+    def cycles(self, rate: float) -> Array:
+        """Positions in each cycle of a controller of ``rate`` [Hz], the last one at rest where the motion ends."""
+        return self.plan.at(np.arange(int(np.ceil(self.plan.duration * rate - 1e-9)) + 1) / rate)[0]
+
+
+def listed(values: Array) -> str:
+    """Numbers in brackets with ``DIGITS`` decimals."""
+    return f"[{', '.join(f'{value:.{DIGITS}f}' for value in values)}]"
+
 
 def require_six_turning(robot: Robot, form: str) -> None:
     """Refuse a robot that a format has no place for.

@@ -6,7 +6,7 @@ numbers are those printed; all digits stand in the JSON document.
 
 from collections.abc import Sequence
 
-from ...common.files import csv_text
+from ...common.files import csv_table
 from ..blocks import Spread, Table
 
 _TABLE, _NAME = "table", "name"
@@ -19,7 +19,7 @@ def csv_tables(tables: Sequence[Table]) -> str:
     records = [record for table in tables for record in _records(table)]
     keys = _keys(records)
     names = [f"{heading} sigma" if sigma else heading for heading, sigma in keys]
-    return csv_text(names, ([record.get(key, "") for key in keys] for record in records))
+    return csv_table(names, ([record.get(key, "") for key in keys] for record in records))
 
 
 def _keys(records: Sequence[dict[_Key, str]]) -> list[_Key]:
