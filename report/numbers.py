@@ -1,7 +1,9 @@
-"""Numbers with as many digits as their uncertainty allows."""
+"""Numbers with as many digits as their uncertainty allows, or all of them, and a matrix's entries in order."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..common.arrays import Array
 from .blocks import Cell, Spread
 
 _UNKNOWN = 4  # decimals where no uncertainty is known
@@ -41,3 +43,18 @@ def percent(share: float) -> str:
 def or_dash(value: float, form: str) -> str:
     """A number in that form; a dash where there is none."""
     return format(value, form) if np.isfinite(value) else "-"
+
+
+def exact(values: ArrayLike, separator: str = " ") -> str:
+    """Numbers with all their digits, for a program to read."""
+    return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))
+
+
+def six(J: Array) -> Array:
+    """xx, yy, zz, xy, xz, yz of a symmetric matrix: the order of Universal Robots, MuJoCo and Drake."""
+    return np.array([*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
+
+
+def inertia_entries(J: Array) -> dict[str, str]:
+    """Entries ixx, ixy, ixz, iyy, iyz, izz of an inertia matrix, as URDF and SDFormat call them."""
+    return {f"i{'xyz'[i]}{'xyz'[k]}": exact(J[i, k]) for i, k in zip(*np.triu_indices(3), strict=True)}

@@ -7,7 +7,8 @@ RotationalInertia.
 """
 
 from ...model import InertialParameters
-from .form import ControllerFormat, exact, six
+from ..numbers import exact, six
+from .form import ControllerFormat
 from .load import ControllerLoad
 
 
@@ -17,8 +18,8 @@ def _write(load: ControllerLoad) -> str:
 
 payload = SpatialInertia(
     mass={exact(load.mass)},
-    p_PScm_E=[{exact(load.com)}],
-    G_SP_E=UnitInertia({exact(six(about_origin / load.mass))}),
+    p_PScm_E=[{exact(load.com, ", ")}],
+    G_SP_E=UnitInertia({exact(six(about_origin / load.mass), ", ")}),
 )"""
 
 

@@ -108,19 +108,9 @@ def numbers(values: Array, digits: int | None = None) -> str:
     return ", ".join(number(float(value), digits) for value in np.ravel(values))
 
 
-def exact(values: Array | float, separator: str = ", ") -> str:
-    """Numbers with all their digits, for a program to read."""
-    return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))
-
-
 def moment_digits(load: ControllerLoad) -> int | None:
     """Decimals of moments that are worked out of a rounded inertia: one more than it has."""
     return None if load.inertia_digits is None else load.inertia_digits + 1
-
-
-def six(J: Array) -> Array:
-    """xx, yy, zz, xy, xz, yz of a symmetric matrix: the order of Universal Robots, MuJoCo and Drake."""
-    return np.array([*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
 
 
 def _plain(line: str) -> str:

@@ -6,7 +6,8 @@ body/inertial.
 """
 
 from ...common.errors import InputError
-from .form import ControllerFormat, exact, six
+from ..numbers import exact, six
+from .form import ControllerFormat
 from .load import ControllerLoad
 
 _LEAST = 1e-15
@@ -14,12 +15,12 @@ _LEAST = 1e-15
 
 
 def _write(load: ControllerLoad) -> str:
-    inertia = 'diaginertia="0 0 0"' if load.point_mass else f'fullinertia="{exact(six(load.inertia), " ")}"'
+    inertia = 'diaginertia="0 0 0"' if load.point_mass else f'fullinertia="{exact(six(load.inertia))}"'
     return f"""<mujoco model="payload">
   <worldbody>
     <body name="flange">
       <body name="payload">
-        <inertial pos="{exact(load.com, " ")}" mass="{exact(load.mass)}" {inertia}/>
+        <inertial pos="{exact(load.com)}" mass="{exact(load.mass)}" {inertia}/>
       </body>
     </body>
   </worldbody>

@@ -5,18 +5,19 @@ the frame's axes. (The order of its dynamic parameters and of Symmetric3 is anot
 Source: Pinocchio, InertiaTpl (include/pinocchio/spatial/inertia.hpp).
 """
 
-from .form import ControllerFormat, exact
+from ..numbers import exact
+from .form import ControllerFormat
 from .load import ControllerLoad
 
 
 def _write(load: ControllerLoad) -> str:
-    rows = ",\n            ".join(f"[{exact(row)}]" for row in load.inertia)
+    rows = ",\n            ".join(f"[{exact(row, ', ')}]" for row in load.inertia)
     return f"""import numpy as np
 import pinocchio as pin
 
 payload = pin.Inertia(
     {exact(load.mass)},
-    np.array([{exact(load.com)}]),
+    np.array([{exact(load.com, ", ")}]),
     np.array(
         [
             {rows},

@@ -5,22 +5,19 @@ the inertia matrix there. Without them SDFormat takes 1 kg m^2, so a point mass 
 sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf), and gz-math, Inertial.
 """
 
-import numpy as np
-
-from .form import ControllerFormat, exact
+from ..numbers import exact, inertia_entries
+from .form import ControllerFormat
 from .load import ControllerLoad
-
-_NAMES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def _write(load: ControllerLoad) -> str:
-    entries = zip(_NAMES, load.inertia[np.triu_indices(3)], strict=True)
-    inertia = "".join(f"\n          <{name}>{exact(value)}</{name}>" for name, value in entries)
+    entries = inertia_entries(load.inertia).items()
+    inertia = "".join(f"\n          <{name}>{value}</{name}>" for name, value in entries)
     return f"""<sdf version="1.7">
   <model name="payload">
     <link name="payload">
       <inertial>
-        <pose>{exact(load.com, " ")} 0 0 0</pose>
+        <pose>{exact(load.com)} 0 0 0</pose>
         <mass>{exact(load.mass)}</mass>
         <inertia>{inertia}
         </inertia>

@@ -9,7 +9,8 @@ kg m^2 and negative moments raise an exception. Source: URScript manual, set_tar
 import numpy as np
 
 from ...common.errors import InputError
-from .form import ControllerFormat, number, numbers, six
+from ..numbers import six
+from .form import ControllerFormat, number, numbers
 from .load import ControllerLoad
 
 _MOST = 133.0  # kg m^2, of each component

@@ -5,17 +5,13 @@ entries of the inertia matrix there in the axes of the flange (ixy = -integral o
 specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
-import numpy as np
-
-from .form import ControllerFormat, exact
+from ..numbers import exact, inertia_entries
+from .form import ControllerFormat
 from .load import ControllerLoad
-
-_NAMES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def _write(load: ControllerLoad) -> str:
-    entries = zip(_NAMES, load.inertia[np.triu_indices(3)], strict=True)
-    inertia = " ".join(f'{name}="{exact(value)}"' for name, value in entries)
+    inertia = " ".join(f'{name}="{value}"' for name, value in inertia_entries(load.inertia).items())
     return f"""<robot name="payload">
   <link name="tool0"/>
   <joint name="tool0-payload" type="fixed">
@@ -25,7 +21,7 @@ def _write(load: ControllerLoad) -> str:
   </joint>
   <link name="payload">
     <inertial>
-      <origin xyz="{exact(load.com, " ")}" rpy="0 0 0"/>
+      <origin xyz="{exact(load.com)}" rpy="0 0 0"/>
       <mass value="{exact(load.mass)}"/>
       <inertia {inertia}/>
     </inertial>

@@ -6,7 +6,7 @@ from ...common.errors import InputError
 from ...estimation.files import StoredPayload
 from ..blocks import Block, Code, Details, Text
 from ..controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
-from ..controllers.form import six
+from ..numbers import six
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""

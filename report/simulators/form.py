@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from ... import __version__
-from ...common.arrays import Array
 from ...estimation.possible import Labelled, LinkNumbers, WholeRobot
+from ..numbers import exact
 from .frames import gravity
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
@@ -191,12 +191,6 @@ def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, La
 
 def _short(value: float | None) -> str:
     return "none" if value is None else f"{value:.6g}"
-
-
-def exact(values: "Array | Iterable[float] | float", separator: str = " ") -> str:
-    """Numbers with all their digits."""
-    several = values if isinstance(values, Iterable) else [values]
-    return separator.join(repr(float(value) + 0.0) for value in several)
 
 
 def attributes(values: Mapping[str, str]) -> str:

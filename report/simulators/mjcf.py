@@ -16,8 +16,9 @@ from ...common.arrays import Array
 from ...estimation.possible import Labelled, WholeRobot
 from ...model import InertialParameters, Joint, Pose
 from ..controllers.rotation import quaternion
+from ..numbers import exact, six
 from . import frames
-from .form import SimulatorFormat, attributes, comment, drive_value, exact, fields, link_marks, mark_lines
+from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines
 
 
 def _write(whole: WholeRobot, head: list[str]) -> str:
@@ -87,9 +88,8 @@ def _bodies(whole: WholeRobot) -> Iterator[str]:
 
 def inertial(body: InertialParameters) -> str:
     """The element of a body in its own frame."""
-    J = body.inertia_com
-    six = [*np.diag(J), J[0, 1], J[0, 2], J[1, 2]]
-    return f'<inertial pos="{exact(body.com)}" mass="{exact(body.mass)}" fullinertia="{exact(six)}"/>'
+    moments = exact(six(body.inertia_com))
+    return f'<inertial pos="{exact(body.com)}" mass="{exact(body.mass)}" fullinertia="{moments}"/>'
 
 
 def drive_attributes(drive: dict[str, Labelled]) -> dict[str, str]:

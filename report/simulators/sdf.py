@@ -10,9 +10,10 @@ from xml.sax.saxutils import quoteattr
 
 from ...estimation.possible import Labelled, WholeRobot
 from ...model import InertialParameters
+from ..numbers import exact, inertia_entries
 from . import frames
-from .form import SimulatorFormat, comment, drive_value, exact, link_marks
-from .urdf import DYNIDENT, drive_attributes, inertia_entries, link_comment, mark_elements
+from .form import SimulatorFormat, comment, drive_value, link_marks
+from .urdf import DYNIDENT, drive_attributes, link_comment, mark_elements
 
 
 def _write(whole: WholeRobot, head: list[str]) -> str:
@@ -51,7 +52,7 @@ def _body(body: InertialParameters, numbers: Mapping[str, Labelled]) -> Iterator
         yield "      <inertial>"
         yield f"        <pose>{exact(body.com)} 0 0 0</pose>"
         yield f"        <mass>{exact(body.mass)}</mass>"
-        yield f"        <inertia>{_elements(inertia_entries(body))}</inertia>"
+        yield f"        <inertia>{_elements(inertia_entries(body.inertia_com))}</inertia>"
         yield "      </inertial>"
     yield from (f"      {line}" for line in mark_elements(numbers))
 

@@ -8,12 +8,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from xml.sax.saxutils import quoteattr
 
-import numpy as np
-
 from ...estimation.possible import Labelled, WholeRobot
 from ...model import InertialParameters, Pose
+from ..numbers import exact, inertia_entries
 from . import frames
-from .form import SimulatorFormat, attributes, comment, drive_value, exact, fields, link_marks, mark_lines
+from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines
 
 _UNKNOWN = 1e6
 """URDF demands numbers for limits: this stands for none."""
@@ -67,14 +66,8 @@ def inertial(body: InertialParameters) -> Iterator[str]:
     yield "<inertial>"
     yield f'  <origin xyz="{exact(body.com)}" rpy="0 0 0"/>'
     yield f'  <mass value="{exact(body.mass)}"/>'
-    yield f"  <inertia {attributes(inertia_entries(body))}/>"
+    yield f"  <inertia {attributes(inertia_entries(body.inertia_com))}/>"
     yield "</inertial>"
-
-
-def inertia_entries(body: InertialParameters) -> dict[str, str]:
-    """Entries of the inertia matrix at the centre of mass."""
-    entries = zip(*np.triu_indices(3), strict=True)
-    return {f"i{'xyz'[i]}{'xyz'[k]}": exact(float(body.inertia_com[i, k])) for i, k in entries}
 
 
 def drive_attributes(drive: Mapping[str, Labelled]) -> dict[str, str]:

@@ -16,8 +16,9 @@ from ...common.arrays import Array
 from ...estimation.possible import Labelled, WholeRobot
 from ...model import InertialParameters, Pose
 from ..controllers.rotation import principal_axes, quaternion
+from ..numbers import exact
 from . import frames
-from .form import SimulatorFormat, drive_value, exact, fields, link_marks, plain
+from .form import SimulatorFormat, drive_value, fields, link_marks, plain
 
 
 def _write(whole: WholeRobot, head: list[str]) -> str:
