@@ -35,4 +35,4 @@ def told(fault: Exception, words: Sequence[str]) -> int:
 
 def versions_in_words() -> list[str]:
     """What a report of a fault should name."""
-    return [f"{name} {number}" for name, number in versions(_SOLVERS).items()]
+    return [f"{name.lower()} {number}" for name, number in versions(_SOLVERS).items()]
