@@ -7,13 +7,14 @@ of an option takes the place of what the file says. Paths count from the working
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from ..common.errors import InputError
+from ..common.schema import TOML_BYTES, read_text
+from ..common.toml import toml_data
 
 _OPTION = "--config"
 _HEAD = "# Options of a run, repeated by: dynident "
@@ -136,12 +137,7 @@ def _repeats(action: argparse.Action) -> bool:
 
 
 def _read(path: str, command: str) -> dict[str, Any]:
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{_OPTION} {path}: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{_OPTION} {path}: is not TOML: {error}") from None
+    table = toml_data(read_text(path, TOML_BYTES), f"{_OPTION} {path}")
     meant = table.pop("command", command)
     if meant != command:
         raise InputError(

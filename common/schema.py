@@ -5,7 +5,6 @@ meant where a key is left out. Keys that are not declared are refused.
 """
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -19,11 +18,11 @@ from msgspec import Meta
 
 from .errors import InputError
 from .files import write_bytes
+from .toml import toml_data
 from .type_words import LARGEST, shown, words
 
 TOML_BYTES = 1_000_000
 """A TOML file that a user writes comes nowhere near."""
-_DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
 Real = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number; no length, angle or parameter of an arm comes near the bounds."""
 Triple = tuple[Real, Real, Real]
@@ -115,17 +114,7 @@ def toml_table(text: str, kind: type[_Kind], source: str | Path) -> _Kind:
     """
     if not text.strip():
         raise InputError(f"{source}: is empty")
-    # The parser would need a time that grows with the square of a key's parts.
-    if deep := _DEEP.search(text):
-        raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
-    try:
-        data = tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source}: not valid TOML: {error}") from None
-    except ValueError:
-        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
+    data = toml_data(text, source)
     with naming(source):
         return convert(data, kind)
 
@@ -155,9 +144,11 @@ def read_text(path: str | Path, largest: int = 200_000_000) -> str:
     if Path(path).is_dir():
         raise InputError(f"{path}: is a folder: give a file")
     try:
-        if Path(path).stat().st_size > largest:
+        with Path(path).open("rb") as stream:
+            content = stream.read(largest + 1)  # a device never ends
+        if len(content) > largest:
             raise InputError(f"{path}: larger than {largest // 1_000_000} MB: another kind of file?")
-        return Path(path).read_text(encoding="utf-8")
+        return content.decode()
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except UnicodeDecodeError:
@@ -279,13 +270,21 @@ def _fits(value: Any, kind: Any) -> bool:
     return True
 
 
+def _has_tag(kind: Any, data: dict[str, Any]) -> bool:
+    """Whether data say of themselves that they are of this kind of table."""
+    config = getattr(kind, "__struct_config__", None)
+    return config is not None and config.tag is not None and data.get(config.tag_field) == config.tag
+
+
 def chosen(kind: Any, data: Any) -> Any:
-    """The one kind of several that the data take: a table, a list, or a mapping."""
+    """The one kind of several that the data take: the table of that tag, a table, a list, or a mapping."""
     if get_origin(kind) is Annotated:
         return chosen(get_args(kind)[0], data)
     if get_origin(kind) not in (Union, UnionType):
         return kind
     several = [chosen(alternative, data) for alternative in get_args(kind)]
+    if isinstance(data, dict) and (tagged := [table for table in several if _has_tag(table, data)]):
+        return tagged[0]
     lists = isinstance(data, list)
     return next(
         (

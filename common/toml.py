@@ -1,9 +1,34 @@
-"""Plain mappings as TOML, which Python reads but does not write."""
+"""Plain mappings from TOML, where no text stalls or breaks the parser, and as TOML, which Python does not write."""
 
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
+
+from .errors import InputError
+
+_DEEP = re.compile(r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
+
+
+def toml_data(text: str, source: str | Path) -> dict[str, Any]:
+    """What a TOML text says, whatever it is.
+
+    Raises:
+        InputError: names the source, if it is no TOML, or would stall or break the parser.
+    """
+    # The parser would need a time that grows with the square of a key's parts.
+    if deep := _DEEP.search(text):
+        raise InputError(f"{source}: a key of twenty parts or more ({deep[0][:20]}...): no table is as deep")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{source}: not valid TOML here: nested too deeply") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source}: not valid TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{source}: holds a number of thousands of digits: shorten it") from None
 
 
 def toml_text(data: Mapping[str, Any]) -> str:

@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from msgspec import UNSET, UnsetType, field
 
-from ...common.schema import Document, Matrix, Vector, read_json
+from ...common.schema import Document, Matrix, Vector, WrongKeyError, read_json
+from ...common.type_words import LARGEST
 from .parts import (
     ActiveDocument,
     EliminationDocument,
@@ -189,6 +191,13 @@ class FlangeDocument(Document, frozen=True):
     xyz: Vector
     rpy_deg: Vector
     source: str
+
+    def __post_init__(self) -> None:
+        """Refuse what is no place."""
+        for name in ("xyz", "rpy_deg"):
+            values = getattr(self, name)
+            if len(values) != 3 or not np.all(np.abs(values) <= LARGEST):
+                raise WrongKeyError(name, "must be three finite numbers")
 
 
 class StoredPayload(Document, frozen=True, kw_only=True):

@@ -140,6 +140,21 @@ def test_one_line_names_file_and_key(file: File, tmp_path: Path) -> None:
     assert not {mistake: text for mistake, text in problems.items() if text}
 
 
+def test_tables_of_each_tag_are_tried() -> None:
+    """Free and constrained estimates stand in one list; mistakes in the keys of either count."""
+    file = next(file for file in FILES if file.name == "payload.json")
+    keys = {mistake.key.partition("].")[2] for mistake in mistakes(file.data, file.kind)}
+    assert {"com_sigma", "principal_moments", "active[1].multiplier"} <= keys
+
+
+@pytest.mark.parametrize("wrong", [{"xyz": [0.0, 0.0]}, {"rpy_deg": [0.0, 1e300, 0.0]}, {"xyz": [None, 0.0, 0.0]}])
+def test_a_flange_that_is_no_place(wrong: dict[str, Any], tmp_path: Path) -> None:
+    file = next(file for file in FILES if file.name == "payload.json")
+    flange = {"xyz": [0.0, 0.0, 0.1], "rpy_deg": [0.0, 0.0, 0.0], "source": "x"} | wrong
+    with pytest.raises(InputError, match=rf"flange_in_payload_frame\.{next(iter(wrong))}.*three finite numbers"):
+        file.read(write(tmp_path, file, {**file.data, "flange_in_payload_frame": flange}))
+
+
 def problem(file: File, mistake: Mistake, folder: Path) -> str:
     """What is wrong with how a mistake is refused; empty if nothing is."""
     try:
