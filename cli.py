@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
 from .common import interruption
 from .common.errors import InputError
+from .common.letters import one_line
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -92,13 +93,13 @@ def _faults() -> ModuleType:
 
 
 def _refused(message: str) -> int:
-    print(f"dynident: error: {' '.join(message.split())}", file=sys.stderr)
+    print(f"dynident: error: {one_line(message)}", file=sys.stderr)
     return BAD_INPUT
 
 
 def _note(message: Warning | str, *_: object, **__: object) -> None:
     """A warning is a line for the user, not for a programmer."""
-    print(f"dynident: note: {' '.join(str(message).split())}", file=sys.stderr)
+    print(f"dynident: note: {one_line(str(message))}", file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -109,6 +110,12 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*arguments, **how)
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
+    def _get_values(self, action: argparse.Action, words: Any) -> Any:
+        """Refuse "--" as an option's value, which argparse drops."""
+        if action.option_strings and "--" in words:
+            raise argparse.ArgumentError(action, "'--' is no value")
+        return super()._get_values(action, words)  # type: ignore[misc]
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Say which choice may be meant."""
         if action.choices is not None and value not in action.choices:
@@ -118,7 +125,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"there is no {value!r}: {meant}give one of {choices}")
 
     def error(self, message: str) -> NoReturn:
-        print(f"{self.prog}: error: {message} (see {self.prog} --help)", file=sys.stderr)
+        print(f"{self.prog}: error: {one_line(message)} (see {self.prog} --help)", file=sys.stderr)
         raise SystemExit(BAD_INPUT)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from .. import live, report
 from ..common.errors import InputError
+from ..common.letters import one_line, printable
 from . import ANSWERED, DO_NOT_USE
 from .dialogue import ask
 from .options import HostOptions, Options, option
@@ -53,7 +54,9 @@ def run(request: _Apply, controller: _Host) -> int:
     load = report.controllers.read_load(request.payload, None, request.despite_verdict)
     if not request.despite_verdict and load.verdict == "do_not_use":
         print(
-            f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}",
+            one_line(
+                f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+            ),
             file=sys.stderr,
         )
         return DO_NOT_USE
@@ -70,7 +73,7 @@ def run(request: _Apply, controller: _Host) -> int:
         raise InputError("give --host, the controller's name or address")
     text = live.program(command)
     if not quiet():
-        print(f"To {controller.host}, beside the program that runs there:\n\n{text}")
+        print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
     if not request.yes and not _agreed():
         note("nothing was sent: answer yes, or give --yes")
         return ANSWERED

@@ -11,9 +11,11 @@ import numpy as np
 from .. import report
 from ..common.errors import InputError
 from ..common.files import write_text
+from ..common.letters import one_line
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, option
 from .progress import note
+from .values import number
 
 NAMES = (
     "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
@@ -40,20 +42,20 @@ class _Export(Options):
         help="whose estimate (default: the recommended, else 4, 3, 1, 2); the constrained one where it is there",
     )
     flange_frame: tuple[float, ...] | None = option(
-        type=float,
+        type=number,
         nargs=6,
         metavar=_POSE,
         help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange, or "
         "the robot's file tells where it is",
     )
     tool_frame: tuple[float, ...] | None = option(
-        type=float,
+        type=number,
         nargs=6,
         metavar=_POSE,
         help=f"abb: the tool in the flange frame ({_HOW}): writes a grip load in the tool frame, not a tool load",
     )
     meters_per_unit: float | None = option(
-        type=float, metavar="M", help="usd: unit of length of the stage (default: 1)"
+        type=number, metavar="M", help="usd: unit of length of the stage (default: 1)"
     )
     despite_verdict: bool = option(action="store_true", help="write it, inertia and all, whatever the verdict")
 
@@ -97,7 +99,7 @@ def run(request: _Export) -> int:
         why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
         if load.verdict != "do_not_use":
             why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
-        print(f"dynident: not written: {why}", file=sys.stderr)
+        print(f"dynident: not written: {one_line(why)}", file=sys.stderr)
         return DO_NOT_USE
     load = request.placed(load)
     text = form.text(load)

@@ -8,6 +8,7 @@ import tempfile
 import traceback
 from collections.abc import Sequence
 
+from ..common.letters import one_line
 from ..common.versions import versions
 from . import INTERNAL_ERROR
 
@@ -28,7 +29,7 @@ def told(fault: Exception, words: Sequence[str]) -> int:
         where = f"with {file.name}"
     except OSError as error:
         where = f"(its details could not be written: {error.strerror})"
-    message = " ".join(f"{type(fault).__name__}: {fault}".split())
+    message = one_line(f"{type(fault).__name__}: {fault}")
     print(f"dynident: internal error, please report {where}: {message[:_TOLD]}", file=sys.stderr)
     return INTERNAL_ERROR
 

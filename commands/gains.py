@@ -10,7 +10,7 @@ from ..common.errors import InputError
 from . import answered
 from .options import Options, PageOptions, ProcessingOptions, RobotOptions, option
 from .progress import status
-from .values import masses_list, whole_list
+from .values import masses_list, number, whole_list
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class _Known(Options):
     payload: str | None = option(
         either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
     )
-    mass_sigma: float | None = option(type=float, metavar="KG", help="its standard deviation (default: 0)")
+    mass_sigma: float | None = option(type=number, metavar="KG", help="its standard deviation (default: 0)")
 
     mounting: tuple[int, ...] = option(
         type=whole_list,
@@ -61,10 +61,10 @@ class _Known(Options):
             )
         numbers = self.mounting or (1,) * len(self.loaded)
         masses: dict[int, float] = {}
-        for number, mass in zip(numbers, self.mass, strict=False):
-            if masses.setdefault(number, mass) != mass:
+        for mounting, mass in zip(numbers, self.mass, strict=False):
+            if masses.setdefault(mounting, mass) != mass:
                 raise InputError(
-                    f"mounting {number} has masses of {masses[number]:g} and {mass:g} kg: give each weight a "
+                    f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "
                     "number of its own (--mounting)"
                 )
         return [estimation.gains.known_mass(mass, sigma) for mass in masses.values()]

@@ -22,6 +22,7 @@ from .options import (
     recipe_of,
 )
 from .progress import note, status
+from .values import number
 
 _POSSIBLE = "a robot that can exist"
 _GAUGES = {"prior_mass": ("prior",), "prior_budget": ("prior",), "total_mass": ("base", "prior")}
@@ -57,15 +58,15 @@ class _Identify(Options):
     )
     prior_mass: float | None = option(
         group=_POSSIBLE,
-        type=float,
+        type=number,
         metavar="KG",
         help="of the moving links; prior: cylinders of this mass instead of the robot's file",
     )
     prior_budget: float | None = option(
-        group=_POSSIBLE, type=float, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
+        group=_POSSIBLE, type=number, metavar="CHI2", help="what the prior may cost in chi2 (default: 1)"
     )
     total_mass: tuple[float, float] | None = option(
-        group=_POSSIBLE, nargs=2, type=float, metavar=("LOW", "HIGH"), help="of all links [kg]"
+        group=_POSSIBLE, nargs=2, type=number, metavar=("LOW", "HIGH"), help="of all links [kg]"
     )
 
     rollout: bool = option(

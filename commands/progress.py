@@ -13,6 +13,7 @@ import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from ..common.letters import one_line, printable
 from ..common.progress import Progress
 
 Manner = Literal["quiet", "plain", "verbose"]
@@ -46,13 +47,13 @@ def quiet() -> bool:
 def say(text: str) -> None:
     """Print a line about what was done."""
     if not quiet():
-        print(text)
+        print(printable(text))
 
 
 def note(text: str) -> None:
     """Print a line that is worth knowing."""
     if not quiet():
-        print(f"dynident: note: {text}", file=sys.stderr)
+        print(f"dynident: note: {one_line(text)}", file=sys.stderr)
 
 
 @contextmanager
@@ -106,7 +107,7 @@ def _steps(label: str) -> Progress:
 
     def tell(words: str, _share: float | None = None, /) -> None:
         if loud:
-            print(f"dynident: {time.monotonic() - begin:6.1f} s  {words}", file=sys.stderr)
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
 
     tell(label)
     return tell

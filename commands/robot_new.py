@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from .dialogue import ask
 from .options import Options, option, print_lines
 from .progress import note
 from .robot_show import check_drawing, draw
-from .values import numbers, positive_number, texts
+from .values import number, numbers, positive_number, texts
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 DESCRIPTION = """
@@ -55,8 +56,8 @@ class _Sheet(Options):
     accelerations: tuple[float, ...] | None = option(
         type=numbers, metavar="A1,..", help="largest accelerations [deg/s² or m/s²], if known"
     )
-    rated_payload: float | None = option(type=float, metavar="KG", help="by the data sheet")
-    mass: float | None = option(type=float, metavar="KG", help="of the whole arm, its base with it, if known")
+    rated_payload: float | None = option(type=number, metavar="KG", help="by the data sheet")
+    mass: float | None = option(type=number, metavar="KG", help="of the whole arm, its base with it, if known")
     joint_names: tuple[str, ...] | None = option(
         type=texts, metavar="A,B,..", help="of the joints in your logs, base to tip"
     )
@@ -282,6 +283,6 @@ def _parts(text: str, mark: str, count: int) -> list[str]:
 
 def _real(word: str) -> float:
     try:
-        return float(word)
-    except ValueError:
-        raise ValueError(f"{word!r} is not a number") from None
+        return number(word)
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(str(error)) from None

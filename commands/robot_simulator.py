@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from .. import estimation, fleet, model, report
 from ..common.errors import InputError
 from ..common.files import write_text
+from ..common.letters import one_line
 from ..common.schema import present
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, RobotOptions, option, print_lines
+from .values import number
 
 FORMATS = {"mjcf": "MJCF (MuJoCo)", "usd": "USD (Isaac Sim)", "urdf": "URDF", "sdf": "SDFormat (Gazebo, Drake)"}
 """The formats, told again here so that ``--help`` need not load them."""
@@ -38,7 +40,7 @@ class _Bodies(Options):
         help="the --passport of 'dynident identify' instead; give it again to pool several identifications",
     )
     prior_mass: float | None = option(
-        type=float, metavar="KG", help="of the moving links, beside --passport: cylinders of this mass as prior"
+        type=number, metavar="KG", help="of the moving links, beside --passport: cylinders of this mass as prior"
     )
     out: str = option(writes="file", required=True, metavar="F", help="file to write")
     into: str | None = option(
@@ -78,7 +80,7 @@ def run(name: str, arm: RobotOptions, bodies: _Bodies) -> int:
     against += whole.heavier_than_the_arm()
     if against and not bodies.despite_verdict:
         why = "; ".join(against)
-        print(f"dynident: not written: {why} (--despite-verdict writes it all the same)", file=sys.stderr)
+        print(f"dynident: not written: {one_line(why)} (--despite-verdict writes it all the same)", file=sys.stderr)
         return DO_NOT_USE
     notes = form.notes(whole)
     if bodies.into is None:

@@ -8,6 +8,9 @@ from typing import TypeVar
 
 from .. import estimation, model
 
+_LEAST, _MOST = 1e-12, 1e9
+"""Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
+overflows within."""
 _Value = TypeVar("_Value")
 
 
@@ -28,8 +31,8 @@ def method(text: str) -> str:
 def fraction(text: str) -> float:
     """A percentage, "10%" or "10", as a fraction."""
     try:
-        return float(text.strip().removesuffix("%")) / 100.0
-    except ValueError:
+        return number(text.strip().removesuffix("%")) / 100.0
+    except argparse.ArgumentTypeError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a percentage such as 10%") from None
 
 
@@ -57,11 +60,15 @@ def mass(text: str) -> float:
 
 
 def number(text: str) -> float:
-    """Any number."""
+    """Any number that an arm may have."""
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if value != 0.0 and not _LEAST <= abs(value) <= _MOST:
+        size = f"give 0, or one from {_LEAST:g} to {_MOST:g} in size"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of any use here: {size}")
+    return value
 
 
 def share(text: str) -> float:
@@ -102,8 +109,8 @@ def tool_frame(text: str) -> model.Pose:
 def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
     """Finite numbers separated by commas."""
     try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError:
+        values = tuple(number(part) for part in text.split(","))
+    except argparse.ArgumentTypeError:
         values = ()
     good = len(values) == (count or len(values) or 1) and all(abs(value) < 1e6 for value in values)
     return checked(values, good, text, f"{count or 'a list of'} finite numbers with commas")
@@ -112,9 +119,11 @@ def numbers(text: str, count: int | None = None) -> tuple[float, ...]:
 def gains_list(text: str) -> tuple[float, ...]:
     """Numbers separated by commas."""
     try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers separated by commas") from None
+        return tuple(number(part) for part in text.split(","))
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a list of numbers separated by commas: {error}"
+        ) from None
 
 
 def masses_list(text: str) -> tuple[float, ...]:
@@ -148,8 +157,8 @@ def positive_number(text: str) -> float:
 def relative(text: str) -> float:
     """A share: 2% or 0.02."""
     try:
-        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
-    except ValueError:
+        value = number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except argparse.ArgumentTypeError:
         value = math.nan
     return checked(value, 0.0 <= value < 1.0, text, "a share: write 2% or 0.02")
 

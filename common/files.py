@@ -19,7 +19,7 @@ _kept: ContextVar[set[Path] | None] = ContextVar("kept", default=None)
 @contextmanager
 def keeping(inputs: Iterable[str | Path]) -> Iterator[None]:
     """A run: within, neither ``inputs`` are overwritten nor what was written within already."""
-    token = _kept.set({Path(path).resolve() for path in inputs})
+    token = _kept.set({place_of(path) for path in inputs})
     try:
         yield
     finally:
@@ -43,7 +43,7 @@ def write_bytes(path: str | Path, content: bytes) -> None:
     Raises:
         InputError: if it cannot be written, or was read or written in this run already; names the file.
     """
-    place, pending = Path(path).resolve(), _kept.get()
+    place, pending = place_of(path), _kept.get()
     if pending is not None and not is_device(place):
         if place in pending:
             raise InputError(f"{path}: this run has read or written it already: give another name or folder")
@@ -54,6 +54,18 @@ def write_bytes(path: str | Path, content: bytes) -> None:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def place_of(path: str | Path) -> Path:
+    """Where a path leads, by whatever links.
+
+    Raises:
+        InputError: if it cannot lead anywhere; names it.
+    """
+    try:
+        return Path(path).resolve()
+    except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a NUL in a name
+        raise InputError(f"{path}: leads nowhere ({error}): give another path") from None
 
 
 def checksum(path: str | Path) -> str:

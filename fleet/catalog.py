@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..common.errors import InputError
+from ..common.files import place_of
 from ..common.schema import read_text
 
 KNOWN = ("arm", "day", "temperature", "payload")
@@ -138,7 +139,7 @@ def _check_columns(table: str, columns: Sequence[str]) -> None:
 
 
 def _place(path: str) -> str:
-    return path if "://" in path else str(Path(path).resolve())
+    return path if "://" in path else str(place_of(path))
 
 
 def _of_row(row: Mapping[str, str | None], folder: str) -> Entry:

@@ -10,6 +10,8 @@ from ..common.arrays import Array, frozen_array, rising
 _SLOW = {True: 0.05, False: 0.02}  # rad/s where a joint turns, m/s where it slides
 _OVERSAMPLING = 1.25
 """Of a recording's mean rate, at most: samples in between are not measurements."""
+_SLOWEST = 1e-12
+"""Of rates [Hz]; below it the count of samples in a period of theirs is none."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,7 @@ class Processing:
     def _check_rates(self) -> None:
         for name in ("rate", "cutoff", "equation_rate"):
             value = getattr(self, name)
-            if value is not None and not 0.0 < value < float("inf"):
+            if value is not None and not _SLOWEST <= value < float("inf"):
                 raise ValueError(f"{name} must be positive [Hz], got {value}")
         if self.decimate < 1 or self.decimate != int(self.decimate):
             raise ValueError(f"decimate must be a whole number of at least 1, got {self.decimate}")

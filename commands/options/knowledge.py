@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from ... import estimation, model
 from ...common.errors import InputError
-from ..values import numbers, relative, relative_list
+from ..values import number, numbers, relative, relative_list
 from .reading import Options, about, option
 from .recordings import Setup
 
@@ -34,10 +34,10 @@ class KnowledgeOptions(Options):
     GROUP: ClassVar[str] = "what is known beforehand"
     ABOUT: ClassVar[str] = "lengths in m, in the frame of the answer"
 
-    mass: float | None = option(type=float, metavar="KG", help="the payload was weighed; needs --mass-sigma")
-    mass_sigma: float | None = option(type=float, metavar="KG", help="standard deviation of the scale")
-    mass_min: float | None = option(type=float, metavar="KG", help="the payload has at least this mass")
-    mass_max: float | None = option(type=float, metavar="KG", help="the payload has at most this mass")
+    mass: float | None = option(type=number, metavar="KG", help="the payload was weighed; needs --mass-sigma")
+    mass_sigma: float | None = option(type=number, metavar="KG", help="standard deviation of the scale")
+    mass_min: float | None = option(type=number, metavar="KG", help="the payload has at least this mass")
+    mass_max: float | None = option(type=number, metavar="KG", help="the payload has at most this mass")
     com_within: tuple[float, ...] | None = option(
         type=six,
         metavar="X0,X1,Y0,Y1,Z0,Z1",

@@ -25,8 +25,8 @@ def _acceleration_limit(text: str) -> Any:
     """Times the speed limit per second, "3x" (a float); or a number per joint (a tuple)."""
     if text.lower().endswith("x"):
         try:
-            factor = float(text[:-1])
-        except ValueError:
+            factor = number(text[:-1])
+        except argparse.ArgumentTypeError:
             factor = -1.0
         if not 0.0 < factor < 1e6:
             raise argparse.ArgumentTypeError(f"{text!r} is not a factor such as 3x")
@@ -167,9 +167,9 @@ def _payload_bounds(
         return model.read_payload(text).moved(flange.R, flange.p)
     mass, _, place = text.partition("@")
     try:
-        kilograms = float(mass)
-        centre = [float(x) for x in place.split(",")] if place else [0.0, 0.0, 0.0]
-    except ValueError:
+        kilograms = number(mass)
+        centre = list(gains_list(place)) if place else [0.0, 0.0, 0.0]
+    except argparse.ArgumentTypeError:
         kilograms, centre = np.nan, [0.0]
     if not (0.0 < kilograms < 1e6) or len(centre) != 3 or not np.isfinite(centre).all():
         raise InputError(f"--heaviest-payload {text!r}: give kg, kg@x,y,z (m), or a TOML file")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ... import estimation, report
 from ...common.errors import InputError
-from ...common.files import checksum, write_text
+from ...common.files import checksum, place_of, write_text
 from ...common.versions import versions
 from ..progress import note, quiet, status
 from ..settings import is_settings_file, settings_text
@@ -87,7 +87,7 @@ class PageOptions(ResultOptions):
         if not self.report or self.parser is None:
             return None
         path = Path(self.report).with_suffix(".run.toml")
-        return None if self.config and Path(self.config).resolve() == path.resolve() else path
+        return None if self.config and place_of(self.config) == place_of(path) else path
 
     def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
         """Paths that options name, and the file beside the report.

@@ -16,7 +16,7 @@ import numpy as np
 from ... import model
 from ...common.arrays import Array
 from ...common.errors import InputError
-from ...common.files import is_device, keeping
+from ...common.files import is_device, keeping, place_of
 from .. import COMMANDS
 from ..progress import Manner, finished, speaking
 
@@ -151,11 +151,11 @@ def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -
 
 def check_targets(parts: Sequence[Options]) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
-    owners = {Path(path).resolve(): name for part in parts for name, _, path in part.named("reads")}
+    owners = {place_of(path): name for part in parts for name, _, path in part.named("reads")}
     for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":
             continue
-        place = Path(path).resolve()
+        place = place_of(path)
         _check_place(name, kind, path)
         if place in owners and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {owners[place]} names this file too: give another one")
@@ -171,12 +171,12 @@ def _check_place(name: str, kind: str, path: str) -> None:
 
 def _may_be_file(path: str) -> bool:
     """Whether a path is a file, or one can be made there."""
-    return bool(path) and not Path(path).is_dir() and Path(path).resolve().parent.is_dir()
+    return bool(path) and not Path(path).is_dir() and place_of(path).parent.is_dir()
 
 
 def _may_hold_files(path: str) -> bool:
     """Whether a path is a folder, or one can be made there."""
-    above = Path(path).resolve()
+    above = place_of(path)
     while not above.exists():
         above = above.parent
     return bool(path) and above.is_dir()

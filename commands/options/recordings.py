@@ -11,7 +11,7 @@ from ... import estimation, model
 from ...common.errors import InputError
 from ...common.progress import each
 from ..progress import note, status
-from ..values import fraction, gains_list, gains_or_file, positive, texts
+from ..values import fraction, gains_list, gains_or_file, number, positive, texts
 from .reading import Options, about, option
 
 _PROCESSING = "processing"
@@ -120,12 +120,12 @@ class LogOptions(Options):
 class ProcessingOptions(LogOptions):
     """How logs are read, settings of filtering and of the model's structure."""
 
-    rate: float | None = option(group=_PROCESSING, type=float, metavar="HZ", help="resample to this even rate")
+    rate: float | None = option(group=_PROCESSING, type=number, metavar="HZ", help="resample to this even rate")
     cutoff: float | None = option(
-        group=_PROCESSING, type=float, metavar="HZ", help="low-pass on positions and speeds"
+        group=_PROCESSING, type=number, metavar="HZ", help="low-pass on positions and speeds"
     )
     equation_rate: float | None = option(
-        group=_PROCESSING, type=float, metavar="HZ", help="decimate Y and W alike, to about this rate"
+        group=_PROCESSING, type=number, metavar="HZ", help="decimate Y and W alike, to about this rate"
     )
     decimate: int | None = option(
         group=_PROCESSING, type=positive, metavar="N", help="the same by a whole factor (until the next version)"
@@ -182,7 +182,7 @@ class PairOptions(ProcessingOptions):
 
     max_mismatch: float | None = option(
         group=_PROCESSING,
-        type=float,
+        type=number,
         metavar="RAD",
         help="largest difference of position with and without payload after alignment, rms of the worst joint "
         "(payload: method 3; default: 0.01)",
@@ -195,7 +195,7 @@ class EssentialOptions(Options):
 
     essential_ratio: float | None = option(
         either="rule",
-        type=float,
+        type=number,
         metavar="RATIO",
         help="eliminate parameters until the error's standard deviation has grown by this (default: 1.02)",
     )

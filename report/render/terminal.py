@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
+from ...common.letters import printable
 from ..blocks import Banner, Block, Cell, Column, Notes, Remarks, Screen, Table
 from ..blocks import Text as Words
 
@@ -112,7 +113,7 @@ def _terminal(stream: IO[str] | None) -> Console:
 def _print(terminal: Console, block: Block) -> None:
     if isinstance(block, Table):
         if block.title:
-            terminal.print(Text(block.title, style="table.title"))
+            terminal.print(Text(printable(block.title), style="table.title"))
         for grid in _grids(block, terminal.width):
             terminal.print(grid)
     else:
@@ -128,7 +129,7 @@ def _lines(block: Block) -> Sequence[str]:
 
 def _print_lines(terminal: Console, lines: Sequence[str]) -> None:
     for line in lines:
-        terminal.print(Text(line), soft_wrap=True)
+        terminal.print(Text(printable(line)), soft_wrap=True)
 
 
 def _wrapped(line: str, width: int) -> list[str]:
@@ -187,14 +188,14 @@ def _grid(table: Table, part: Sequence[int], folds: bool) -> Grid:
     for column in columns:
         wraps = column.folds or folds
         grid.add_column(
-            Text(column.heading),
+            Text(printable(column.heading)),
             justify="right" if column.numeric else "left",
             overflow="fold",
             no_wrap=not wraps,
         )
     for row in table.rows:
         cells: list[Cell] = [row[k] for k in part]
-        grid.add_row(*(Text(str(cell)) for cell in cells), end_section=row[0] in table.ends)
+        grid.add_row(*(Text(printable(str(cell))) for cell in cells), end_section=row[0] in table.ends)
     return grid
 
 

@@ -1,0 +1,20 @@
+"""Texts as a terminal only shows them: names and titles may hold letters that move it or change its colours."""
+
+_LONGEST = 1000
+_END = 300
+
+
+def printable(text: str) -> str:
+    """A text with what is no letter written as an escape; its lines and blanks stay."""
+    return text if text.isprintable() else "".join(map(_printable, text))
+
+
+def one_line(text: str) -> str:
+    """A message in one line; of one too long to be read the middle is left out."""
+    line = printable(" ".join(text.split()))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - _END]} .. {line[-_END:]}"
+
+
+def _printable(letter: str) -> str:
+    blank = letter.isspace() and (letter in "\n\t" or letter >= "\xa0")
+    return letter if blank or letter.isprintable() else letter.encode("unicode_escape").decode()

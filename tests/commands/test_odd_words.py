@@ -1,0 +1,127 @@
+"""Words that nobody means: numbers of no use, letters that move a terminal, paths that lead nowhere.
+
+Each law goes over every option of every command.
+"""
+
+import argparse
+import contextlib
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from dynident.cli import _parser, main
+from dynident.commands import COMMANDS
+from dynident.report import Notes, print_blocks
+from dynident.tests.common.test_hostile_files import FILES
+
+ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-300", "9" * 5000)
+SPEAKS_TO_TERMINALS = "\x1b[31m\x9b2J\u202e\udcff"
+"""Colours, clears the screen, turns the direction of writing, and a byte that is no letter."""
+LONGEST = 1200
+
+
+def actions(parser: argparse.ArgumentParser, name: tuple[str, ...] = ()) -> Iterator[tuple[str, argparse.Action]]:
+    """Each argument of each command."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, below in action.choices.items():
+                yield from actions(below, (*name, word))
+        elif name:
+            yield " ".join(name), action
+
+
+ACTIONS = [
+    (command, action)
+    for called in COMMANDS
+    for command, action in actions(_parser([called]))
+    if command.split()[0] == called
+]
+LINES = list(dict.fromkeys(command for command, _ in ACTIONS))
+
+
+def options(command: str) -> Iterator[argparse.Action]:
+    """What a command's line may hold."""
+    return (action for name, action in ACTIONS if name == command)
+
+
+def numbers(value: Any) -> Iterator[float]:
+    """All numbers in what an option's words became."""
+    if isinstance(value, tuple | list):
+        for part in value:
+            yield from numbers(part)
+    elif isinstance(value, int | float):
+        yield value
+
+
+@pytest.mark.parametrize("command", LINES)
+def test_no_option_takes_a_number_that_no_arm_has(command: str) -> None:
+    """Refused, or read as a text; squares of what is taken are finite, and not lost beside others."""
+    texts = [text for odd in ODD_NUMBERS for text in (odd, f"{odd}%", f"1,{odd}", ",".join(6 * [odd]))]
+    for action in options(command):
+        for text in texts if callable(action.type) else ():
+            with contextlib.suppress(argparse.ArgumentTypeError, ValueError):
+                taken = list(numbers(action.type(text)))
+                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in taken), (action.option_strings, text)
+
+
+def one_line(words: list[str]) -> str:
+    """What a line that cannot be used is answered with."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = main(words)
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+    assert (status, out.getvalue()) == (2, "")
+    (line,) = err.getvalue().splitlines()
+    assert line.isprintable()
+    assert len(line) < LONGEST
+    return line
+
+
+@pytest.mark.parametrize("command", LINES)
+def test_a_wrong_word_is_shown_in_one_line(command: str) -> None:
+    for odd in (SPEAKS_TO_TERMINALS, "x\ny", "9" * 5000):
+        assert one_line([*command.split(), f"--config={odd}"])
+        assert one_line([*command.split(), f"--quiet={odd}"])
+
+
+@pytest.mark.parametrize("command", LINES)
+def test_two_dashes_are_no_value(command: str) -> None:
+    for action in options(command):
+        if action.option_strings and action.nargs is None and action.dest != "config":  # which is read before
+            name = action.option_strings[0]
+            assert f"argument {name}: '--' is no value" in one_line([*command.split(), f"{name}=--"])
+
+
+def test_what_is_printed_moves_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    print_blocks([Notes([SPEAKS_TO_TERMINALS])])
+    assert capsys.readouterr().out == "\\x1b[31m\\x9b2J\\u202e\\udcff\n"
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_file_of_options_breaks_or_stalls_a_command(name: str, tmp_path: Path) -> None:
+    text, words = FILES[name]
+    (tmp_path / "run.toml").write_text(text)
+    assert words in one_line(["check", "--config", str(tmp_path / "run.toml")])
+
+
+@pytest.mark.parametrize("path", ["/dev/full", "/dev/zero"])
+def test_a_file_of_options_without_end_is_none(path: str) -> None:
+    if not Path(path).exists():
+        pytest.skip(f"no {path} here")
+    assert "larger than" in one_line(["check", "--config", path])
+
+
+def test_links_in_a_circle_lead_nowhere(tmp_path: Path) -> None:
+    circle = tmp_path / "circle"
+    circle.symlink_to(circle)
+    for words in (
+        ["check", "--robot", "rx90", str(circle)],
+        ["identify", "--robot", "rx90", "--data", "x.csv", "--json", str(circle / "a.json")],
+        ["identify", "--robot", "rx90", "--data", "x.csv", "--plots", str(circle)],
+        ["fleet", "report", str(circle)],
+    ):
+        assert "circle" in one_line(words)
