@@ -45,6 +45,7 @@ from ..estimation.possible.constraints import (
 from ..model import BaseParameters, Coupling, Drives, Joint, Limits, Pose, Processing, Robot, Spring
 from ..model.robot import Links
 from ..model.visibility import PayloadVisibility
+from .hints import checks
 from .passport import Log, PayloadPassport, Recipe, RobotPassport
 
 KINDS: dict[str, type] = {
@@ -72,6 +73,8 @@ KINDS: dict[str, type] = {
 }
 """The values that a file may hold, by their names."""
 _KIND, _MAP, _ARRAY, _TURNED, _BLOCKS = "kind", "map", "array", "turned", "blocks"
+_LARGEST = 1e100
+"""Squares of smaller numbers and their sums are finite."""
 
 
 class Encoder:
@@ -135,6 +138,8 @@ class Decoder:
         """The arrays as ``Encoder.numbers`` gives them."""
         self._flat = np.zeros(8 * there.size)
         self._flat[np.unpackbits(there).astype(bool)] = numbers
+        if not np.all(np.abs(self._flat) < _LARGEST):
+            raise InputError("holds a number that no equation has")
         self._flat.setflags(write=False)
 
     def value(self, tree: Any) -> Any:
@@ -158,7 +163,10 @@ class Decoder:
             case "map":
                 return {self.value(key): self.value(entry) for key, entry in content}
             case "blocks":
-                return WithoutEach([self.value(block) for block in content])
+                blocks = [self.value(block) for block in content]
+                if not all(isinstance(block, Equations) for block in blocks):
+                    raise InputError("holds blocks that are no equations")
+                return WithoutEach(blocks)
             case "kind":
                 return self._made(*content)
         raise InputError(f"holds {word!r}, which this version does not know")
@@ -167,6 +175,10 @@ class Decoder:
         if name not in KINDS:
             raise InputError(f"holds a {name!r}, which this version does not know")
         values = {key: self.value(tree) for key, tree in fields.items()}
+        fits = checks(KINDS[name])
+        for key, value in values.items():
+            if not fits[key](value):
+                raise InputError(f"holds a {name} whose {key} is none")
         instance = KINDS[name](**values)
         if isinstance(instance, Equations) and isinstance(instance.leave_one_out, WithoutEach):
             blocks = [

@@ -5,6 +5,7 @@ import io
 import json
 import struct
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,11 @@ FORMAT = 1
 """Version of the file's form."""
 _SEAL = 64  # bytes: the digest in hexadecimals, as the comment that ends a ZIP archive
 _LARGEST = 200_000_000
+_UNREADABLE = (
+    LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError, EOFError,
+    struct.error, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What a tree or an archive raises that is none of this version."""
 
 
 def passport_bytes(passport: Passport) -> bytes:
@@ -99,5 +105,5 @@ def unpacked(content: bytes) -> Any:
                     f"a passport of form {tree['format']}, this version reads {FORMAT}: update dynident"
                 )
             return Decoder(data["numbers"], data["places"]).value(tree["value"])
-    except (KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+    except _UNREADABLE as error:
         raise InputError(f"a passport of another version of dynident ({error}): make it again") from None

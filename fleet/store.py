@@ -11,13 +11,16 @@ from typing import NamedTuple
 
 from ..common.errors import InputError
 from ..common.files import csv_table, made_folder, write_bytes, write_text
-from ..common.schema import read_text
+from ..common.schema import read_json, read_text
 from ..model import Robot
 from .catalog import KNOWN
 from .files import read_passport
 from .passport import Passport, Recipe
 
 _ABOUT, _INDEX, _REFUSED, _PASSPORTS = "store.json", "index.csv", "refused", "passports"
+_COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "passport"), ("file", "reason")
+
+_AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
 
 
 class Row(NamedTuple):
@@ -46,7 +49,7 @@ class Store:
         store = Store(Path(root))
         path = store.root / _ABOUT
         if path.exists():
-            there = json.loads(read_text(path))
+            there = read_json(path, dict[str, str], "give another folder")
             if there != labels:
                 kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
@@ -89,30 +92,44 @@ class Store:
             [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.passport]
             for _, row in sorted(rows.items())
         ]
-        write_text(self.root / _INDEX, csv_table(["file", "sha256", *KNOWN, "passport"], listed))
+        write_text(self.root / _INDEX, csv_table(_COLUMNS, listed))
         reasons = [[file, reason] for file, reason in sorted(refused.items())]
-        write_text(self.root / f"{_REFUSED}.csv", csv_table(["file", "reason"], reasons))
-        write_parquet(self.root / f"{_REFUSED}.parquet", ["file", "reason"], reasons)
+        write_text(self.root / f"{_REFUSED}.csv", csv_table(_REASONS, reasons))
+        write_parquet(self.root / f"{_REFUSED}.parquet", _REASONS, reasons)
 
     def rows(self) -> tuple[Row, ...]:
         """The recordings, in the order of their files; none as long as it was never finished."""
-        path = self.root / _INDEX
-        table = csv.DictReader(read_text(path).splitlines()) if path.exists() else []
         return tuple(
             Row(row["file"], row["sha256"], {name: row[name] for name in KNOWN if row[name]}, row["passport"])
-            for row in table
+            for row in _rows(self.root / _INDEX, _COLUMNS)
         )
 
     def refused(self) -> dict[str, str]:
         """Logs that were refused, and why."""
-        path = self.root / f"{_REFUSED}.csv"
-        table = csv.DictReader(read_text(path).splitlines()) if path.exists() else []
-        return {row["file"]: row["reason"] for row in table}
+        return {row["file"]: row["reason"] for row in _rows(self.root / f"{_REFUSED}.csv", _REASONS)}
 
     def passports(self) -> Iterator[tuple[Row, Passport]]:
         """Each recording with its passport, every byte checked."""
         for row in self.rows():
             yield row, read_passport(self.path(row.passport))
+
+
+def _rows(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
+    """Rows of a table of the store; none where it was never written.
+
+    Raises:
+        InputError: if it is not as it was written.
+    """
+    if not path.exists():
+        return []
+    table = csv.DictReader(io.StringIO(read_text(path), newline=""))
+    try:
+        rows = list(table)
+    except csv.Error as error:
+        raise InputError(f"{path}: {error}: {_AGAIN}") from None
+    if list(table.fieldnames or ()) != list(columns) or any(None in (*row, *row.values()) for row in rows):
+        raise InputError(f"{path}: not as it was written: {_AGAIN}")
+    return rows
 
 
 def key_of(sha256: str, about: Mapping[str, str], recipe: Recipe) -> str:
