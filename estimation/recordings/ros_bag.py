@@ -75,15 +75,15 @@ def _entry(message: Any, field: str, place: int) -> float:
 def _reader(path: Path) -> Iterator[tuple[Any, Any]]:
     """An open bag and its store of message types."""
     highlevel, typesys = extra("rosbags.highlevel", "a ROS bag"), extra("rosbags.typesys", "a ROS bag")
-    exceptions = (extra("rosbags.rosbag2", "a ROS bag").ReaderError, extra("rosbags.highlevel", "").AnyReaderError)
     store = typesys.get_typestore(typesys.Stores.LATEST)
     try:
         with highlevel.AnyReader([path], default_typestore=store) as reader:
             yield reader, store
-    except (*exceptions, OSError, KeyError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: not a ROS 2 bag that can be read ({error})") from None
+    except InputError:
+        raise
+    except Exception as error:  # of the library, of databases and of archives within, where a byte is wrong
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not a ROS 2 bag, or a damaged one ({reason}): copy or record it again") from None
 
 
 def _topic(path: Path, reader: Any, topic: str) -> str:

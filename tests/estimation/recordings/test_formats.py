@@ -90,6 +90,27 @@ def test_structures_of_a_mat_file(tmp_path: Path, arm: Robot, signals: dict[str,
     same(read_recording(tmp_path / "s.mat", arm, None, how), signals)
 
 
+@pytest.mark.parametrize("name", ["mcap", "sqlite"])
+def test_a_damaged_bag_is_one_line(tmp_path: Path, arm: Robot, signals: dict[str, np.ndarray], name: str) -> None:
+    """Whatever of the bag's files has wrong bytes; what no byte tells is read."""
+    path, refused = as_bag(tmp_path / name, signals), list[str]()
+    for file in sorted(path.iterdir()):
+        good = file.read_bytes()
+        for k in range(12):
+            draw = np.random.default_rng(k)
+            damaged = bytearray(good)
+            begin = int(draw.integers(max(1, len(good) - 64)))
+            damaged[begin : begin + 64] = draw.integers(0, 256, 64, dtype=np.uint8).tobytes()
+            file.write_bytes(damaged if k % 2 else good[:begin] + damaged[begin : begin + 9] + good[begin:])
+            try:
+                read_recording(path, arm)
+            except InputError as error:
+                refused.append(str(error))
+        file.write_bytes(good)
+    assert len(refused) > 10
+    assert not any("\n" in line for line in refused)
+
+
 @pytest.mark.parametrize("name", ["a.npz", "a.mat", "a.parquet", "a.mcap", "a.db3"])
 def test_files_of_another_kind(tmp_path: Path, arm: Robot, name: str) -> None:
     path = tmp_path / name
