@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .. import fleet, report
 from ..common.errors import InputError
-from . import ANSWERED
+from . import ANSWERED, DO_NOT_USE
 from .options import (
     GainOptions,
     Options,
@@ -86,4 +86,4 @@ def run(
         note(f"workers were lost {reduced.crashes} times and replaced: nothing is lost, nothing counts twice")
     files.show(report.reduced_screen(reduced))
     files.write_json(lambda: report.documents.reduced_document(reduced))
-    return ANSWERED
+    return ANSWERED if reduced.new or reduced.known else DO_NOT_USE
