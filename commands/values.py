@@ -11,6 +11,8 @@ from .. import estimation, model
 _LEAST, _MOST = 1e-12, 1e9
 """Size of a number that is not 0: no length, time, mass or torque of an arm lies outside, and no sum of squares
 overflows within."""
+_COUNTS = 1_000_000
+"""Points, arms, days or processes at most: more fill the memory before anything is told."""
 _Value = TypeVar("_Value")
 
 
@@ -44,13 +46,15 @@ def whole(text: str) -> int:
 
 
 def positive(text: str) -> int:
-    """A whole number of at least 1."""
-    return checked(int(text), whole(text) > 0, text, "a whole number of at least 1")
+    """A whole number of at least 1, such as a count."""
+    count = whole(text)
+    return checked(count, 1 <= count <= _COUNTS, text, f"a whole number from 1 to {_COUNTS}")
 
 
 def port_number(text: str) -> int:
     """A port of TCP."""
-    return checked(int(text), 0 < whole(text) < 65536, text, "a port from 1 to 65535")
+    port = whole(text)
+    return checked(port, 0 < port < 65536, text, "a port from 1 to 65535")
 
 
 def mass(text: str) -> float:

@@ -146,6 +146,9 @@ def following_change(
         )
     pair = aligned(before.recording, after.recording, None, max_mismatch)
     t = pair.loaded.t
+    too_short = f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
+    if len(t) < 2:
+        raise InputError(too_short)
     qd: Array = np.gradient(pair.loaded.q, t, axis=0)
     moving = moving_parts(Motion(t, pair.loaded.q, qd, np.zeros_like(qd)), still_speed)
     q = pair.loaded.q[moving]
@@ -154,9 +157,7 @@ def following_change(
     edges = np.arange(t[0], t[-1], _BLOCK)
     block = np.searchsorted(edges, t[moving], side="right")
     if not joints or len(np.unique(block)) < _FEWEST:
-        raise InputError(
-            f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
-        )
+        raise InputError(too_short)
     squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
     each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
     total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)

@@ -106,6 +106,8 @@ def test_friction_scatters_as_told() -> None:
     [
         ("--arms 1", "1 worn, 1 laden and 0 replaced of 1 arms"),
         ("--missing 60% --damaged 60%", "more than all logs"),
+        ("--points 1", "give 2 to 500"),
+        ("--points 1000000", "give 2 to 500"),
     ],
 )
 def test_what_cannot_be_is_refused(

@@ -47,8 +47,7 @@ class FreePoints:
         Raises:
             InputError: if they do not fit.
         """
-        if not 2 <= count <= _MOST:
-            raise InputError(f"{count} via points: give 2 to {_MOST}, more take longer than anybody waits")
+        _check_count(count)
         if fixed is not None and longest is not None:
             raise InputError("the durations of the moves are fixed: leave the longest duration of the motion out")
         self.count, self._bounds, self._start = count, bounds, start
@@ -110,14 +109,20 @@ def random_points(robot: Robot, count: int, seed: int, span: float = 0.8) -> Arr
         span: fraction of the position range to use, about its middle.
 
     Raises:
-        ValueError: if a joint has no position limits.
+        ValueError: if a joint has no position limits, or for a count that makes no motion.
     """
+    _check_count(count)
     ranges = np.array([joint.limits.position for joint in robot.joints])
     if not np.isfinite(ranges).all():
         raise ValueError(f"robot {robot.name!r} has joints without position limits")
     middle, half = ranges.mean(axis=1), 0.5 * span * np.diff(ranges, axis=1)[:, 0]
     draw = np.random.default_rng(seed)
     return np.asarray(middle + half * draw.uniform(-1.0, 1.0, (count, robot.n)))
+
+
+def _check_count(count: int) -> None:
+    if not 2 <= count <= _MOST:
+        raise InputError(f"{count} via points: give 2 to {_MOST}, more take longer than anybody waits")
 
 
 def _checked_durations(fixed: ArrayLike, count: int) -> Array:
