@@ -126,8 +126,9 @@ def read_json(path: str | Path, kind: type[_Kind], remedy: str) -> _Kind:
         InputError: names the file and the key.
     """
     with naming(path, remedy):
+        text = read_text(path)
         try:
-            data = msgspec.json.decode(read_text(path))
+            data = msgspec.json.decode(text)
         except RecursionError:
             raise InputError("cannot be read as JSON (nested too deeply)") from None
         except (msgspec.DecodeError, ValueError) as error:

@@ -177,8 +177,9 @@ def test_what_is_no_such_file_at_all_is_one_line(file: File, content: bytes, tmp
     folder = tmp_path / "folder"
     folder.mkdir()
     for nothing in (folder, tmp_path / "none"):
-        with pytest.raises(InputError, match=nothing.name):
+        with pytest.raises(InputError, match=nothing.name) as refused:
             file.read(nothing)
+        assert str(refused.value).count(str(nothing)) == 1
 
 
 @pytest.mark.parametrize(
