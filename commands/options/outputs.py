@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ... import estimation, report
 from ...common.errors import InputError
-from ...common.files import checksum, place_of, write_text
+from ...common.files import checksum, is_device, place_of, write_text
 from ...common.versions import versions
 from ..progress import note, quiet, status
 from ..settings import is_settings_file, settings_text
@@ -83,8 +83,11 @@ class PageOptions(ResultOptions):
 
     @property
     def settings_file(self) -> Path | None:
-        """The file beside the report that repeats the run by ``--config``; none if it was made from that file."""
-        if not self.report or self.parser is None:
+        """The file beside the report that repeats the run by ``--config``; none if it was made from that file.
+
+        None beside what is no file, such as a pipe.
+        """
+        if not self.report or self.parser is None or is_device(Path(self.report)):
             return None
         path = Path(self.report).with_suffix(".run.toml")
         return None if self.config and place_of(self.config) == place_of(path) else path
@@ -96,8 +99,7 @@ class PageOptions(ResultOptions):
             InputError: if a file stands there that no run has written.
         """
         yield from super().named(kind)
-        path = self.settings_file
-        if kind == "writes" and path is not None:
+        if kind == "writes" and (path := self.settings_file) is not None:
             if path.exists() and not is_settings_file(path):
                 raise InputError(
                     f"--report {self.report!r}: {path} beside it would be overwritten, which holds no options of a "

@@ -151,7 +151,8 @@ def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -
 
 def check_targets(parts: Sequence[Options]) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
-    owners = {place_of(path): name for part in parts for name, _, path in part.named("reads")}
+    inputs = {place_of(path): name for part in parts for name, _, path in part.named("reads")}
+    owners = {place: name for place, name in inputs.items() if place.exists()}  # a shipped robot's name is no file
     for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":
             continue

@@ -6,6 +6,7 @@ Each law goes over every option of every command.
 import argparse
 import contextlib
 import io
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,10 @@ from typing import Any
 import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
+from dynident.commands.options.outputs import PageOptions
 from dynident.report import Notes, print_blocks
+from dynident.tests.commands.test_faults import FILES as OUTPUT_FILES
+from dynident.tests.commands.test_faults import without, words
 from dynident.tests.common.test_hostile_files import FILES
 
 ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-300", "9" * 5000)
@@ -103,9 +107,9 @@ def test_what_is_printed_moves_no_terminal(capsys: pytest.CaptureFixture[str]) -
 
 @pytest.mark.parametrize("name", FILES)
 def test_no_file_of_options_breaks_or_stalls_a_command(name: str, tmp_path: Path) -> None:
-    text, words = FILES[name]
+    text, reason = FILES[name]
     (tmp_path / "run.toml").write_text(text)
-    assert words in one_line(["check", "--config", str(tmp_path / "run.toml")])
+    assert reason in one_line(["check", "--config", str(tmp_path / "run.toml")])
 
 
 @pytest.mark.parametrize("path", ["/dev/full", "/dev/zero"])
@@ -118,10 +122,34 @@ def test_a_file_of_options_without_end_is_none(path: str) -> None:
 def test_links_in_a_circle_lead_nowhere(tmp_path: Path) -> None:
     circle = tmp_path / "circle"
     circle.symlink_to(circle)
-    for words in (
+    for line in (
         ["check", "--robot", "rx90", str(circle)],
         ["identify", "--robot", "rx90", "--data", "x.csv", "--json", str(circle / "a.json")],
         ["identify", "--robot", "rx90", "--data", "x.csv", "--plots", str(circle)],
         ["fleet", "report", str(circle)],
     ):
-        assert "circle" in one_line(words)
+        assert "circle" in one_line(line)
+
+
+def test_a_folder_may_be_called_as_a_shipped_robot(tmp_path: Path) -> None:
+    with contextlib.chdir(tmp_path):
+        line = ["simulate", "--robot", "rx90", "--trajectory", "gone.csv", "--out", "rx90"]
+        assert "gone.csv: no such file" in one_line(line)
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(name for name, _ in OUTPUT_FILES))
+def test_a_folder_is_no_file_to_write(name: str, tmp_path: Path) -> None:
+    with contextlib.chdir(tmp_path):
+        for command, option in OUTPUT_FILES:
+            if command == name:
+                for path in (".", "..", "/", ""):
+                    line = one_line([*without(words(name), option), f"{option}={path}"])
+                    assert f"{option} {path!r}: not a file" in line
+
+
+def test_beside_a_device_no_options_are_written(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    parser = _parser(["check"])
+    assert PageOptions(report=str(tmp_path / "a.html"), parser=parser).settings_file == tmp_path / "a.run.toml"
+    assert PageOptions(report=str(pipe), parser=parser).settings_file is None
