@@ -102,7 +102,7 @@ def _write(path: Path, content: bytes) -> None:
         path.write_bytes(content)
         return
     mode = _mode(path)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}"[:200] + ".")
+    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:50]}.")
     try:
         with os.fdopen(descriptor, "wb") as stream:
             stream.write(content)

@@ -153,15 +153,16 @@ def check_targets(parts: Sequence[Options]) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
     inputs = {place_of(path): name for part in parts for name, _, path in part.named("reads")}
     owners = {place: name for place, name in inputs.items() if place.exists()}  # a shipped robot's name is no file
+    folders: dict[Path, str] = {}
     for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
         if kind == "stream" and path == "-":
             continue
         place = place_of(path)
         _check_place(name, kind, path)
-        if place in owners and not is_device(place):  # a pipe or a terminal may be named twice
-            raise InputError(f"{name} {path!r}: {owners[place]} names this file too: give another one")
-        if kind != "folder":
-            owners[place] = name
+        rivals = owners if kind == "folder" else owners | folders  # folders may hold what several options write
+        if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
+            raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
+        (folders if kind == "folder" else owners)[place] = name
 
 
 def _check_place(name: str, kind: str, path: str) -> None:

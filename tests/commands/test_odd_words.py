@@ -17,7 +17,7 @@ from dynident.commands import COMMANDS
 from dynident.commands.options.outputs import PageOptions
 from dynident.report import Notes, print_blocks
 from dynident.tests.commands.test_faults import FILES as OUTPUT_FILES
-from dynident.tests.commands.test_faults import without, words
+from dynident.tests.commands.test_faults import OUTPUTS, without, words
 from dynident.tests.common.test_hostile_files import FILES
 
 ODD_NUMBERS = ("nan", "inf", "-inf", "1e308", "-1e308", "1e300", "5e-324", "1e-300", "9" * 5000)
@@ -145,6 +145,17 @@ def test_a_folder_is_no_file_to_write(name: str, tmp_path: Path) -> None:
                 for path in (".", "..", "/", ""):
                     line = one_line([*without(words(name), option), f"{option}={path}"])
                     assert f"{option} {path!r}: not a file" in line
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(name for name, _ in OUTPUT_FILES))
+def test_a_file_and_a_folder_to_write_are_two(name: str, tmp_path: Path) -> None:
+    with contextlib.chdir(tmp_path):
+        folders = [option for command, option, kind in OUTPUTS if (command, kind) == (name, "folder")]
+        for folder in folders:
+            for command, option in OUTPUT_FILES:
+                if command == name:
+                    line = without(without(words(name), option), folder)
+                    assert "names this file too" in one_line([*line, f"{option}=new", f"{folder}=./new"])
 
 
 def test_beside_a_device_no_options_are_written(tmp_path: Path) -> None:

@@ -64,3 +64,11 @@ def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path: Path, monkeypatc
         save_figure(new_figure(1.0, 1.0), path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("letter", ["x", "é", "日", "\U0001f916"])
+def test_names_as_long_as_the_disk_takes(letter: str, tmp_path: Path) -> None:
+    """255 bytes, whatever a letter takes of them."""
+    name = letter * (255 // len(letter.encode()))
+    write_text(tmp_path / name, "x")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
