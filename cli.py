@@ -9,6 +9,7 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 from typing import Any, NoReturn
@@ -83,6 +84,9 @@ def _complete(parser: argparse.ArgumentParser) -> None:
 def _prepare() -> None:
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by whoever started the command
+            setattr(sys, name, io.StringIO())
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Greek letters
@@ -93,7 +97,8 @@ def _faults() -> ModuleType:
 
 
 def _refused(message: str) -> int:
-    print(f"dynident: error: {one_line(message)}", file=sys.stderr)
+    with suppress(OSError):  # a full disk takes the line, not the status
+        print(f"dynident: error: {one_line(message)}", file=sys.stderr)
     return BAD_INPUT
 
 
@@ -125,7 +130,8 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"there is no {value!r}: {meant}give one of {choices}")
 
     def error(self, message: str) -> NoReturn:
-        print(f"{self.prog}: error: {one_line(message)} (see {self.prog} --help)", file=sys.stderr)
+        with suppress(OSError):
+            print(f"{self.prog}: error: {one_line(message)} (see {self.prog} --help)", file=sys.stderr)
         raise SystemExit(BAD_INPUT)
 
 

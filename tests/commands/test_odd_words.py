@@ -7,6 +7,8 @@ import argparse
 import contextlib
 import io
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -164,3 +166,19 @@ def test_beside_a_device_no_options_are_written(tmp_path: Path) -> None:
     parser = _parser(["check"])
     assert PageOptions(report=str(tmp_path / "a.html"), parser=parser).settings_file == tmp_path / "a.run.toml"
     assert PageOptions(report=str(pipe), parser=parser).settings_file is None
+
+
+@pytest.mark.parametrize(
+    ("line", "status"),
+    [
+        ("check gone.csv 2> /dev/full", 2),
+        ("check --gone 2> /dev/full", 2),
+        ("robot list >&-", 0),
+        ("check gone.csv 2>&-", 2),
+    ],
+)
+def test_streams_that_are_full_or_closed_keep_the_status(line: str, status: int) -> None:
+    program = f"{sys.executable} -c 'import sys; from dynident.cli import main; sys.exit(main())'"
+    ended = subprocess.run(["sh", "-c", f"{program} {line}"], capture_output=True, text=True, check=False)
+    assert ended.returncode == status
+    assert "dynident" not in ended.stdout
