@@ -110,6 +110,9 @@ def run(request: _Simulate) -> int:
     names = [robot.name for robot in types]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InputError(f"robots: {twice.pop()!r} twice: give each type once")
+    for name in names:
+        if name != Path(name).name or name == "..":
+            raise InputError(f"robots: {name!r} is no name of a folder, which each type gets: give it another name")
     known = [(robot, simulated_arms(robot, scenario)) for robot in types]
     players = [_Player.of(robot, request) for robot in types]
     root, lines = Path(made_folder(request.out)), list[str]()

@@ -9,6 +9,11 @@ def printable(text: str) -> str:
     return text if text.isprintable() else "".join(map(_printable, text))
 
 
+def holds_control(text: str) -> bool:
+    """Whether a text holds control letters beside ends of lines and tabs, which XML and terminals do not show."""
+    return any((letter < " " and letter not in "\n\t") or "\x7f" <= letter < "\xa0" for letter in text)
+
+
 def one_line(text: str) -> str:
     """A message in one line; of one too long to be read the middle is left out."""
     line = printable(" ".join(text.split()))

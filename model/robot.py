@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
+from ..common.letters import holds_control
 from .drives import Coupling, Drives, Spring
 from .motion import Processing
 from .pose import Pose
@@ -174,6 +175,7 @@ class Robot:
         if self.mass is not None and not 0.0 < self.mass < math.inf:
             raise ValueError("mass must be positive")
         self._check_lists()
+        self._check_texts()
         notes = list(self.snapped)
         object.__setattr__(self, "gravity", _snap_gravity(self.gravity, notes))
         joints = tuple(_snap(joint, j + 1, notes) for j, joint in enumerate(self.joints))
@@ -191,6 +193,15 @@ class Robot:
         slow = self.processing.slow_speed
         if isinstance(slow, tuple) and len(slow) != n:
             raise ValueError(f"slow_speed: give one number, or {n}")
+
+    def _check_texts(self) -> None:
+        """Refuse names that cannot be shown, and texts that no file can hold."""
+        for name in (self.name, *(name for names in self.joint_names for name in names)):
+            if not name.strip() or not name.isprintable():
+                raise ValueError(f"{name!r} is no name: give letters that can be seen")
+        for text in (self.title, self.payload_frame, *self.sources.values()):
+            if holds_control(text):
+                raise ValueError(f"{text[:40]!r} holds control letters: leave them out")
 
     @property
     def n(self) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ... import __version__
 from ...common.arrays import Array
+from ...common.letters import printable
 from .load import ControllerLoad
 
 _DIGITS = 10
@@ -115,5 +116,5 @@ def moment_digits(load: ControllerLoad) -> int | None:
 
 def _plain(line: str) -> str:
     """A comment that ends no comment, continues no line and is ASCII."""
-    text = " ".join(line.split()).replace("±", "+-").encode("ascii", "replace").decode("ascii")
+    text = printable(" ".join(line.split())).replace("±", "+-").encode("ascii", "replace").decode("ascii")
     return text.replace("--", "- -").replace("--", "- -").replace("*/", "* /").rstrip("\\")

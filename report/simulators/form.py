@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 from ... import __version__
+from ...common.letters import printable
 from ...estimation.possible import Labelled, LinkNumbers, WholeRobot
 from ..numbers import exact
 from .frames import gravity
@@ -205,4 +206,4 @@ def comment(lines: Iterable[str]) -> list[str]:
 
 def plain(text: str) -> str:
     """Text on one line that ends no comment."""
-    return " ".join(text.split()).replace("--", "- -").replace("--", "- -")
+    return printable(" ".join(text.split())).replace("--", "- -").replace("--", "- -")

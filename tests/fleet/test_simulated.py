@@ -119,6 +119,20 @@ def test_what_cannot_be_is_refused(
     assert "'rx90' twice: give each type once" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["..", "../beside", "/beside", "a/b"])
+def test_nothing_is_written_beside_the_folder(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A type's folder is called as its robot: a name that leads elsewhere is refused."""
+    lines = Path(SIX).read_text().splitlines()
+    renamed = [f'name = "{name}"' if line.startswith("name = ") else line for line in lines]
+    (tmp_path / "odd.toml").write_text("\n".join(renamed))
+    line = ["fleet", "simulate", str(tmp_path / "odd.toml"), "--out", str(tmp_path / "in" / "out")]
+    assert main(line) == 2
+    assert "no name of a folder" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["odd.toml"]
+
+
 @pytest.mark.parametrize("kind", ["cut", pytest.param("clock", marks=pytest.mark.long)])
 def test_a_damaged_log_is_refused_by_name(kind: str, tmp_path: Path) -> None:
     """A recording is cut after its first rows, or its clock runs back; the good one beside it is reduced."""

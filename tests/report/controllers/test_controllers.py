@@ -253,11 +253,12 @@ def test_limits_of_the_formats() -> None:
 @pytest.mark.parametrize("name", FORMATS)
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
     """A file name cannot end a comment, start a line of code or leave ASCII."""
-    source = "a--->\n*/ x := 1;\\"
+    source = "a--->\n*/ x := 1;\x1b[2J\x01\\"
     load = replace(load_of(SPECIAL["unlike entries"]), source=source, frame='tool0 µ "quoted"')
     check(name, load, SPECIAL["unlike entries"])
     text = FORMATS[name].text(load)
     assert text.isascii()
+    assert "".join(text.split("\n")).isprintable()
     assert not any(line.startswith(("*/", " x")) for line in text.splitlines())
 
 
