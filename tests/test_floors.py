@@ -26,6 +26,7 @@ FLOORS = {
     "live": ("packets", "fields", "connection", "client", "record", "script"),
     "fleet": (
         "passport",
+        "hints",
         "codec",
         "files",
         "answers",
