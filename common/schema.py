@@ -228,6 +228,8 @@ def _fault(error: msgspec.ValidationError, data: Any, kind: Any) -> ValueError:
         if index:  # msgspec does not say which key of a mapping it is
             kind = get_args(kind)[1]
             name = next(name for name, value in data.items() if not _fits(value, kind))
+        elif name not in _fields(kind):  # the tag that says which of several tables it is
+            return WrongKeyError(f"{key}.{name}"[1:], f"{shown(data.get(name))} is no kind of table known here")
         else:
             advice, kind = kind.advice.get(name, ""), _fields(kind)[name]
         key, data = f"{key}.{name}", data[name]
@@ -249,7 +251,8 @@ def _inner(text: str, cause: BaseException | None, kind: Any) -> WrongKeyError |
 
 
 def _missing(table: type[Table], key: str) -> str:
-    return f"missing: {table.advice.get(key) or 'must be ' + words(_fields(table)[key])}"
+    kind = _fields(table).get(key, str)  # a tag is no field
+    return f"missing: {table.advice.get(key) or 'must be ' + words(kind)}"
 
 
 def _unknown(table: type[Table], key: str) -> str:

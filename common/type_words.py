@@ -16,7 +16,8 @@ def words(kind: Any) -> str:
 def _words(node: inspect.Type, many: bool = False) -> str:
     match node:
         case inspect.UnionType(types=types):
-            return " or ".join(_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
+            kinds = (_words(kind, many) for kind in types if not isinstance(kind, inspect.NoneType))
+            return " or ".join(dict.fromkeys(kinds))
         case inspect.FloatType() | inspect.IntType():
             return _number_words(node, many)
         case inspect.TupleType() | inspect.VarTupleType():

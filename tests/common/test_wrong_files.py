@@ -147,6 +147,17 @@ def test_tables_of_each_tag_are_tried() -> None:
     assert {"com_sigma", "principal_moments", "active[1].multiplier"} <= keys
 
 
+@pytest.mark.parametrize("tag", [None, 3, "other", [], {}])
+def test_a_tag_of_no_table(tag: Any, tmp_path: Path) -> None:
+    file = next(file for file in FILES if file.name == "payload.json")
+    first, *others = file.data["estimates"]
+    with pytest.raises(InputError, match=r"payload\.json: key 'estimates\[1\]\.estimator': .* no kind of table"):
+        file.read(write(tmp_path, file, {**file.data, "estimates": [{**first, "estimator": tag}, *others]}))
+    first = {key: value for key, value in first.items() if key != "estimator"}
+    with pytest.raises(InputError, match=r"payload\.json: key 'estimates\[1\]\.estimator': missing: must be text"):
+        file.read(write(tmp_path, file, {**file.data, "estimates": [first, *others]}))
+
+
 @pytest.mark.parametrize("wrong", [{"xyz": [0.0, 0.0]}, {"rpy_deg": [0.0, 1e300, 0.0]}, {"xyz": [None, 0.0, 0.0]}])
 def test_a_flange_that_is_no_place(wrong: dict[str, Any], tmp_path: Path) -> None:
     file = next(file for file in FILES if file.name == "payload.json")
