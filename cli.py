@@ -119,7 +119,7 @@ class _Parser(argparse.ArgumentParser):
         """Refuse "--" as an option's value, which argparse drops."""
         if action.option_strings and "--" in words:
             raise argparse.ArgumentError(action, "'--' is no value")
-        return super()._get_values(action, words)  # type: ignore[misc]
+        return super()._get_values(action, words)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Say which choice may be meant."""

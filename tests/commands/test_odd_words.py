@@ -66,9 +66,10 @@ def test_no_option_takes_a_number_that_no_arm_has(command: str) -> None:
     """Refused, or read as a text; squares of what is taken are finite, and not lost beside others."""
     texts = [text for odd in ODD_NUMBERS for text in (odd, f"{odd}%", f"1,{odd}", ",".join(6 * [odd]))]
     for action in options(command):
-        for text in texts if callable(action.type) else ():
+        read: Any = action.type
+        for text in texts if callable(read) else ():
             with contextlib.suppress(argparse.ArgumentTypeError, ValueError):
-                taken = list(numbers(action.type(text)))
+                taken = list(numbers(read(text)))
                 assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in taken), (action.option_strings, text)
 
 

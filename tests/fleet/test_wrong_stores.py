@@ -19,7 +19,18 @@ from dynident.tests.commands.lines import LINES, make_passports
 from dynident.tests.commands.test_faults import run
 from dynident.tests.frozen.inputs import unpack
 
-ODD = (None, True, -1, 1e300, "x", [], ["x", "x"], {"number": "nan"}, {"kind": ["Log", {}]}, {"array": [0, 3]})
+ODD: tuple[Any, ...] = (
+    None,
+    True,
+    -1,
+    1e300,
+    "x",
+    [],
+    ["x", "x"],
+    {"number": "nan"},
+    {"kind": ["Log", {}]},
+    {"array": [0, 3]},
+)
 TABLES = {
     "a byte that is no text": b"\xff",
     "no header": b"",
