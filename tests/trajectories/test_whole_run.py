@@ -19,7 +19,7 @@ from dynident.trajectories import (
 )
 from dynident.trajectories.design import missed_on_run
 from dynident.trajectories.design.score import FINER, score_samples
-from dynident.trajectories.design.whole_run import REHEARSAL, by_torques_alone, kept_throughout
+from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)
@@ -86,7 +86,7 @@ def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() 
             assert np.abs(outcome.x).max() == pytest.approx(np.abs(X).max(), rel=0.05)
             assert outcome.score.value > score.value
         else:
-            assert not by_torques_alone(outcome)
+            assert harder(tight, outcome) is None
             assert outcome.missed[0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
 
 

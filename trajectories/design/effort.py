@@ -1,10 +1,12 @@
 """How long a search goes on, and how it descends."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..motions.near import FreeNear
 from ..motions.via_points import FreeViaPoints
 from .problem import DesignProblem
+from .score import Score
 
 _MOST = 400  # numbers whose curvature is kept as a matrix
 
@@ -44,3 +46,23 @@ def effort_of(problem: DesignProblem) -> Effort:
     if family.size <= _MOST and isinstance(family, FreeViaPoints) and problem.criterion.weighted:
         return _VIA
     return _FRESH
+
+
+@dataclass
+class Worth:
+    """Whether stages of a search still gain.
+
+    Attributes:
+        gain: a stage that gains less is the last of its kind; None where any may be followed by a better one.
+        value: the last motion's criterion; None where it did not keep its limits.
+    """
+
+    gain: float | None
+    value: float | None = None
+
+    def __call__(self, score: Score) -> bool:
+        """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
+        before, self.value = self.value, score.value if score.feasible else None
+        if self.gain is None or before is None or self.value is None:
+            return True
+        return before - self.value > self.gain

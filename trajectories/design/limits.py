@@ -17,10 +17,14 @@ from .information import RegressorKernel
 
 
 class State(NamedTuple):
-    """A motion's samples and the regressor's entries on them; or slopes of one number in both, to be added to."""
+    """A motion's samples and the regressor's entries on them; or slopes of one number in both, to be added to.
+
+    ``width``: of the smoothed sign in the entries [rad/s or m/s]; 0 for the exact one.
+    """
 
     samples: Samples
     entries: Array
+    width: float = 0.0
 
 
 Penalty = Callable[[State, State], float]

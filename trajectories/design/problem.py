@@ -18,6 +18,7 @@ from .information import RegressorKernel
 from .limits import Limit, LimitCheck, Penalty, State, check
 from .payloads import PayloadSet
 from .scene import Scene
+from .slow_limit import slow_limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +85,15 @@ class DesignProblem:
         )
         return replace(self, limits=tuple(limits))
 
+    def with_slow_torques(self, speed: float) -> "DesignProblem":
+        """Ask besides that the same way keeps the torque limits at a fraction of the speed."""
+        slow = (slow_limit(self.kernel, limit, speed) for limit in self.limits if limit.kind == "torque")
+        return replace(self, limits=(*self.limits, *slow))
+
     def state(self, x: Array, width: float, finer: int = 1) -> State:
         """Samples and regressor; ``width`` 0 for the exact sign."""
         samples = self.family.sample(x, finer)
-        return State(samples, self.kernel.entries(samples, width))
+        return State(samples, self.kernel.entries(samples, width), width)
 
     def at_rest(self, poses: Array) -> State:
         """The arm held at poses (N, n)."""

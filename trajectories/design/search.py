@@ -14,12 +14,12 @@ from ...model import Motion
 from ..motions.samples import Plan
 from .criterion import ORDERS, STARTS
 from .descent import Minimum, Smooth, minimised
-from .effort import Effort, effort_of
+from .effort import Effort, Worth, effort_of
 from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import Learnt, Score
 from .settle import FINE_WIDTH, WIDTH, Multipliers, eased_within
-from .whole_run import below_limits, by_torques_alone, kept_throughout
+from .whole_run import harder, kept_throughout
 
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
 _ASTRAY = 0.1  # in the limits' units: what violates more after the first look seldom comes back
@@ -98,7 +98,8 @@ def solve_design(
 
     Several random starts are improved for a while, the best of them to the end; then the limits are checked on
     a grid ten times finer, and drawn in where the motion oversteps them between samples. At last the whole run is
-    looked at: where it misses a torque limit, the motion is eased, or searched for once more below that limit.
+    looked at, and the slow rehearsal where there is one: where they miss a torque limit, the motion is eased, or
+    the search goes on from it below that limit, with the rehearsal's torques as limits too.
     Ctrl-C ends the search with the best motion so far.
 
     Args:
@@ -114,20 +115,23 @@ def solve_design(
     starts = STARTS[problem.criterion.kind] if starts is None else starts
     search = _searched(problem, seed, starts, progress)
     outcome = kept_throughout(problem, *search.found)
-    if outcome.missed and by_torques_alone(outcome) and not search.interrupted:
-        lower = _searched(below_limits(problem, outcome), seed, starts, progress)
-        lower.evaluations += search.evaluations
-        search, x = lower, lower.found[0]
-        outcome = kept_throughout(problem, x, lower.found[1].judged_by(problem))
+    further = None if search.interrupted else harder(problem, outcome)
+    if further is not None:
+        evaluations, search = search.evaluations, _searched(further, seed, 1, progress, search.found[0])
+        search.evaluations += evaluations
+        x, score = search.found
+        outcome = kept_throughout(problem, x, score.judged_by(problem))
     plan, cpu = problem.family.plan(outcome.x), time.process_time() - begun
     return Design(
         problem, plan, outcome.score, seed, starts, search.evaluations, cpu, search.interrupted, outcome.missed
     )
 
 
-def _searched(problem: DesignProblem, seed: int, starts: int, progress: Callable[[Step], None]) -> "_Search":
+def _searched(
+    problem: DesignProblem, seed: int, starts: int, progress: Callable[[Step], None], begin: Array | None = None
+) -> "_Search":
     """A search that has come to its end, or was interrupted."""
-    search = _Search(problem, np.random.default_rng(seed), progress)
+    search = _Search(problem, np.random.default_rng(seed), progress, begin)
     try:
         search.run(starts)
     except KeyboardInterrupt:
@@ -142,6 +146,7 @@ class _Search:
     Attributes:
         draw: random numbers of the starts.
         progress: called after each stage.
+        begin: where another search ended; None for random starts.
         evaluations: of criterion and gradient.
         best: the motion and its score.
         interrupted: whether it was stopped before its end.
@@ -150,6 +155,7 @@ class _Search:
     problem: DesignProblem
     draw: np.random.Generator
     progress: Callable[[Step], None]
+    begin: Array | None = None
     evaluations: int = 0
     best: tuple[Array, Score] | None = None
     interrupted: bool = False
@@ -168,9 +174,12 @@ class _Search:
         return effort_of(self.problem)
 
     def run(self, starts: int) -> None:
-        """Improve random starts for a while, the best of them to the end; then settle it within its limits."""
-        course, effort = self._best_start(starts), self.effort
-        worth = _Worth(effort.gain)
+        """Improve random starts for a while, the best of them to the end; then settle it within its limits.
+
+        A search that goes on from another one's end has that start alone.
+        """
+        course, effort = self._best_start(starts) if self.begin is None else self._begun(0), self.effort
+        worth = Worth(effort.gain)
         order = ORDERS[self.problem.criterion.kind][-1]
         for stage in range(effort.stages - 1):
             if not worth(self._improved(course, order, WIDTH, effort.refined, f"refined {stage + 1}")):
@@ -212,8 +221,8 @@ class _Search:
         return astray, merit, course.number
 
     def random(self) -> Array:
-        """A motion to start from."""
-        return self.problem.family.random(self.draw, self.problem.clear)
+        """A motion to start from: where another search ended, or a random one."""
+        return self.problem.family.random(self.draw, self.problem.clear) if self.begin is None else self.begin
 
     def consider(self, x: Array, text: str) -> Score:
         """Judge a motion, made slower or smaller if that is enough to keep the limits; remember the best."""
@@ -265,26 +274,6 @@ class _Course:
     x: Array
     limits: Multipliers
     curvature: Array | None = None
-
-
-@dataclass
-class _Worth:
-    """Whether stages of a search still gain.
-
-    Attributes:
-        gain: a stage that gains less is the last of its kind; None where any may be followed by a better one.
-        value: the last motion's criterion; None where it did not keep its limits.
-    """
-
-    gain: float | None
-    value: float | None = None
-
-    def __call__(self, score: Score) -> bool:
-        """Whether to go on: the last motion or this one misses a limit, or this one is clearly better."""
-        before, self.value = self.value, score.value if score.feasible else None
-        if self.gain is None or before is None or self.value is None:
-            return True
-        return before - self.value > self.gain
 
 
 def _rank(score: Score) -> tuple[float, float]:

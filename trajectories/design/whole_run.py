@@ -25,6 +25,7 @@ _NEWTON = 4  # steps to the moment of a turn
 _BESIDE = 1e-7  # s: before and after a turn
 _BETWEEN = 0.05  # of a torque limit: what a search may miss between its samples, where friction leaps
 _EASES = 6  # each twice as much as the last
+_LEAST = 1e-3  # slower or smaller by so much at first
 _BELOW = 1.5  # times what a run misses: a search below the limit leaves that free
 
 
@@ -33,12 +34,19 @@ class Kept(NamedTuple):
 
     Attributes:
         score: of it.
-        missed: limits that the whole run misses, the worst first.
+        run: limits that the whole run misses, the worst first.
+        rehearsal: those that its slow rehearsal misses, where there is one.
     """
 
     x: Array
     score: Score
-    missed: tuple[LimitCheck, ...]
+    run: tuple[LimitCheck, ...] = ()
+    rehearsal: tuple[LimitCheck, ...] = ()
+
+    @property
+    def missed(self) -> tuple[LimitCheck, ...]:
+        """Limits missed by either."""
+        return self.run + self.rehearsal
 
 
 def missed_on_run(problem: DesignProblem, plan: Plan, rate: float = RUN_RATE) -> tuple[LimitCheck, ...]:
@@ -63,37 +71,46 @@ def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
     Args:
         score: of the motion x; one that misses a limit on its own samples is left as it is.
     """
-    first = Kept(x, score, _missed(problem, problem.family.plan(x)) if score.feasible else ())
-    if not first.missed or not by_torques_alone(first):
+    first = _looked_at(problem, x, score)
+    if not first.missed or not _by_torques(first.missed, _BETWEEN):
         return first
     for ease in range(_EASES):
-        eased = problem.family.eased(x, 1.0 + 2.0**ease * _most(first), 1.0)
-        after = score_samples(problem, problem.family.sample(eased, FINER))
-        if after.feasible and not _missed(problem, problem.family.plan(eased)):
-            return Kept(eased, after, ())
+        eased = problem.family.eased(x, 1.0 + 2.0**ease * max(_most(first.missed), _LEAST), 1.0)
+        after = _looked_at(problem, eased, score_samples(problem, problem.family.sample(eased, FINER)))
+        if after.score.feasible and not after.missed:
+            return after
     return first
 
 
-def by_torques_alone(outcome: Kept) -> bool:
-    """Whether a run misses torque limits only, and by no more than what may happen between samples."""
-    return all(check.name.startswith("torque") and check.relative < _BETWEEN for check in outcome.missed)
+def harder(problem: DesignProblem, outcome: Kept) -> DesignProblem | None:
+    """What to search for where a whole run misses torque limits; None where it misses what a search sees itself.
+
+    What a run misses between samples is taken off the limits, and some more; a rehearsal's torques become limits
+    of their own.
+    """
+    if not outcome.missed or not _by_torques(outcome.run, _BETWEEN) or not _by_torques(outcome.rehearsal, np.inf):
+        return None
+    lower = problem.with_torque_share(1.0 - _BELOW * _most(outcome.run))
+    return lower.with_slow_torques(REHEARSAL) if outcome.rehearsal else lower
 
 
-def below_limits(problem: DesignProblem, outcome: Kept) -> DesignProblem:
-    """The problem with torque limits lowered by what a run misses, and some more."""
-    return problem.with_torque_share(1.0 - _BELOW * _most(outcome))
-
-
-def _missed(problem: DesignProblem, plan: Plan) -> tuple[LimitCheck, ...]:
+def _looked_at(problem: DesignProblem, x: Array, score: Score) -> Kept:
     """Limits that count in the whole run, and in its rehearsal where there is one."""
-    missed = missed_on_run(problem, plan)
-    if isinstance(plan, NearMotion):
-        missed += missed_on_run(problem, plan.slowed(REHEARSAL), REHEARSAL * RUN_RATE)
-    return missed
+    if not score.feasible:
+        return Kept(x, score)
+    plan = problem.family.plan(x)
+    slow = plan.slowed(REHEARSAL) if isinstance(plan, NearMotion) else None
+    rehearsal = missed_on_run(problem, slow, REHEARSAL * RUN_RATE) if slow is not None else ()
+    return Kept(x, score, missed_on_run(problem, plan), rehearsal)
 
 
-def _most(outcome: Kept) -> float:
-    return max((check.relative for check in outcome.missed), default=0.0)
+def _by_torques(missed: tuple[LimitCheck, ...], most: float) -> bool:
+    """Whether torque limits alone are missed, and by less than ``most`` of them."""
+    return all(check.name.startswith("torque") and check.relative < most for check in missed)
+
+
+def _most(missed: tuple[LimitCheck, ...]) -> float:
+    return max((check.relative for check in missed), default=0.0)
 
 
 def _blocks(plan: Plan, rate: float) -> Iterator[Motion]:
