@@ -17,8 +17,9 @@ from dynident.trajectories import (
     build_design,
     score_motion,
 )
-from dynident.trajectories.design import missed_on_run
+from dynident.trajectories.design import holding_torques, missed_on_run
 from dynident.trajectories.design.score import FINER, score_samples
+from dynident.trajectories.design.settle import drawn_back
 from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
@@ -88,6 +89,19 @@ def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() 
         else:
             assert harder(tight, outcome) is None
             assert outcome.missed[0].relative == pytest.approx(1.0 / share - 1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("times", [1.5, 2.0])
+def test_a_motion_that_is_too_large_is_drawn_back_until_it_keeps_its_limits(times: float) -> None:
+    """No further than a few steps; where no size helps it stays as it is."""
+    large = times * X
+    before, after = (score_samples(FREE, FREE.family.sample(x, FINER)) for x in (large, drawn_back(FREE, large)))
+    assert not before.feasible
+    assert after.feasible
+    assert after.value > before.value
+    assert min(limit.room for limit in after.limits) < 0.35
+    hopeless = problem(0.5 * holding_torques(FREE, POSE[None]) + 1.0)
+    assert np.array_equal(drawn_back(hopeless, large), large)
 
 
 def test_the_rehearsal_counts() -> None:

@@ -18,7 +18,7 @@ from .effort import Effort, Worth, effort_of
 from .limits import LimitCheck
 from .problem import DesignProblem
 from .score import Learnt, Score
-from .settle import FINE_WIDTH, WIDTH, Multipliers, eased_within
+from .settle import FINE_WIDTH, WIDTH, Multipliers, drawn_back, eased_within
 from .whole_run import harder, kept_throughout
 
 _MARGIN = 0.01  # of a limit, between samples; the settling adapts it
@@ -176,7 +176,8 @@ class _Search:
     def run(self, starts: int) -> None:
         """Improve random starts for a while, the best of them to the end; then settle it within its limits.
 
-        A search that goes on from another one's end has that start alone.
+        A search that goes on from another one's end has that start alone. One that does not come within its limits
+        draws its last motion back.
         """
         course, effort = self._best_start(starts) if self.begin is None else self._begun(0), self.effort
         worth = Worth(effort.gain)
@@ -187,9 +188,11 @@ class _Search:
         worth(self._improved(course, order, FINE_WIDTH, effort.refined, f"refined {effort.stages}"))
         for turn in range(effort.turns):
             if course.limits.settle(self.problem, course.x):
-                break
+                return
             if not worth(self._improved(course, order, FINE_WIDTH, effort.settled, f"settled {turn + 1}")):
-                break
+                return
+        for x in (course.x, self.found[0]):
+            self.consider(drawn_back(self.problem, x), "drawn back")
 
     def _best_start(self, starts: int) -> "_Course":
         """The most promising of some random starts, improved for a while.

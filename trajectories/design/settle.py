@@ -19,6 +19,7 @@ WIDTH, FINE_WIDTH = 0.05, 0.01
 _SAFETY = 1e-3  # of a limit: stays free on the fine grid
 _ROOM = 5e-4  # of a limit: for what a motion does between the samples of the fine grid
 _BEYOND = 0.2  # of a limit: what misses it by more is not mended by going slower
+_EASES, _MORE = 14, 1.5  # each so many times as much as the last
 _SMALL = 0.01  # in the limits' units: smaller violations are left to the multipliers
 _SHRINK = 0.3  # what an update should leave of a violation
 _STIFFER, _STIFFEST = 4.0, 1e4
@@ -109,6 +110,27 @@ def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
     score = score_samples(problem, problem.family.sample(x, FINER))
     if score.max_violation > _BEYOND:
         return x, score
+    slower, smaller = _overstepped(score)
+    if slower == 1.0 and smaller == 1.0:
+        return x, score
+    eased = problem.family.eased(x, slower, smaller)
+    after = score_samples(problem, problem.family.sample(eased, FINER))
+    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
+
+
+def drawn_back(problem: DesignProblem, x: Array) -> Array:
+    """The motion slower and smaller by more and more until it keeps all limits; as it is where that never does."""
+    slower, smaller = _overstepped(score_samples(problem, problem.family.sample(x, FINER)))
+    for ease in range(_EASES):
+        times = _MORE**ease
+        eased = problem.family.eased(x, 1.0 + times * (slower - 1.0), smaller**times)
+        if score_samples(problem, problem.family.sample(eased, FINER)).feasible:
+            return eased
+    return x
+
+
+def _overstepped(score: Score) -> tuple[float, float]:
+    """How many times slower and smaller a motion would have to be if all that it misses went with its size."""
     slower, smaller = 1.0, 1.0
     for limit in score.limits:
         if limit.room >= _ROOM:
@@ -117,8 +139,4 @@ def eased_within(problem: DesignProblem, x: Array) -> tuple[Array, Score]:
             smaller = min(smaller, 1.0 / (1.0 + _ROOM - limit.room))
         elif limit.name != "duration":
             slower = max(slower, 1.0 + _ROOM - limit.room)
-    if slower == 1.0 and smaller == 1.0:
-        return x, score
-    eased = problem.family.eased(x, slower, smaller)
-    after = score_samples(problem, problem.family.sample(eased, FINER))
-    return (eased, after) if after.max_violation <= max(score.max_violation, TOLERANCE) else (x, score)
+    return slower, smaller
