@@ -23,6 +23,8 @@ from .options import (
 )
 from .values import positive_number, whole
 
+_PLANNED_RATE = 250.0  # Hz: at which a planned motion is looked at, at least
+
 
 @dataclass(frozen=True)
 class _Scored(Options):
@@ -67,7 +69,10 @@ def run(
 
 
 def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: float | None) -> model.Motion:
-    """The motion of a file: as planned where it has accelerations, else filtered like a recording."""
+    """The motion of a file: as planned where it has accelerations, else filtered like a recording.
+
+    Planned samples are joined by quintics, so that limits are looked at between them too.
+    """
     if log_map:
         recording = _mapped(path, robot, log_map)
     else:
@@ -75,7 +80,8 @@ def _logged_motion(path: str, robot: model.Robot, log_map: str | None, cutoff: f
         if table.qd is not None and table.qdd is not None:
             if cutoff is not None:
                 raise InputError(f"{path}: has accelerations and is not filtered: leave --cutoff out")
-            return model.Motion(table.t, table.q, table.qd, table.qdd)
+            planned = model.Motion(table.t, table.q, table.qd, table.qdd)
+            return trajectories.motions.joined(planned, _PLANNED_RATE)
         recording = model.Recording(table.t, table.q, np.zeros_like(table.q), table.qd, path)
     processing = robot.processing if cutoff is None else replace(robot.processing, cutoff=cutoff)
     return estimation.signals.measurement(recording, processing).motion

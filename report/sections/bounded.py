@@ -14,11 +14,13 @@ def payload_notes(problem: DesignProblem, score: Score) -> list[str]:
     payloads = problem.payloads
     if payloads is None:
         return []
+    missed = any(limit.name.startswith("torque") and str(limit) in score.violations for limit in score.limits)
+    hold = "do NOT hold" if missed else "hold"
     shares = holding_torques(problem, score.samples.q) / problem.bounds.torque
     joint = int(np.argmax(shares))
+    bounds = f"up to {payloads.mass:g} kg {region_in_words(payloads)}, down to none"
     return [
-        f"Torque limits hold for every payload up to {payloads.mass:g} kg {region_in_words(payloads)}, down to "
-        "none.",
+        f"Torque limits {hold} for every payload {bounds}.",
         f"Power cut on the way: the brake of joint {joint + 1} then holds up to {100 * shares[joint]:.0f} % of its "
         "torque limit.",
     ]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.model import load_robot
+from dynident.model import Motion, load_robot
 from dynident.trajectories import SampledTrajectory, plan_point_to_point
-from dynident.trajectories.motions import random_points
+from dynident.trajectories.motions import joined, random_points
 
 RX90 = load_robot("rx90")
 T = np.linspace(0.0, 2.0, 201)
@@ -31,6 +31,21 @@ def test_between_samples_it_is_the_motion(derivatives: int) -> None:
     tolerances = {1: (1e-9, 1e-7, 1e-4), 2: (1e-7, 1e-5, 5e-3), 3: (1e-11, 1e-9, 1e-6)}[derivatives]
     for values, true, tolerance in zip(trajectory.at(fine), bump(fine), tolerances, strict=True):
         assert np.abs(values - true).max() < tolerance * np.abs(true).max()
+
+
+@pytest.mark.parametrize("rate", [50.0, 1000.0])
+def test_sparse_samples_are_joined_to_the_motion(rate: float) -> None:
+    """Every sample stays, none lies farther from the next than asked; dense ones are left as they are."""
+    few = np.unique(np.concatenate([T[::5], [0.731, 1.999]]))
+    motion = Motion(few + 3.0, *bump(few))
+    dense = joined(motion, rate)
+    assert np.isin(motion.t, dense.t).all()
+    assert np.diff(dense.t).max() <= (1.0 + 1e-5) / rate
+    for values, true, tolerance in zip(
+        (dense.q, dense.qd, dense.qdd), bump(dense.t - 3.0), (1e-6, 1e-5, 1e-3), strict=True
+    ):
+        assert np.abs(values - true).max() < tolerance * np.abs(true).max()
+    assert joined(dense, rate) is dense
 
 
 def test_it_rests_before_and_after() -> None:

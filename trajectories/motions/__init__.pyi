@@ -10,6 +10,7 @@ from .point_to_point import PointToPoint as PointToPoint
 from .point_to_point import plan_point_to_point as plan_point_to_point
 from .point_to_point import plan_stops as plan_stops
 from .sampled import SampledTrajectory as SampledTrajectory
+from .sampled import joined as joined
 from .samples import Plan as Plan
 from .samples import Samples as Samples
 from .samples import Shape as Shape

@@ -8,10 +8,11 @@ import numpy as np
 
 from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
-from ...model import Robot
+from ...model import Motion, Robot
 from .samples import Plan
 
 _REST = 0.01  # of the largest speed: what still counts as rest at the ends
+_ROUNDING = 1e-6  # of a step: what times written in decimals are longer
 _OVER = 1.02  # of a limit: rounding and the curve between samples
 
 
@@ -91,7 +92,7 @@ class SampledTrajectory(Plan):
 
     @cached_property
     def _curves(self) -> tuple[Any, Any, Any]:
-        from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
+        from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
         if self.qd is None:
             rest = [(1, np.zeros(self.q.shape[1])), (2, np.zeros(self.q.shape[1]))]
@@ -99,9 +100,29 @@ class SampledTrajectory(Plan):
         elif self.qdd is None:
             curve = CubicHermiteSpline(self.t, self.q, self.qd)
         else:
-            curve = BPoly.from_derivatives(self.t, np.stack([self.q, self.qd, self.qdd], axis=1))
+            curve = _quintics(self.t, self.q, self.qd, self.qdd)
         return (
             curve,
             curve.derivative(),
             curve.derivative(2) if self.qdd is None else curve.derivative().derivative(),
         )
+
+
+def joined(motion: Motion, rate: float) -> Motion:
+    """Samples at no less than ``rate`` [Hz]: where they lie farther apart, more on the quintics through them."""
+    parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
+    if (parts <= 1).all():
+        return motion
+    steps = np.repeat(np.diff(motion.t) / parts, parts)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    t = np.append(np.repeat(motion.t[:-1], parts) + (np.arange(parts.sum()) - first) * steps, motion.t[-1])
+    curve = _quintics(motion.t, motion.q, motion.qd, motion.qdd)
+    speed = curve.derivative()
+    return Motion(t, curve(t), speed(t), speed.derivative()(t))
+
+
+def _quintics(t: Array, q: Array, qd: Array, qdd: Array) -> Any:
+    """One between each two samples, by positions, speeds and accelerations at both."""
+    from scipy.interpolate import BPoly
+
+    return BPoly.from_derivatives(t, np.stack([q, qd, qdd], axis=1))
