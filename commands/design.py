@@ -84,11 +84,12 @@ def run(
     title, samples = f"Motion of {robot.title or robot.name}", design.motion(FIGURE_RATE)
     replay = _replayed(design) if files.val3 else None
     judged = Judged(title, design.score, samples, design, floor, replay)
-    show(files, request, judged, limits, goal, arm)
     written = report.motions.WrittenMotion(
         robot, design.plan, request.problem.bounds, report.motions.design_head(design)
     )
-    files.check_replays(request.problem, written)
+    bounded = request.problem.payloads is not None
+    files.check_replays(limits.whole(request.problem), written, val3=files.has("val3") and bounded)
+    show(files, request, judged, limits, goal, arm)
     files.write(written)
     view.write_view(lambda: report.view.view_of(robot, samples, problem=request.problem))
     return ANSWERED

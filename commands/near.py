@@ -72,8 +72,10 @@ def run(
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
+    written = report.motions.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
+    files.check_replays(limits.whole(design.problem), written)
     files.show(screen)
-    files.write_all(result, bounds)
+    files.write_all(result, written)
     samples = design.motion(FIGURE_RATE)
     files.write_page(lambda: report.near_page(result, samples, screen, files.provenance({}, limits, arm)))
     view.write_view(lambda: report.view.view_of(robot, samples, problem=design.problem))

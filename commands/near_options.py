@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -102,19 +102,16 @@ class NearFiles(MotionFiles):
         help="the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)",
     )
 
-    def write_all(self, result: report.NearResult, bounds: trajectories.JointBounds) -> None:
+    def write_all(self, result: report.NearResult, written: report.motions.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""
-        robot, head = result.robot, report.near_head
-        written = report.motions.WrittenMotion(robot, result.motion, bounds, head(result, 1.0))
-        self.check_replays(result.design.problem, written)
         self.write(written)
         path = self.rehearsal
         if path is None and self.samples:
             beside = Path(self.samples)
             path = str(beside.with_name(f"{beside.stem}_rehearsal{beside.suffix}"))
         for name, speed in _runs_before(path, result.ladder) if path else ():
-            written = report.motions.WrittenMotion(robot, result.motion.slowed(speed), bounds, head(result, speed))
-            write_text(name, report.motions.csv_text(written, self.rate))
+            slow = replace(written, plan=result.motion.slowed(speed), head=report.near_head(result, speed))
+            write_text(name, report.motions.csv_text(slow, self.rate))
         if self.json:
             report.documents.write_json(
                 self.json, report.documents.near_document(result.design, result.motion, *result[1:])

@@ -147,6 +147,10 @@ class LimitOptions(Options):
             robot, override=self.speed_override, acceleration=acceleration, torque=torque
         )
 
+    def whole(self, problem: trajectories.DesignProblem) -> trajectories.DesignProblem:
+        """The problem with the whole of the torque limits, the share that a design leaves free included."""
+        return problem.with_torque_share(1.0 / (1.0 - (self.torque_margin or 0.0)))
+
     def read_scene(self) -> trajectories.Scene | None:
         """What the motion keeps clear of."""
         return trajectories.read_scene(self.scene) if self.scene else None

@@ -12,7 +12,7 @@ from .outputs import PageOptions
 from .reading import option
 
 _RATE = 250.0  # Hz, of samples
-_INTERPOLATED = 1e-9  # of a limit: what a replay may miss it by
+_REPLAY_RATE = 1000.0  # Hz: at which controllers' own curves are looked at, and at their turns
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,28 @@ class MotionFiles(PageOptions):
         """Samples a second [Hz]."""
         return self.sample_rate or _RATE
 
-    def check_replays(self, problem: trajectories.DesignProblem, written: report.motions.WrittenMotion) -> None:
-        """Refuse files whose controllers, by their own interpolation, break a torque limit or touch something."""
-        ros2 = self.rate if self.ros2 else None
-        urscript = (self.controller_rate or report.motions.CONTROLLER_RATE) if self.urscript else None
-        for controller, motion in report.motions.controller_replays(written, ros2, urscript).items():
-            for limit in trajectories.design.checks_of_run(problem, motion):
-                if limit.relative > _INTERPOLATED:
-                    raise InputError(
-                        f"as {controller} joins the samples the motion does not keep its limits ({limit}): write "
-                        "more of them a second, or leave more room by --torque-margin"
-                    )
+    def check_replays(
+        self, problem: trajectories.DesignProblem, written: report.motions.WrittenMotion, val3: bool = False
+    ) -> None:
+        """Refuse files whose controllers, by their own interpolation, break a limit or touch something.
+
+        Args:
+            problem: whose limits count, whole: what a design leaves free of the torques is for this.
+            written: the motion.
+            val3: whether VAL3's own moves count too.
+
+        Raises:
+            InputError: says which, and by how much.
+        """
+        rates = report.motions.Rates(
+            self.rate if self.ros2 else None,
+            (self.controller_rate or report.motions.CONTROLLER_RATE) if self.urscript else None,
+        )
+        for replay in report.motions.controller_replays(written, rates, val3):
+            for limit in trajectories.design.missed_on_replay(problem, replay.plan, _REPLAY_RATE):
+                raise InputError(
+                    f"as {replay.words} the motion does not keep its limits ({limit}): {replay.advice}"
+                )
 
     def write(self, written: report.motions.WrittenMotion) -> None:
         """Write a motion with its head in the formats asked for."""

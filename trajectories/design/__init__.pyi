@@ -29,4 +29,5 @@ from .search import Design as Design
 from .search import Step as Step
 from .search import solve_design as solve_design
 from .whole_run import REHEARSAL as REHEARSAL
+from .whole_run import missed_on_replay as missed_on_replay
 from .whole_run import missed_on_run as missed_on_run

@@ -1,6 +1,6 @@
 """How much a motion would teach, and how near it comes to its limits: exact sign, fine grid."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -96,11 +96,18 @@ def score_motion(problem: DesignProblem, motion: Motion) -> Score:
     return score_samples(problem, _samples(motion))
 
 
-def checks_of_run(problem: DesignProblem, motion: Motion) -> tuple[LimitCheck, ...]:
-    """Torque and clearance limits along all of a run, the ways between poses included, as a controller makes it."""
+def checks_of_run(problem: DesignProblem, motion: Motion, further: Sequence[Limit] = ()) -> tuple[LimitCheck, ...]:
+    """Torque and clearance limits along all of a run, the ways between poses included, as a controller makes it.
+
+    Args:
+        problem: whose limits count.
+        motion: the run.
+        further: limits that count besides.
+    """
     samples = _samples(motion)
     state = State(samples, problem.kernel.entries(samples, 0.0))
-    return tuple(check(limit, state) for limit in problem.limits if limit.kind in ("torque", "clearance"))
+    own = [limit for limit in problem.limits if limit.kind in ("torque", "clearance")]
+    return tuple(check(limit, state) for limit in (*own, *further))
 
 
 def holding_torques(problem: DesignProblem, poses: Array) -> Array:

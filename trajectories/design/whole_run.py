@@ -4,7 +4,7 @@ Dry friction turns its sign with a joint's speed, so that a torque may leap betw
 at on a dense grid, and just before and after each turn.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from ...common.arrays import Array
 from ...model import Motion
 from ..motions.near import NearMotion
 from ..motions.samples import Plan, sample_count
-from .limits import LimitCheck
+from .limits import Limit, LimitCheck, state_limit
 from .problem import DesignProblem
 from .score import FINER, TOLERANCE, Score, checks_of_run, score_samples
 
@@ -49,20 +49,33 @@ class Kept(NamedTuple):
         return self.run + self.rehearsal
 
 
-def missed_on_run(problem: DesignProblem, plan: Plan, rate: float = RUN_RATE) -> tuple[LimitCheck, ...]:
+def missed_on_run(
+    problem: DesignProblem, plan: Plan, rate: float = RUN_RATE, further: Sequence[Limit] = ()
+) -> tuple[LimitCheck, ...]:
     """Torque and clearance limits that a run misses, the ways between two poses included; the worst first.
 
     Args:
+        problem: whose limits count.
+        plan: the run.
         rate: of the grid [Hz]; the moments just before and after each joint's turns come on top.
+        further: limits that count besides.
     """
-    if not any(limit.kind in ("torque", "clearance") for limit in problem.limits):
+    if not further and not any(limit.kind in ("torque", "clearance") for limit in problem.limits):
         return ()
     worst: dict[str, LimitCheck] = {}
     for motion in _blocks(plan, rate):
-        for check in checks_of_run(problem, motion):
+        for check in checks_of_run(problem, motion, further):
             if check.relative > max(TOLERANCE, worst[check.name].relative if check.name in worst else 0.0):
                 worst[check.name] = check
     return tuple(sorted(worst.values(), key=lambda check: -check.relative))
+
+
+def missed_on_replay(problem: DesignProblem, plan: Plan, rate: float) -> tuple[LimitCheck, ...]:
+    """Limits that a run misses whose curves are a controller's own: positions and speeds too; the worst first."""
+    low, high = (np.atleast_2d(reach) for reach in problem.family.reach)
+    speed = problem.bounds.speed
+    states = state_limit("position", low.min(axis=0), high.max(axis=0)), state_limit("speed", -speed, speed)
+    return missed_on_run(problem, plan, rate, states)
 
 
 def kept_throughout(problem: DesignProblem, x: Array, score: Score) -> Kept:
