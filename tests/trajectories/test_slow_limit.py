@@ -57,8 +57,8 @@ def weak(case: Case, seed: int) -> Case:
     unsafe = solve_design(case.problem(None), seed=seed, starts=1)
     fast = worst_shares(case.robot, unsafe.motion(RATE), case.payloads, np.ones(case.robot.n))
     friction = np.array([case.robot.parameters[f"FS{j + 1}"] for j in range(case.robot.n)])
-    held = 1.1 * (holding_torques(case.problem(case.payloads), case.shape.poses) + friction)
-    torque = np.minimum(case.bounds.torque, np.maximum(0.85 * fast, held))
+    needed = 1.1 * (holding_torques(case.problem(case.payloads), case.shape.poses) + friction)
+    torque = np.minimum(case.bounds.torque, np.maximum(0.85 * fast, needed))
     return case._replace(bounds=replace(case.bounds, torque=torque))
 
 
@@ -84,19 +84,19 @@ def test_what_a_search_goes_on_with() -> None:
     case = a_case("ur10e", 0)
     problem = case.problem(case.payloads)
     x = problem.family.random(np.random.default_rng(0))
-    kept = kept_throughout(problem, x, score_samples(problem, problem.family.sample(x, FINER)))
+    looked_at = kept_throughout(problem, x, score_samples(problem, problem.family.sample(x, FINER)))
     little, much, touched = (
         (LimitCheck(name, "joint 2", 1.0, 1.0, share, share, -share),)
         for name, share in (("torque", 0.01), ("torque", 0.2), ("clearance", 0.01))
     )
-    assert harder(problem, kept) is None
-    assert harder(problem, kept._replace(run=much)) is None
-    assert harder(problem, kept._replace(rehearsal=touched)) is None
+    assert harder(problem, looked_at) is None
+    assert harder(problem, looked_at._replace(run=much)) is None
+    assert harder(problem, looked_at._replace(rehearsal=touched)) is None
     count = len(problem.limits)
     for outcome, share, more in (
-        (kept._replace(run=little), 0.985, 0),
-        (kept._replace(rehearsal=much), 1.0, 1),
-        (kept._replace(run=little, rehearsal=much), 0.985, 1),
+        (looked_at._replace(run=little), 0.985, 0),
+        (looked_at._replace(rehearsal=much), 1.0, 1),
+        (looked_at._replace(run=little, rehearsal=much), 0.985, 1),
     ):
         further = harder(problem, outcome)
         assert further is not None

@@ -10,6 +10,7 @@ from ...common.arrays import Array, frozen_array
 from ...common.errors import InputError
 from ...model import Motion, Robot
 from .samples import Plan
+from .segments import QUINTIC
 
 _REST = 0.01  # of the largest speed: what still counts as rest at the ends
 _ROUNDING = 1e-6  # of a step: what times written in decimals are longer
@@ -92,7 +93,7 @@ class SampledTrajectory(Plan):
 
     @cached_property
     def _curves(self) -> tuple[Any, Any, Any]:
-        from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+        from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
         if self.qd is None:
             rest = [(1, np.zeros(self.q.shape[1])), (2, np.zeros(self.q.shape[1]))]
@@ -100,7 +101,7 @@ class SampledTrajectory(Plan):
         elif self.qdd is None:
             curve = CubicHermiteSpline(self.t, self.q, self.qd)
         else:
-            curve = _quintics(self.t, self.q, self.qd, self.qdd)
+            curve = BPoly.from_derivatives(self.t, np.stack([self.q, self.qd, self.qdd], axis=1))
         return (
             curve,
             curve.derivative(),
@@ -113,16 +114,12 @@ def joined(motion: Motion, rate: float) -> Motion:
     parts = np.ceil(np.diff(motion.t) * rate * (1.0 - _ROUNDING)).astype(int)
     if (parts <= 1).all():
         return motion
-    steps = np.repeat(np.diff(motion.t) / parts, parts)
-    first = np.repeat(np.cumsum(parts) - parts, parts)
-    t = np.append(np.repeat(motion.t[:-1], parts) + (np.arange(parts.sum()) - first) * steps, motion.t[-1])
-    curve = _quintics(motion.t, motion.q, motion.qd, motion.qdd)
-    speed = curve.derivative()
-    return Motion(t, curve(t), speed(t), speed.derivative()(t))
-
-
-def _quintics(t: Array, q: Array, qd: Array, qdd: Array) -> Any:
-    """One between each two samples, by positions, speeds and accelerations at both."""
-    from scipy.interpolate import BPoly
-
-    return BPoly.from_derivatives(t, np.stack([q, qd, qdd], axis=1))
+    k = np.repeat(np.arange(len(parts)), parts)  # the sample before
+    share = (np.arange(len(k)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[k]
+    t, T = motion.t[k] + share * np.diff(motion.t)[k], np.diff(motion.t)[:, None]
+    q, qd, qdd = motion.q, T * motion.qd[:-1], T**2 * motion.qdd[:-1]
+    ends = np.stack([q[:-1], qd, qdd, T**2 * motion.qdd[1:], T * motion.qd[1:], q[1:]], axis=1)[k]
+    states = (np.einsum("Nk,Nkj->Nj", basis, ends) for basis in QUINTIC.basis(share))
+    between = [x / T[k] ** order for order, x in enumerate(states)]
+    last = (motion.q, motion.qd, motion.qdd)
+    return Motion(np.append(t, motion.t[-1]), *(np.vstack([x, y[-1]]) for x, y in zip(between, last, strict=True)))
