@@ -53,13 +53,13 @@ def run(
     view.check_view()
     known = limits.known(robot)
     robot, bounds = known.robot, limits.bounds(known.robot)
+    payload = limits.payload(robot, bounds)
+    options = options.bounded_by(payload)
     goal = trajectories.NearGoal(*_noise(noise, robot, bounds), options.expected, options.mass_sigma)
     shape, hint = _shape(options, robot, goal, bounds, options.seed)
-    visibility = shape.visibility(robot)
-    _check_shown(visibility, options, files)
-    limited, loads = _torques(known, bounds, limits, options)
+    visibility = _checked(shape.visibility(robot), options, files)
+    limited, loads = _torques(known, bounds, limits, options, payload)
     scene = limits.read_scene()
-
     problem = trajectories.build_design(robot, shape, goal, bounds=limited, loads=loads, scene=scene)
     trajectories.design.check_held(problem, shape.poses)
     design = best_motion(problem, options.seed, options.starts)
@@ -68,12 +68,11 @@ def run(
         heavier = known.loads(payloads, limits.torque_margin)
         return trajectories.build_design(robot, shape, goal, bounds=limited, loads=heavier, scene=scene)
 
-    ladder = _ladder(options, limits.payload(robot, bounds), design, goal, bearing)
+    ladder = _ladder(options, payload, design, goal, bearing)
     result = report.NearResult(design, shape, visibility, goal.predicted(robot, design.plan, shape.joints), ladder)
     hints = [report.second_pose_note(shape.poses[0], hint)] if hint is not None else []
     screen = report.near_screen(result, options.expected, hints)
-    written = report.motions.WrittenMotion(robot, result.motion, bounds, report.near_head(result, 1.0))
-    files.check_replays(limits.whole(design.problem), written)
+    written = files.written(result, limits.whole(design.problem), bounds)
     files.show(screen)
     files.write_all(result, written)
     samples = design.motion(FIGURE_RATE)
@@ -82,13 +81,14 @@ def run(
     return ANSWERED
 
 
-def _check_shown(visibility: PayloadVisibility, options: NearOptions, files: NearFiles) -> None:
-    """Refuse joints that do not show the mass, and print what they show."""
+def _checked(visibility: PayloadVisibility, options: NearOptions, files: NearFiles) -> PayloadVisibility:
+    """What joints show; refused, and what they show printed, where the mass is not in it."""
     try:
         trajectories.design.check_mass_visible(visibility, options.mass_sigma is not None, "near this pose")
     except InputError:
         files.show(report.Screen([report.visibility_table(visibility)]))
         raise
+    return visibility
 
 
 def _ladder(
@@ -168,23 +168,21 @@ def _noise(options: NoiseOptions, robot: model.Robot, bounds: trajectories.Joint
 
 
 def _torques(
-    known: Known, bounds: trajectories.JointBounds, limits: LimitOptions, options: NearOptions
+    known: Known,
+    bounds: trajectories.JointBounds,
+    limits: LimitOptions,
+    options: NearOptions,
+    payload: model.InertialParameters | trajectories.PayloadSet | None,
 ) -> tuple[trajectories.JointBounds, trajectories.Loads | None]:
     """Bounds that the motion keeps, and loads for torque limits; none where limits or parameters are unknown.
 
     Raises:
         InputError: if a payload was bounded that torque limits cannot be kept for.
     """
-    robot, payload = known.robot, limits.payload(known.robot, bounds)
-    expected = options.expected
+    robot, expected = known.robot, options.expected
     if options.ladder:
         if not isinstance(payload, trajectories.PayloadSet):
             raise InputError("--ladder needs --heaviest-payload and --within: what the first run must bear")
-        if expected.mass > payload.mass:
-            raise InputError(
-                f"--ladder: {expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give "
-                "--expected-mass"
-            )
         payload = payload.lighter(_LEFT * expected.mass)
     if (known.values or robot.parameters) and np.isfinite(bounds.torque).any():
         return bounds, known.loads(payload or expected, limits.torque_margin)

@@ -70,6 +70,22 @@ class NearOptions(Options):
                 f"from 1, at the base, to {robot.n}"
             )
 
+    def bounded_by(self, payload: model.InertialParameters | trajectories.PayloadSet | None) -> NearOptions:
+        """What is expected, no heavier than every payload within bounds.
+
+        Raises:
+            InputError: if what is expected is heavier.
+        """
+        if not isinstance(payload, trajectories.PayloadSet) or self.expected.mass <= payload.mass:
+            return self
+        if self.mass is None and self.expected_mass is None and not self.ladder:
+            return replace(self, expected_mass=payload.mass)
+        name = "--mass" if self.mass is not None else "--expected-mass"
+        raise InputError(
+            f"{self.expected.mass:g} kg are expected and --heaviest-payload allows {payload.mass:g}: give another "
+            f"{name}, or a heavier payload"
+        )
+
     def ranges(self, robot: model.Robot) -> Array:
         """A range for each moving joint [rad or m]."""
         numbers, joints = self.range or (_RANGE,), self.joints
@@ -101,6 +117,14 @@ class NearFiles(MotionFiles):
         metavar="F.csv",
         help="the same way once at a tenth of the speed; F_1.csv, .. with --ladder (default: beside --samples)",
     )
+
+    def written(
+        self, result: report.NearResult, problem: trajectories.DesignProblem, bounds: trajectories.JointBounds
+    ) -> report.motions.WrittenMotion:
+        """The motion as its files hold it, refused where their controllers would break a limit."""
+        written = report.motions.WrittenMotion(result.robot, result.motion, bounds, report.near_head(result, 1.0))
+        self.check_replays(problem, written)
+        return written
 
     def write_all(self, result: report.NearResult, written: report.motions.WrittenMotion) -> None:
         """Write the motion, its rehearsal and the JSON."""

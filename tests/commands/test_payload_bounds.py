@@ -1,11 +1,17 @@
 """Every payload within bounds on the command line: what is judged, what controllers make of files, what is said."""
 
+from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dynident.cli import main
+from dynident.commands.options.payload_bounds import payload_bounds, region
+from dynident.model import InertialParameters, load_robot, payload_regressor, robot_names
 from dynident.tests.commands.runs import Run, document, runner
 from dynident.tests.selection import cases
+from dynident.tests.trajectories.bodies import dense, drawn_points
+from dynident.trajectories import PayloadSet
 
 ARM = ("--robot", "ur10e")
 BALL = ("--heaviest-payload", "6@0,0,0.1", "--within", "0.2")
@@ -44,13 +50,13 @@ def sparse(path: Path, every: int) -> Path:
 @pytest.mark.parametrize("region", cases(REGIONS, lambda region: region == "0.2"))
 def test_score_looks_between_samples(run: Run, motion: Path, tmp_path: Path, region: str) -> None:
     """Every 60th sample tells of the same torques as all of them."""
-    seen = []
+    torques = []
     for name, path in (("all", motion), ("few", sparse(motion, 60))):
         options = ("--payload-only", *BALL[:2], "--within", region, "--json", str(tmp_path / name))
         assert run("score", str(path), *ARM, *options)[0] == 0
         checks = document(tmp_path / name)["limits"]["nearest"]
-        seen.append(next(check for check in checks if check["name"].startswith("torque")))
-    assert seen[1]["value"] == pytest.approx(seen[0]["value"], rel=0.01)
+        torques.append(next(check for check in checks if check["name"].startswith("torque")))
+    assert torques[1]["value"] == pytest.approx(torques[0]["value"], rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -94,3 +100,45 @@ def test_points_too_few_for_their_controller_are_refused(
     assert (status, out) == (2, "")
     assert "as ROS 2 joins the samples the motion does not keep its limits (position of joint" in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--expected-mass", "5"), ("--mass", "5", "--mass-sigma", "0.01"), ("--expected-mass", "7", "--ladder")],
+)
+def test_a_payload_expected_beyond_the_bounds_is_refused(run: Run, options: tuple[str, ...]) -> None:
+    status, out, err = run("near", *NEAR[:-4], "--heaviest-payload", "2@0,0,0.1", "--within", "0.1", *options)
+    assert (status, out) == (2, "")
+    assert f"{options[1]} kg are expected and --heaviest-payload allows 2: give another {options[0]}" in err
+
+
+def test_nothing_told_of_the_payload_is_what_is_within_bounds(run: Run, tmp_path: Path) -> None:
+    bounds = ("--heaviest-payload", "2@0,0,0.1", "--within", "0.1")
+    status, out, _ = run("near", *NEAR[:-4], *bounds, "--json", str(tmp_path / "n.json"))
+    assert status == 0
+    assert "Predicted for 2 kg" in out
+
+
+@pytest.mark.parametrize("arm", cases(robot_names(), lambda arm: arm == "tx40"))
+def test_bounds_are_in_the_payloads_frame(arm: str) -> None:
+    """Bodies described there break no bound of any joint's torque, by the arm's regressor; one comes to it."""
+    robot, draw, mass, centre = load_robot(arm), np.random.default_rng(3), 7.0, np.array([0.05, -0.1, 0.2])
+    rows = dense(payload_regressor(robot), *draw.uniform(-2.0, 2.0, (3, 10, robot.n))).reshape(-1, 10)
+    for text in REGIONS:
+        half, box = region(text)
+        payloads = payload_bounds(robot, f"{mass:g}@0.05,-0.1,0.2", (half, box))
+        assert isinstance(payloads, PayloadSet)
+        own = PayloadSet.within(mass, half, centre, box)
+        places = drawn_points(own, 500, draw)
+        if box:
+            places = np.vstack([places, centre + own.half * list(product((-1.0, 1.0), repeat=3))])
+        bodies = [
+            InertialParameters.from_com(mass, place, np.zeros((3, 3))).moved(robot.flange.R, robot.flange.p).vector
+            for place in places
+        ]
+        torque = rows @ np.array(bodies).T
+        largest, smallest = payloads.extremes(rows)
+        assert (torque <= largest.torque[:, None] + 1e-9).all()
+        assert (torque >= smallest.torque[:, None] - 1e-9).all()
+        much = largest.torque > 1.0
+        assert np.median(torque.max(axis=1)[much] / largest.torque[much]) > 0.95
