@@ -15,6 +15,7 @@ from ...model.many_states import point_at
 from ...model.stand_in import cylinder_radius
 from ...trajectories import DesignProblem, PayloadSet
 from ...trajectories.design import room_over_time, taught_over_time
+from .ground import ground_of
 from .meshes import looks_of
 from .shapes import Colour, Path, Shape, box, capsule, ellipsoid, inertia_axes, plane
 
@@ -38,6 +39,7 @@ class View:
         shapes, paths: what is fixed to the frames, and lines in the base.
         legend: colours and their words, of what is not the arm itself.
         notes: what could not be shown as it looks.
+        ground: height of the plane that the arm stands on, in the base [m].
     """
 
     title: str
@@ -47,6 +49,7 @@ class View:
     paths: tuple[Path, ...]
     legend: tuple[tuple[Colour, str], ...] = ()
     notes: tuple[str, ...] = ()
+    ground: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,8 @@ def view_of(
         shapes += _surroundings(problem, robot)
         shapes += _bounds(problem.payloads, robot.n) if problem.payloads is not None else []
     shapes += _payload(payload, robot.n + 1) if payload is not None else []
+    ground = ground_of(robot, frames, problem.scene if problem is not None else None)
+    shapes += ground.foot
     drawn = _picked(motion, _FINER)
     place = point_at(robot, robot.flange.p, motion.q[drawn])[0].T
     path = (place - robot.base.p) @ robot.base.R
@@ -100,6 +105,7 @@ def view_of(
         tuple(paths),
         tuple(_legend(shapes, problem, bool(paths))),
         looks.notes,
+        ground.height,
     )
 
 

@@ -93,7 +93,8 @@ def _built(server: Any, view: View) -> dict[str, Any]:
     scene, handles = server.scene, {}
     scene.set_up_direction("+z")
     _look(server, view)
-    scene.add_grid("/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, shadow_opacity=0.0)
+    place = (0.0, 0.0, view.ground)
+    scene.add_grid(*("/ground", 4.0, 4.0), cell_size=0.1, section_size=1.0, shadow_opacity=0.0, position=place)
     for number, pose in enumerate(view.frames[0]):
         handles[f"/{number}"] = scene.add_frame(
             f"/{number}", show_axes=False, wxyz=quaternion(pose), position=pose.origin

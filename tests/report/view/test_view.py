@@ -14,13 +14,16 @@ from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
+from dynident.model.frames import frames_at
 from dynident.model.kinematics import joint_transform
 from dynident.report.view import ShownPayload, View, html_of, view_of
+from dynident.report.view.ground import ground_of
 from dynident.report.view.moving import _axes
 from dynident.report.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
 from dynident.report.view.viser_page import quaternion
 from dynident.tests.conftest import PRISMATIC
-from dynident.trajectories import random_via_points
+from dynident.trajectories import Scene, random_via_points
+from dynident.trajectories.design import HalfSpace
 
 DRAW = np.random.default_rng(3)
 PAYLOAD = ShownPayload(
@@ -107,6 +110,29 @@ def test_shapes_are_closed_and_as_large_as_they_should_be() -> None:
     assert (corners @ [0.0, 0.6, 0.8]).max() == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("name", robot_names())
+def test_a_foot_reaches_from_the_base_to_the_floor_and_says_what_is_not_known(name: str) -> None:
+    """No floor is made up where the arm stays above its base; walls and ceilings are none."""
+    robot = load_robot(name)
+    floor, wall = HalfSpace("floor", offset=-0.7), HalfSpace("wall", (1.0, 0.0, 0.0), -3.0)
+    ceiling = HalfSpace("ceiling", (0.0, 0.0, -1.0), -3.0)
+    upper = HalfSpace("table", offset=-0.4)
+    for surfaces, height in (((wall, ceiling, floor), -0.7), ((floor, upper), -0.4)):
+        poses = frames_at(robot, np.zeros(robot.n).tolist())
+        ground = ground_of(robot, [poses], Scene(surfaces=surfaces))
+        (foot,) = ground.foot
+        assert ground.height == pytest.approx(height)
+        assert foot.name == "foot, its shape is not known"
+        reach = np.array([at(poses[foot.frame], end) for end in ends(foot)])
+        assert np.allclose(sorted(reach[:, 2]), [height, 0.0], atol=1e-9)
+        assert np.allclose(reach[:, :2], 0.0, atol=1e-9)
+    high, low = (Pose.from_rpy((0.3, 0.0, z), (0.0, 0.0, 0.0)) for z in (0.2, -0.5))
+    assert ground_of(robot, [(poses[0], high)], Scene(surfaces=(wall,))) == (0.0, ())
+    below = ground_of(robot, [(poses[0], high), (poses[0], low)], None)
+    assert below.height < -0.5
+    assert [foot.name for foot in below.foot] == ["foot, neither its height nor its shape is known"]
+
+
 def test_the_payloads_ellipsoids_are_to_scale() -> None:
     """Half axes are half the 95 % interval; a homogeneous ellipsoid of the drawn axes has the inertia."""
     view = view_of(load_robot("ur10e"), motion(load_robot("ur10e"), 2), payload=PAYLOAD)
@@ -129,7 +155,8 @@ def test_the_payloads_ellipsoids_are_to_scale() -> None:
 def test_the_legend_names_what_is_shown() -> None:
     robot = load_robot("ur10e")
     words = [text for _, text in view_of(robot, motion(robot, 2), payload=PAYLOAD).legend]
-    assert sorted(words) == ["centre of mass, 95 %", "ellipsoid of inertia", "path of the flange"]
+    known = [text for text in words if not text.startswith("foot")]
+    assert sorted(known) == ["centre of mass, 95 %", "ellipsoid of inertia", "path of the flange"]
 
 
 def test_a_joint_at_a_limit_is_marked_at_that_time() -> None:
