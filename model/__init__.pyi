@@ -1,4 +1,5 @@
 from ..common.errors import InputError as InputError
+from . import assumed_limits as assumed_limits
 from . import base as base
 from . import codegen as codegen
 from . import drives as drives
@@ -9,7 +10,9 @@ from . import inertia as inertia
 from . import kernel as kernel
 from . import kinematics as kinematics
 from . import motion as motion
+from . import names as names
 from . import pose as pose
+from . import regressors as regressors
 from . import robot as robot
 from . import stand_in as stand_in
 from . import visibility as visibility
