@@ -6,15 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...model import Robot
+from ..diagnosis.beside import in_the_torques
 from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.checks.loaded import MOVED
 from ..diagnosis.evidence import Sampled
 from ..diagnosis.loaded_rows import Scale, scales, scales_of_known
-from ..diagnosis.nuisances import Bursts, Nuisance, Tilt, bursts, nuisances, tilt
-from ..diagnosis.pull import Pull, outstanding
+from ..diagnosis.nuisances import Bursts, Nuisance, Tilt, bursts
+from ..diagnosis.pull import Pull
 from ..diagnosis.rivals import Rival, rivals
 from ..diagnosis.states import states_of
-from ..diagnosis.thinned import Thinned, thinned_problem
+from ..diagnosis.thinned import thinned_problem
 from ..fit.drive_gains import Gains
 from ..payload.by_joints import ByJoints, payload_by_joints
 from ..payload.problem import PayloadProblem
@@ -76,15 +77,8 @@ def looked_at(
         else scales(problem, weights),
         rivals(description or problem.robot, states, free_gains=description is not None),
         _mattering(bursts(system), best) if system is not None else None,
-        *(_beside(system) if system is not None else (None, (), ())),
+        *(in_the_torques(system) if system is not None else (None, (), ())),
     )
-
-
-def _beside(system: Thinned) -> tuple[Tilt | None, tuple[Nuisance, ...], tuple[Pull, ...]]:
-    """A tilt, a delay and a slip, or a pull at the flange: no tilt where that explains the recordings better."""
-    leaning, others = tilt(system), nuisances(system)
-    pulls = outstanding(system, leaning, others)
-    return (None if pulls else leaning), others, pulls
 
 
 def _remembered(problem: PayloadProblem, best: PayloadEstimate, gains: Gains | None, known: Sampled) -> Guarded:

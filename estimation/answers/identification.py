@@ -8,12 +8,9 @@ from ...common.errors import InputError
 from ...common.progress import Progress, silent
 from ...common.speech import Speaks
 from ...model import BaseParameters, Processing, Recording, Robot, base_parameters
+from ..diagnosis.beside import beside_robot
 from ..diagnosis.evidence import Evidence, Sampled
 from ..diagnosis.finding import Verdict
-from ..diagnosis.nuisances import tilt
-from ..diagnosis.rivals import rivals
-from ..diagnosis.states import states_of
-from ..diagnosis.thinned import thinned_robot
 from ..diagnosis.verdict import robot_verdict
 from ..equations.equations import Equations
 from ..fit.drive_gains import Gains
@@ -72,18 +69,24 @@ class Identification(Speaks):
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the parameters may be used, and why not."""
+        beside = self.beside
         return robot_verdict(
-            Evidence(self.robot, parameters=self.estimate, rivals=self.beside.rivals, tilt=self.beside.tilt)
+            Evidence(
+                self.robot,
+                parameters=self.estimate,
+                rivals=beside.rivals,
+                tilt=beside.tilt,
+                nuisances=beside.nuisances,
+                pulls=beside.pulls,
+            )
         )
 
     @cached_property
     def beside(self) -> Sampled:
-        """Other ways to take the recordings, and how far gravity leans in them: what samples alone show."""
+        """Other ways to take the recordings, and what else is in the torques: what samples alone show."""
         if self.known_beside is not None:
             return self.known_beside
-        states = states_of(Source((), self.recordings, self.processing or self.robot.processing))
-        system = thinned_robot(self.robot, states)
-        return Sampled(rivals(self.robot, states), tilt=tilt(system) if system is not None else None)
+        return beside_robot(self.robot, Source((), self.recordings, self.processing or self.robot.processing))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

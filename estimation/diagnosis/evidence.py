@@ -154,6 +154,11 @@ class Evidence:
         return self.estimates[-1] if self.estimates else None
 
     @property
+    def of_robot(self) -> bool:
+        """Whether it is of a robot alone, without a payload."""
+        return self.best is None and self.weighed is None
+
+    @property
     def mass(self) -> float:
         """The answer's mass [kg]; nan without one."""
         if self.weighed is not None:

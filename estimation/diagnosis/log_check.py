@@ -15,14 +15,13 @@ from ..fit.least_squares import weighted
 from ..payload.problem import Source
 from ..recordings.plausibility import implausible
 from ..signals.measurements import measurement
-from .checks.robot import OF_ROBOT
+from .beside import beside_robot
+from .checks.nuisances import OF_ROBOT
 from .evidence import Evidence
 from .finding import Finding, error, warning
 from .log_facts import JointFacts, TimeFacts, joint_facts, time_facts
-from .rivals import rivals
 from .sample import Sample
 from .search import likely_cause
-from .states import states_of
 from .torque import gravity_findings, position_findings, reduced, scale_findings, to_scale
 
 _JITTER = 0.02  # of the mean step
@@ -139,8 +138,15 @@ def _modelled(robot: Robot, check: LogCheck, data: Measurement, processing: Proc
 
 def _of_robot(robot: Robot, recording: Recording, processing: Processing, estimate: Estimate) -> list[Finding]:
     """Whether it is this robot's log, its joints counted as described and its torques torques."""
-    others = rivals(robot, states_of(Source((), (recording,), processing)))
-    evidence = Evidence(robot, parameters=estimate, rivals=others)
+    beside = beside_robot(robot, Source((), (recording,), processing))
+    evidence = Evidence(
+        robot,
+        parameters=estimate,
+        rivals=beside.rivals,
+        tilt=beside.tilt,
+        nuisances=beside.nuisances,
+        pulls=beside.pulls,
+    )
     findings = (finding for look in OF_ROBOT for finding in look(evidence))
     return [finding._replace(text=f"{finding.text[:1].upper()}{finding.text[1:]}") for finding in findings]
 

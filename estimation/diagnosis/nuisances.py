@@ -29,7 +29,8 @@ BURST = 3.0
 """Mean squared residual of a stretch over their median, above which the stretch is left out."""
 FEWEST = 12
 """Stretches of which a median says something."""
-WHERE = ("", " without payload", " with payload")
+WITH_PAYLOAD = " with payload"
+WHERE = ("", " without payload", WITH_PAYLOAD)
 """Of which recordings: all, or some."""
 
 
@@ -165,21 +166,26 @@ def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
     """Nuisances that stand out most, one of each kind."""
     loaded = system.states.loaded
     slope = system.states.slope.T
-    shares = [np.ones(len(loaded)), 1.0 - loaded, loaded]
-    there = [k for k, share in enumerate(shares) if share.any() and (k == 0 or not share.all())]
-    columns = [slope * shares[k] for k in there]
+    shares = parts(loaded)
+    columns = [slope * share for _, share in shares]
     late = (np.cumsum(loaded) > 0.5 * loaded.sum()) * loaded
     moved = system.columns[:, system.payload][:, 6:9] * late
     question = system.with_columns(np.concatenate([np.stack(columns, axis=1), moved], axis=1))
-    delay = _late(question, there)
+    delay = _late(question, [where for where, _ in shares])
     if not loaded.any() or not system.values[system.payload][9] > 0.0:
         return (delay,)
-    return (delay, _slip(question, len(there), system.values[system.payload][9]))
+    return (delay, _slip(question, len(shares), system.values[system.payload][9]))
 
 
-def _late(question: Asked, there: list[int]) -> Nuisance:
+def parts(loaded: Array) -> list[tuple[str, Array]]:
+    """All states, those without and those with payload, in words and as 1 or 0: as far as they are not the same."""
+    shares = zip(WHERE, (np.ones(len(loaded)), 1.0 - loaded, loaded), strict=True)
+    return [(where, share) for where, share in shares if share.any() and (not where or not share.all())]
+
+
+def _late(question: Asked, there: list[str]) -> Nuisance:
     """The delay in the recordings in which it stands out most."""
-    answers = [(WHERE[k], question.of(place), question.fall(place)) for place, k in enumerate(there)]
+    answers = [(where, question.of(place), question.fall(place)) for place, where in enumerate(there)]
     where, answer, fall = max(answers, key=lambda entry: entry[1].z)
     sigma = float(np.sqrt(answer.covariance[0, 0]))
     return Nuisance("late", where, -float(answer.values[0]), sigma, answer.z, answer.effect @ answer.values, fall)
@@ -192,7 +198,7 @@ def _slip(question: Asked, first: int, mass: float) -> Nuisance:
     size = float(np.linalg.norm(answer.values) / mass)
     sigma = float(np.sqrt(np.trace(answer.covariance)) / mass)
     change = answer.effect @ answer.values
-    return Nuisance("slip", WHERE[2], size, sigma, answer.z, change, question.fall(*places))
+    return Nuisance("slip", WITH_PAYLOAD, size, sigma, answer.z, change, question.fall(*places))
 
 
 def bursts(system: Thinned) -> Bursts | None:

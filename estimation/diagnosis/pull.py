@@ -1,4 +1,4 @@
-"""A hose or cable at the flange: a force that changes linearly with place, in the recordings with payload alone.
+"""A hose or cable at the flange: a force that changes linearly with place, in all recordings or in some.
 
 Towards a fixed anchor it is F = c - k p, p the flange's place. Four more columns of method 4 on thinned states:
 J'p, that of the stiffness k, and J'e along three axes for the constant c. A constant pull upwards differs from a
@@ -13,21 +13,26 @@ import numpy as np
 from ...common.arrays import Array
 from ...model import Robot
 from ...model.many_states import point_at
-from .nuisances import Nuisance, Tilt, horizontal
-from .thinned import Thinned
+from .nuisances import WITH_PAYLOAD, Nuisance, Tilt, horizontal, parts
+from .thinned import Asked, Thinned
 
-PULL, PULL_Z = 0.025, 7.0
-"""Force over the payload's weight, and standard deviations of it, above which something pulls."""
+PULL = 0.025
+"""Force over the payload's weight above which something pulls."""
+ALONG_Z, ACROSS_Z = 4.5, 7.0
+"""Standard deviations of stiffness and upward force together, or of the horizontal force, that show a pull.
+
+What a model leaves of a real arm looks like a force to the side (up to 4.8), not like stiffness (up to 2.8)."""
 _ALONG, _ACROSS = [0, 3], [1, 2]
 """Places of stiffness and upward force, and of the horizontal one: a hose from above shows in the first two."""
 
 
 class Pull(NamedTuple):
-    """A force at the flange with payload.
+    """A force at the flange.
 
     ``values``: stiffness [N/m] and the constant force [N] along two horizontal axes and upwards, (4,), with
     ``covariance``; ``effect``: on the payload's ten once it is corrected, 10 x 4; ``force``: its size over the
-    motion (rms), over the payload's weight; ``fall``: share of the squared residual that it takes off.
+    motion (rms), over the payload's weight; ``fall``: share of the squared residual that it takes off; ``where``:
+    in which recordings, as of a nuisance.
     """
 
     values: Array
@@ -35,6 +40,7 @@ class Pull(NamedTuple):
     effect: Array
     force: float
     fall: float
+    where: str = WITH_PAYLOAD
 
     @property
     def z(self) -> float:
@@ -51,7 +57,7 @@ class Pull(NamedTuple):
     @property
     def stands_out(self) -> bool:
         """Whether it is more than chance and a model's own errors show."""
-        return self.force > PULL and self.z > PULL_Z
+        return self.force > PULL and (self._z(_ALONG) > ALONG_Z or self._z(_ACROSS) > ACROSS_Z)
 
     @property
     def sideways(self) -> float:
@@ -69,33 +75,41 @@ class Pull(NamedTuple):
         return float(np.sqrt(self.effect[9] @ self.covariance @ self.effect[9]))
 
 
-def pull(system: Thinned) -> Pull | None:
-    """What pulls at the flange; None without payload."""
-    mass = system.values[system.payload][9:]
-    if not mass.size:
-        return None
+def pulls(system: Thinned) -> tuple[Pull, ...]:
+    """What pulls at the flange in all recordings, or in those without or with payload."""
     robot, loaded = system.robot, system.states.loaded
-    place, moved = point_at(robot, _flange(robot), system.states.sample.q)
+    place, moved = point_at(robot, flange(robot), system.states.sample.q)
     axes = upright(robot)
     columns = np.stack([np.einsum("ajn,an->jn", moved, place), *np.einsum("ajn,ka->kjn", moved, -axes)], axis=1)
-    question = system.with_columns(columns * loaded)
-    answer, every = question.of(0, 1, 2, 3), (0, 1, 2, 3)
-    acting = (answer.values[1:] @ axes)[:, None] - answer.values[0] * place[:, loaded > 0.0]
-    weight = max(abs(float(mass[0])) * float(np.linalg.norm(robot.gravity)), 1e-300)
-    force = float(np.sqrt(np.mean(np.sum(acting**2, axis=0)))) / weight
-    return Pull(answer.values, answer.covariance, answer.effect, force, question.fall(*every))
+    shares = parts(loaded)
+    question = system.with_columns(np.concatenate([columns * share for _, share in shares], axis=1))
+    weight = float(np.abs(system.values[system.payload][9:]).sum()) * float(np.linalg.norm(robot.gravity))
+    return tuple(
+        _pull(question, 4 * k, where, (axes, place[:, share > 0.0], weight))
+        for k, (where, share) in enumerate(shares)
+    )
+
+
+def _pull(question: Asked, first: int, where: str, at: tuple[Array, Array, float]) -> Pull:
+    """That of four columns; ``at``: upright axes, places of the flange [m], and the payload's weight [N]."""
+    axes, place, weight = at
+    columns = (first, first + 1, first + 2, first + 3)
+    answer = question.of(*columns)
+    acting = (answer.values[1:] @ axes)[:, None] - answer.values[0] * place
+    force = float(np.sqrt(np.mean(np.sum(acting**2, axis=0)))) / max(weight, 1e-300)
+    return Pull(answer.values, answer.covariance, answer.effect, force, question.fall(*columns), where)
 
 
 def outstanding(system: Thinned, leaning: Tilt | None, others: Sequence[Nuisance]) -> tuple[Pull, ...]:
     """The pull, where it stands out and explains more than a tilt, a delay and a slip do; none otherwise."""
-    acting = pull(system)
-    if acting is None or not acting.stands_out:
+    acting = max(pulls(system), key=lambda pull: pull.fall)
+    if not acting.stands_out:
         return ()
     rivals = [leaning.fall if leaning is not None else 0.0, *(nuisance.fall for nuisance in others)]
     return (acting,) if acting.fall > max(rivals) else ()
 
 
-def _flange(robot: Robot) -> Array:
+def flange(robot: Robot) -> Array:
     """The flange in frame n [m]; the origin of the payload's frame where it is not known."""
     origin = np.array(robot.flange.origin)
     if robot.flange_pose is None:

@@ -10,7 +10,7 @@ from ..equations.equations import Equations
 from .checks.gains import known_gains, motors_apart, weights_apart
 from .checks.joints import joints, shares_together
 from .checks.loaded import burst, scale, sensitive
-from .checks.nuisances import late, mixtures, pulled, slipped, tilted, zeros_apart
+from .checks.nuisances import OF_ROBOT, late, mixtures, pulled, slipped, tilted, zeros_apart
 from .checks.payload import (
     condition,
     conflicts,
@@ -36,7 +36,7 @@ from .checks.recordings import (
     unexplained,
     validation,
 )
-from .checks.robot import OF_ROBOT, arm_weight, other_robots, turned_joints
+from .checks.robot import arm_weight, other_robots, turned_joints
 from .evidence import Evidence, Sampled
 from .finding import Finding, Level, Verdict, verdict_of
 
@@ -124,4 +124,4 @@ def robot_verdict(evidence: Evidence) -> Verdict:
     """The verdict on a robot's identified parameters."""
     fit = evidence.robot_fit
     findings = fit_findings(fit, "the model") if fit is not None else []
-    return verdict_of([*findings, *(finding for check in (*OF_ROBOT, tilted) for finding in check(evidence))])
+    return verdict_of([*findings, *(finding for check in OF_ROBOT for finding in check(evidence))])

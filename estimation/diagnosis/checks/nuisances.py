@@ -11,7 +11,7 @@ from ..pull import Pull
 from ..rivals import mixed_up
 from ..states import states_of
 from .loaded import MOVED
-from .robot import TURNED, TURNED_Z
+from .robot import TURNED, TURNED_Z, arm_weight, other_robots, turned_joints
 
 STEEP = np.radians(5.0)
 """rad: a tilt that no mounting has by mistake; nothing should be used."""
@@ -33,7 +33,7 @@ def tilted(evidence: Evidence) -> list[Finding]:
     )
     if tilt.angle > STEEP:
         return [error(f"{text}: correct gravity in the robot's file, or the mounting")]
-    left = "the robot's parameters hold that" if evidence.best is None else "the payload is corrected for it"
+    left = "the robot's parameters hold that" if evidence.of_robot else "the payload is corrected for it"
     return [note(f"{text}: {left}")]
 
 
@@ -42,10 +42,13 @@ def pulled(evidence: Evidence) -> list[Finding]:
     pull = evidence.pull
     if pull is None:
         return []
+    left = ": the robot's parameters hold that" if evidence.of_robot else _less(evidence, pull)
     text = (
-        f"with payload something pulls at the flange ({_like(pull)}), a hose or cable?{_less(evidence, pull)}: "
-        "take it off, or fasten it so that it does not pull, and record again"
-    )
+        f"{pull.where} something pulls at the flange ({_like(pull)}), a hose or cable?{left}: take it off, or "
+        "fasten it so that it does not pull, and record again"
+    ).strip()
+    if evidence.of_robot:
+        return [note(text)]
     safe = abs(pull.change[9]) + 2.0 * pull.mass_sigma <= MOVED * abs(evidence.mass)
     return [warning(text) if safe else error(text)]
 
@@ -100,8 +103,10 @@ def _of(nuisance: Nuisance) -> str:
 
 
 def _against(evidence: Evidence, nuisance: Nuisance, text: str) -> Finding:
-    """Against everything where it moves the mass, else against the inertia."""
-    if evidence.best is not None and abs(nuisance.change[9]) > MOVED * abs(evidence.mass):
+    """Against everything where it moves the mass, else against the inertia; worth knowing of a robot alone."""
+    if evidence.of_robot:
+        return note(text)
+    if abs(nuisance.change[9]) > MOVED * abs(evidence.mass):
         return error(f"{text}{_mass(evidence, nuisance)}")
     return warning(text)
 
@@ -146,3 +151,7 @@ def mixtures(evidence: Evidence, raised: Sequence[str]) -> list[Finding]:
         f"{100 * best.fall:.0f} % ({best.z:.1f} standard errors)"
     )
     return [Finding("error", "everything", text, cause=True, explains=best.fall)]
+
+
+OF_ROBOT = (other_robots, turned_joints, arm_weight, tilted, late, pulled)
+"""Checks that a robot without payload passes too."""

@@ -96,7 +96,3 @@ def arm_weight_share(evidence: Evidence) -> float | None:
 def _carries_itself(robot: Robot) -> bool:
     """Whether it is an arm of six or seven axes that turn, under gravity."""
     return robot.n in (6, 7) and any(robot.gravity) and all(joint.revolute for joint in robot.joints)
-
-
-OF_ROBOT = (other_robots, turned_joints, arm_weight)
-"""Checks that a robot without payload passes too."""

@@ -76,16 +76,17 @@ def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evide
     return of_payload(estimate_of(), nuisances=(nuisance,))
 
 
-def hose(force: float, z: float = 9.0, fall: float = 0.1, change: float = 1.0) -> Pull:
+def hose(force: float, z: float = 9.0, fall: float = 0.1, change: float = 1.0, across: bool = False) -> Pull:
     """A pull at the flange of a share of the payload's weight, that changes the mass by a share."""
-    effect = np.zeros((10, 4))
-    effect[9, 0] = 5.0 * change / 9.0
-    return Pull(np.array([z, 0.0, 0.0, 0.0]), np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall)
+    effect, values = np.zeros((10, 4)), np.zeros(4)
+    effect[9, int(across)] = 5.0 * change / 9.0
+    values[int(across)] = z
+    return Pull(values, np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall)
 
 
-def pulling(force: float, z: float = 9.0, change: float = 1.0) -> Evidence:
+def pulling(force: float, z: float = 9.0, change: float = 1.0, across: bool = False) -> Evidence:
     """A payload beside such a pull."""
-    return of_payload(estimate_of(), pulls=(hose(force, z, change=change),))
+    return of_payload(estimate_of(), pulls=(hose(force, z, change=change, across=across),))
 
 
 def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Evidence:
