@@ -10,7 +10,7 @@ from ..diagnosis.beside import in_the_torques
 from ..diagnosis.checks.joints import disagreement
 from ..diagnosis.checks.loaded import MOVED
 from ..diagnosis.evidence import Sampled
-from ..diagnosis.loaded_rows import Scale, scales, scales_of_known
+from ..diagnosis.loaded_rows import Scale, scales, scales_of_states
 from ..diagnosis.nuisances import Bursts, Nuisance, Tilt, bursts
 from ..diagnosis.pull import Pull
 from ..diagnosis.rivals import Rival, rivals
@@ -62,19 +62,14 @@ def looked_at(
         description: the robot as it was given, where gains are what is asked for: its rivals are tried, with gains
             of their own; the problem's own by default.
     """
-    short, weights = problem.short is not None, best.estimate.weights
+    weights = best.estimate.weights
     states = states_of(problem.source) if problem.source is not None else None
     system = thinned_problem(problem, states)
     by_joints = payload_by_joints(problem, weights)
-    beside_known = system is not None and problem.unloaded is None and problem.known is not None
     return Guarded(
         by_joints,
         _disagreement(problem, by_joints, gains),
-        scales_of_known(system)
-        if system is not None and beside_known
-        else ()
-        if short
-        else scales(problem, weights),
+        scales(problem, weights) if problem.unloaded is not None else scales_of_states(system),
         rivals(description or problem.robot, states, free_gains=description is not None),
         _mattering(bursts(system), best) if system is not None else None,
         *(in_the_torques(system) if system is not None else (None, (), ())),

@@ -1,7 +1,7 @@
 """Whether the torques of the loaded recordings have a scale of their own.
 
 One more column of method 4. All of it is in the joints' triangular factors, so that no row is read again; beside a
-robot that is known, states thinned to 10 Hz do.
+robot that is known and in a short motion, states thinned to 10 Hz do.
 """
 
 from collections.abc import Sequence
@@ -77,8 +77,13 @@ def scales(problem: PayloadProblem, weights: Array) -> tuple[Scale, ...]:
     )
 
 
-def scales_of_known(system: Thinned) -> tuple[Scale, ...]:
-    """Scales of the loaded torques beside a robot known from earlier, friction of the loaded rows free."""
+def scales_of_states(system: Thinned | None) -> tuple[Scale, ...]:
+    """Scales of the loaded torques by thinned states, friction of the loaded rows free.
+
+    Beside a robot known from earlier, or in a short motion, whose equations are not all there.
+    """
+    if system is None:
+        return ()
     rigid = [k for k, name in enumerate(system.names) if parameter_kind(name) not in FRICTION]
     along = np.einsum("jcn,c->jn", system.columns[:, rigid], system.values[rigid]) * system.states.loaded
     alone = np.eye(len(along))[:, :, None] * along[:, None]

@@ -178,9 +178,11 @@ def nuisances(system: Thinned) -> tuple[Nuisance, ...]:
 
 
 def parts(loaded: Array) -> list[tuple[str, Array]]:
-    """All states, those without and those with payload, in words and as 1 or 0: as far as they are not the same."""
-    shares = zip(WHERE, (np.ones(len(loaded)), 1.0 - loaded, loaded), strict=True)
-    return [(where, share) for where, share in shares if share.any() and (not where or not share.all())]
+    """All states, those without and those with payload, in words and as 1 or 0; where all are alike, these."""
+    if loaded.all():
+        return [(WITH_PAYLOAD, loaded)]
+    shares = np.ones(len(loaded)), 1.0 - loaded, loaded
+    return list(zip(WHERE, shares if loaded.any() else shares[:1], strict=False))
 
 
 def _late(question: Asked, there: list[str]) -> Nuisance:

@@ -1,5 +1,7 @@
 """Whether the loaded recordings fit those without payload: one scale of torques, no bursts of other ones."""
 
+import numpy as np
+
 from ..evidence import Evidence
 from ..finding import Finding, error, note
 from ..loaded_rows import JOINT_SCALE, JOINT_SCALE_Z, SCALE, SCALE_Z, Scale
@@ -10,9 +12,11 @@ MOVED = 0.025
 
 EITHER = 0.67
 """Share of the largest z from which on another scale of all torques, or of one joint's, explains them as well."""
-HUNDREDTH, SENSITIVE = 0.01, 0.03
-"""An error of the loaded torques' scale that no recording shows, and the relative change of the mass by it above
-which it is reported."""
+HIDDEN, SENSITIVE = (0.01, 0.05), 0.03
+"""Least and largest error of the loaded torques' scale that recordings are thought to hide, and the relative change
+of the mass by what they do hide above which it is reported."""
+TOLD = 1.96
+"""Standard deviations of the scale that recordings hide, and to either end of a 95 % interval."""
 
 
 def scale(evidence: Evidence) -> list[Finding]:
@@ -47,17 +51,21 @@ def _is_off(scale: Scale) -> bool:
 
 
 def sensitive(evidence: Evidence) -> list[Finding]:
-    """A mass that an error of scale, too small for any recording to show, takes out of its interval."""
+    """A mass that an error of scale, too small for these recordings to show, takes out of its interval."""
     whole = next((scale for scale in evidence.scales if scale.joint == 0), None)
     if whole is None or evidence.spread is None or not evidence.mass > 0.0:
         return []
-    change = HUNDREDTH * abs(whole.effect)
-    if change <= max(SENSITIVE * evidence.mass, 1.96 * evidence.spread.mass):
+    hidden = float(np.clip(TOLD * whole.sigma, *HIDDEN))
+    change = hidden * abs(whole.effect)
+    if not change > max(SENSITIVE * evidence.mass, TOLD * evidence.spread.mass):
         return []
     text = (
-        f"torques with payload that are 1 % too large or too small, which no recording shows, move this mass by "
-        f"{100 * change / evidence.mass:.1f} %, out of its interval: --scale-sigma 1% allows for that"
+        f"torques with payload that are {100 * hidden:.2g} % too large or too small, which these recordings do not "
+        f"show ({whole.ratio:.3f} ± {whole.sigma:.2g} times those without), move this mass by "
+        f"{100 * change / evidence.mass:.1f} %, out of its interval"
     )
+    if evidence.weighed is None:
+        text += f": --scale-sigma {100 * hidden:.2g}% allows for that"
     return [note(text, "mass")]
 
 

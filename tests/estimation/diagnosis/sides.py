@@ -1,14 +1,14 @@
 """Evidence on either side of a threshold: one number that moves, and where the check begins to speak."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from dynident.estimation.diagnosis.checks import recordings
 from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.loaded_rows import Scale
-from dynident.estimation.diagnosis.nuisances import Nuisance, Tilt
+from dynident.estimation.diagnosis.nuisances import WITH_PAYLOAD, Nuisance, Tilt
 from dynident.estimation.diagnosis.pull import Pull
 from dynident.estimation.diagnosis.quantities import (
     Agreement,
@@ -58,10 +58,10 @@ def scaled(joint: int, off: float, sigma: float) -> Evidence:
     return of_payload(estimate_of(), scales=(Scale(joint, 1.0 - off, sigma, 5.5),))
 
 
-def leaning_on(change: float, sigma: float) -> Evidence:
+def leaning_on(change: float, sigma: float, of_scale: float = 0.001) -> Evidence:
     """A mass, known to ``sigma`` [kg], that changes by so much [kg] with 1 % of the loaded torques' scale."""
     spread = PayloadSpread(sigma, np.full(3, 1e-3), np.full((3, 3), 1e-4))
-    return of_payload(estimate_of(), scales=(Scale(0, 1.0, 0.01, 5.0, 100.0 * change),), spread=spread)
+    return of_payload(estimate_of(), scales=(Scale(0, 1.0, of_scale, 5.0, 100.0 * change),), spread=spread)
 
 
 def leaning(angle: float, sigma: float = 1e-4) -> Evidence:
@@ -76,17 +76,24 @@ def beside(kind: str, size: float, z: float = 9.0, change: float = 0.0) -> Evide
     return of_payload(estimate_of(), nuisances=(nuisance,))
 
 
-def hose(force: float, z: float = 9.0, fall: float = 0.1, change: float = 1.0, across: bool = False) -> Pull:
+def hose(
+    force: float,
+    z: float = 9.0,
+    fall: float = 0.1,
+    change: float = 1.0,
+    across: bool = False,
+    where: str = WITH_PAYLOAD,
+) -> Pull:
     """A pull at the flange of a share of the payload's weight, that changes the mass by a share."""
     effect, values = np.zeros((10, 4)), np.zeros(4)
     effect[9, int(across)] = 5.0 * change / 9.0
     values[int(across)] = z
-    return Pull(values, np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall)
+    return Pull(values, np.diag([1.0, 1.0, 1.0, 50.0]), effect, force, fall, where)
 
 
-def pulling(force: float, z: float = 9.0, change: float = 1.0, across: bool = False) -> Evidence:
+def pulling(force: float, z: float = 9.0, **more: Any) -> Evidence:
     """A payload beside such a pull."""
-    return of_payload(estimate_of(), pulls=(hose(force, z, change=change, across=across),))
+    return of_payload(estimate_of(), pulls=(hose(force, z, **more),))
 
 
 def apart(constant: float, changing: float = 0.0, second: float = 0.0) -> Evidence:

@@ -7,7 +7,7 @@ from dynident.estimation.diagnosis import pull as at_flange
 from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisances, payload, recordings
 from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
-from dynident.estimation.diagnosis.nuisances import Bursts
+from dynident.estimation.diagnosis.nuisances import WHERE, Bursts
 from dynident.estimation.diagnosis.quantities import (
     INERTIA_SIGMA,
 )
@@ -65,6 +65,8 @@ OF_GUARDS = (
     ),
     Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(5.0 * x, 0.01), loaded.SENSITIVE),
     Side("sensitive", "note", "3.9 %, out of its interval", lambda x: leaning_on(0.1 * x, 0.1), 1.96),
+    Side("sensitive", "note", "3.0 %, out of its interval", lambda x: leaning_on(0.05, 1e-3, x / 196.0), 3.0),
+    Side("sensitive", "note", "5 % too large or too small", lambda x: leaning_on(0.03 * x, 1e-3, 0.1), 1.0),
     Side(
         "burst",
         "note",
@@ -76,7 +78,8 @@ OF_GUARDS = (
     Side("tilted", "note", "gravity leans by 2.9", lambda x: leaning(0.05, 0.05 / x), beside_both.TILT_Z),
     Side("pulled", "error", "without it the mass would be 10 ± 0.6 kg", pulling, at_flange.PULL),
     Side("pulled", "error", "(4.5 ± 1 N/m", lambda x: pulling(1.0, x), at_flange.ALONG_Z),
-    Side("pulled", "error", "7 N to the side", lambda x: pulling(1.0, x, across=True), at_flange.ACROSS_Z),
+    Side("pulled", "error", "7 N to the side", lambda x: pulling(1.0, x, across=True), at_flange.PULL_Z),
+    Side("pulled", "error", "(7.01 ± 1 N/m", lambda x: pulling(1.0, x, where=WHERE[0]), at_flange.PULL_Z),
     Side("late", "warning", "lag position by about 8", lambda x: beside("late", x), nuisances.LATE),
     Side("late", "warning", "lead position by about 8", lambda x: beside("late", -x), nuisances.LATE),
     Side("late", "warning", "lag position by about 20", lambda x: beside("late", 0.02, x), nuisances.LATE_Z),
