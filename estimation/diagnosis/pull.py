@@ -22,6 +22,12 @@ PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 The last: of stiffness and upward force with payload alone. What a model leaves of a real arm shows least there, up
 to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
+CLEARER = 1.2
+"""So many times what a tilt, a delay or a slip takes off is taken off by a pull.
+
+A tilted base looks like a force to the side, which takes off as much at most (1.01); a spring that pulls to the
+side takes off 1.4 times as much as a tilt, and more.
+"""
 _ALONG, _ACROSS = [0, 3], [1, 2]
 """Places of stiffness and upward force, and of the horizontal one: a hose from above shows in the first two."""
 
@@ -102,9 +108,9 @@ def _pull(question: Asked, first: int, where: str, at: tuple[Array, Array, float
 
 
 def outstanding(system: Thinned, leaning: Tilt | None, others: Sequence[Nuisance]) -> tuple[Pull, ...]:
-    """The pull that explains most, of those that stand out and explain more than a tilt, a delay and a slip do."""
+    """The pull that explains most, of those that stand out and explain more than a tilt, a delay and a slip."""
     rivals = [leaning.fall if leaning is not None else 0.0, *(nuisance.fall for nuisance in others)]
-    acting = [pull for pull in pulls(system) if pull.stands_out and pull.fall > max(rivals)]
+    acting = [pull for pull in pulls(system) if pull.stands_out and pull.fall > CLEARER * max(rivals)]
     return (max(acting, key=lambda pull: pull.fall),) if acting else ()
 
 

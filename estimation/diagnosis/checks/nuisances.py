@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....common.arrays import Array
 from ..evidence import Evidence
 from ..finding import Finding, error, note, warning
 from ..nuisances import Nuisance
@@ -49,8 +50,14 @@ def pulled(evidence: Evidence) -> list[Finding]:
     ).strip()
     if evidence.of_robot:
         return [note(text)]
-    safe = abs(pull.change[9]) + 2.0 * pull.mass_sigma <= MOVED * abs(evidence.mass)
-    return [warning(text) if safe else error(text)]
+    return [error(text) if _moves(evidence, pull.change, 2.0 * pull.mass_sigma) else warning(text)]
+
+
+def _moves(evidence: Evidence, change: Array, more: float = 0.0) -> bool:
+    """Whether a change of the ten moves the mass, by so much [kg] more, or the centre of mass."""
+    mass = abs(evidence.mass)
+    far = float(np.linalg.norm(change[6:9])) > SLIP * mass
+    return far or not abs(change[9]) + more <= MOVED * mass
 
 
 def _like(pull: Pull) -> str:
@@ -103,10 +110,10 @@ def _of(nuisance: Nuisance) -> str:
 
 
 def _against(evidence: Evidence, nuisance: Nuisance, text: str) -> Finding:
-    """Against everything where it moves the mass, else against the inertia; worth knowing of a robot alone."""
+    """Against all where it moves mass or centre of mass, else the inertia; worth knowing of a robot alone."""
     if evidence.of_robot:
         return note(text)
-    if abs(nuisance.change[9]) > MOVED * abs(evidence.mass):
+    if _moves(evidence, nuisance.change):
         return error(f"{text}{_mass(evidence, nuisance)}")
     return warning(text)
 

@@ -1,9 +1,11 @@
 """Each check of the table alone, on both sides of each of its thresholds."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import recordings
+from dynident.estimation.diagnosis.checks import nuisances, recordings
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
@@ -12,6 +14,8 @@ from dynident.tests.estimation.diagnosis.made import (
 )
 from dynident.tests.estimation.diagnosis.sides import (
     Side,
+    beside,
+    hose,
 )
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.sides_of_fits import OF_FITS
@@ -54,3 +58,15 @@ def test_a_check_speaks_on_one_side_of_its_threshold(side: Side) -> None:
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_check_is_silent_about_what_was_not_computed(name: str) -> None:
     assert FUNCTIONS[name](Evidence(ROBOT)) == []
+
+
+def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> None:
+    for share, severity in ((0.999, "warning"), (1.001, "error")):
+        moved = share * nuisances.SLIP * 5.0 * np.array([0.6, 0.0, 0.8])
+        evidence = beside("late", 0.02)
+        change = np.array([*np.zeros(6), *moved, 0.0])
+        (late,) = nuisances.late(replace(evidence, nuisances=(evidence.nuisances[0]._replace(change=change),)))
+        effect = np.zeros((10, 4))
+        effect[6:9, 0] = moved / 9.0
+        (hung,) = nuisances.pulled(replace(evidence, pulls=(hose(1.0)._replace(effect=effect),)))
+        assert (late.severity, hung.severity) == (severity, severity)
