@@ -198,8 +198,9 @@ def rating(evidence: Evidence) -> list[Finding]:
     rated, sigma = evidence.robot.rated_payload, evidence.spread.mass if evidence.spread is not None else 0.0
     if not evidence.mass - TOLD * sigma > (1.0 + _ROUNDED) * rated:
         return []
+    source = "as is assumed" if evidence.robot.assumed("rated_payload") else "by its data sheet"
     text = (
-        f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries by its data sheet: "
+        f"a mass of {evidence.mass:.4g} kg is more than the {rated:g} kg that this arm carries {source}: "
         "are the torques, the drive gains and the robot's description right?"
     )
     return [error(text, "mass")]

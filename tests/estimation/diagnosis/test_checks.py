@@ -5,12 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import nuisances, recordings
+from dynident.estimation.diagnosis.checks import nuisances, payload, recordings
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
 from dynident.tests.estimation.diagnosis.made import (
     ROBOT,
+    estimate_of,
+    of_payload,
+    with_mass,
 )
 from dynident.tests.estimation.diagnosis.sides import (
     Side,
@@ -70,3 +73,14 @@ def test_a_delay_or_a_pull_that_moves_the_centre_of_mass_leaves_nothing() -> Non
         effect[6:9, 0] = moved / 9.0
         (hung,) = nuisances.pulled(replace(evidence, pulls=(hose(1.0)._replace(effect=effect),)))
         assert (late.severity, hung.severity) == (severity, severity)
+
+
+def test_a_rating_that_is_assumed_is_called_so() -> None:
+    """The RX90's is; one with a source stands on its data sheet."""
+    heavy = of_payload(estimate_of(ten=with_mass(20.0)))
+    sheet = replace(ROBOT, sources={"rated_payload": "the maker's data sheet"})
+    texts = [finding.text for robot in (ROBOT, sheet) for finding in payload.rating(replace(heavy, robot=robot))]
+    assert [text.partition(" carries ")[2].partition(":")[0] for text in texts] == [
+        "as is assumed",
+        "by its data sheet",
+    ]
