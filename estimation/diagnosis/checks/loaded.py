@@ -51,9 +51,14 @@ def _is_off(scale: Scale) -> bool:
 
 
 def sensitive(evidence: Evidence) -> list[Finding]:
-    """A mass that an error of scale, too small for these recordings to show, takes out of its interval."""
+    """A mass that an error of scale, too small for these recordings to show, takes out of its interval.
+
+    None where something pulls at the flange, or the payload was weighed: its mass rests on that.
+    """
     whole = next((scale for scale in evidence.scales if scale.joint == 0), None)
-    if whole is None or evidence.pull is not None or evidence.spread is None or not evidence.mass > 0.0:
+    if whole is None or evidence.spread is None or not evidence.mass > 0.0:
+        return []
+    if evidence.pull is not None or any(payload.weighings for payload in evidence.constrained):
         return []
     hidden = float(np.clip(TOLD * whole.sigma, *HIDDEN))
     change = hidden * abs(whole.effect)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.estimation.diagnosis.checks import nuisances, payload, recordings
+from dynident.estimation.diagnosis.checks import loaded, nuisances, payload, recordings
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
@@ -13,12 +13,14 @@ from dynident.tests.estimation.diagnosis.made import (
     ROBOT,
     estimate_of,
     of_payload,
+    weighed_as,
     with_mass,
 )
 from dynident.tests.estimation.diagnosis.sides import (
     Side,
     beside,
     hose,
+    leaning_on,
 )
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.sides_of_fits import OF_FITS
@@ -84,3 +86,10 @@ def test_a_rating_that_is_assumed_is_called_so() -> None:
         "as is assumed",
         "by its data sheet",
     ]
+
+
+def test_a_mass_that_was_weighed_or_a_pull_leaves_nothing_to_say_of_scale() -> None:
+    plain = leaning_on(0.2, 1e-3)
+    assert loaded.sensitive(plain)
+    assert not loaded.sensitive(replace(plain, pulls=(hose(1.0),)))
+    assert not loaded.sensitive(replace(plain, constrained=(weighed_as(0.0),)))
