@@ -13,6 +13,9 @@ ALIKE = 0.02
 """Fraction of chi2 within which two robots, or two joints turned round, are the same to the data."""
 TURNED, TURNED_Z = 0.03, 3.0
 """The same of a joint that is counted the other way."""
+BESIDE_PULL = 0.5
+"""Share of what a pull at the flange takes off above which another robot, or a turned joint, is told beside it: of
+a real pull others take off .06 at most, of another robot's recordings a pull takes off as much as that robot."""
 LIGHT, HEAVY, WEIGHTLESS = 0.12, 0.40, 0.08
 """Weight that the torques show over the maker's: known arms lie from .19 to .31; below the last nothing is used."""
 
@@ -48,8 +51,8 @@ def turned_joints(evidence: Evidence) -> list[Finding]:
 
 
 def _least(evidence: Evidence, fall: float) -> float:
-    """Share of the squared residual that a rival must take off: more than a pull at the flange that stands out."""
-    return fall if evidence.pull is None else max(fall, evidence.pull.fall)
+    """Share of the squared residual that a rival must take off, beside a pull at the flange that stands out too."""
+    return fall if evidence.pull is None else max(fall, BESIDE_PULL * evidence.pull.fall)
 
 
 def _cause(words: str, rival: Rival) -> Finding:
