@@ -88,7 +88,7 @@ def verdict_of(findings: Sequence[Finding], brief: bool = True, partly: Level = 
 
 def _best_explained(findings: list[Finding]) -> list[Finding]:
     """Without ways to take all recordings that a cause outdoes: a turned joint may look like another robot."""
-    left = min((1.0 - finding.explains for finding in findings if finding.cause), default=1.0)
+    left = min((1.0 - finding.explains for finding in findings if _explains(finding)), default=1.0)
     return [
         finding
         for finding in findings

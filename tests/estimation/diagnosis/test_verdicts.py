@@ -230,6 +230,8 @@ def test_what_explains_most_comes_first_and_what_it_outdoes_is_not_told() -> Non
     late = cause("loaded.csv", "late", 0.3)
     assert verdict_of([late, error("bad"), turned]).reasons == ("turned", "late", "bad")
     assert verdict_of([late._replace(explains=0.9), turned]).reasons == ("turned", "late")
+    alike = late._replace(severity="warning", explains=0.5)  # too little to be told first: it outdoes nothing
+    assert verdict_of([alike, robot._replace(explains=0.2)]).reasons == ("robot", "late")
 
 
 def test_few_blocks_widen_what_every_quantity_is_judged_by() -> None:
