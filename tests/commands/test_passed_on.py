@@ -65,7 +65,9 @@ def test_full_speed_of_a_ladder_bears_a_quarter_more_than_expected() -> None:
     arguments = parsed(f"{NEAR} --ladder --expected-mass 4 --heaviest-payload 9@0,0,0.1 --within 0.1")
     limits = LimitOptions.of(arguments)
     known = limits.known(ROBOT)
-    _, loads = near._torques(known, limits.bounds(known.robot), limits, NearOptions.of(arguments))
+    bounds = limits.bounds(known.robot)
+    payloads = limits.payload(known.robot, bounds)
+    _, loads = near._torques(known, bounds, limits, NearOptions.of(arguments), payloads)
     assert loads is not None
     assert isinstance(loads.heaviest, PayloadSet)
     assert loads.heaviest.mass == pytest.approx(1.25 * 4.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.cli import main
-from dynident.commands.options.payload_bounds import payload_bounds, region
+from dynident.commands.options.limits import _payload_bounds, _region
 from dynident.model import InertialParameters, load_robot, payload_regressor, robot_names
 from dynident.tests.commands.runs import Run, document, runner
 from dynident.tests.selection import cases
@@ -125,10 +125,10 @@ def test_bounds_are_in_the_payloads_frame(arm: str) -> None:
     robot, draw, mass, centre = load_robot(arm), np.random.default_rng(3), 7.0, np.array([0.05, -0.1, 0.2])
     rows = dense(payload_regressor(robot), *draw.uniform(-2.0, 2.0, (3, 10, robot.n))).reshape(-1, 10)
     for text in REGIONS:
-        half, box = region(text)
-        payloads = payload_bounds(robot, f"{mass:g}@0.05,-0.1,0.2", (half, box))
+        half, box = _region(text)
+        payloads = _payload_bounds(robot, f"{mass:g}@0.05,-0.1,0.2", (half, box))
         assert isinstance(payloads, PayloadSet)
-        own = PayloadSet.within(mass, half, centre, box)
+        own = PayloadSet.within(mass, half * (3 // len(half)), centre, box)
         places = drawn_points(own, 500, draw)
         if box:
             places = np.vstack([places, centre + own.half * list(product((-1.0, 1.0), repeat=3))])
