@@ -107,12 +107,7 @@ def run(request: _Simulate) -> int:
     """Run it."""
     scenario = request.scenario()
     types = [model.with_stand_in(model.load_robot(name)) for name in request.robots]
-    names = [robot.name for robot in types]
-    if twice := {name for name in names if names.count(name) > 1}:
-        raise InputError(f"robots: {twice.pop()!r} twice: give each type once")
-    for name in names:
-        if name != Path(name).name or name == "..":
-            raise InputError(f"robots: {name!r} is no name of a folder, which each type gets: give it another name")
+    _check_names([robot.name for robot in types])
     known = [(robot, simulated_arms(robot, scenario)) for robot in types]
     players = [_Player.of(robot, request) for robot in types]
     root, lines = Path(made_folder(request.out)), list[str]()
@@ -126,6 +121,15 @@ def run(request: _Simulate) -> int:
     write_bytes(root / "truth.json", report.documents.json_text(report.documents.truth_document(scenario, known)))
     print_lines(*lines, f"{root / 'truth.json'}: what is true of them")
     return ANSWERED
+
+
+def _check_names(names: Sequence[str]) -> None:
+    """Refuse types that would share a folder, or whose names lead elsewhere."""
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise InputError(f"robots: {twice.pop()!r} twice: give each type once")
+    for name in names:
+        if name != Path(name).name or name == "..":
+            raise InputError(f"robots: {name!r} is no name of a folder, which each type gets: give it another name")
 
 
 @dataclass(frozen=True)

@@ -163,13 +163,16 @@ class Decoder:
             case "map":
                 return {self.value(key): self.value(entry) for key, entry in content}
             case "blocks":
-                blocks = [self.value(block) for block in content]
-                if not all(isinstance(block, Equations) for block in blocks):
-                    raise InputError("holds blocks that are no equations")
-                return WithoutEach(blocks)
+                return self._blocks(content)
             case "kind":
                 return self._made(*content)
         raise InputError(f"holds {word!r}, which this version does not know")
+
+    def _blocks(self, trees: Any) -> WithoutEach[Any]:
+        blocks = [self.value(tree) for tree in trees]
+        if not all(isinstance(block, Equations) for block in blocks):
+            raise InputError("holds blocks that are no equations")
+        return WithoutEach(blocks)
 
     def _made(self, name: str, fields: Mapping[str, Any]) -> Any:
         if name not in KINDS:

@@ -24,22 +24,31 @@ def check(hint: Any) -> Check:
     if origin is Literal:
         return lambda value: value in parts
     if origin is Mapping:
-        key_fits, entry_fits = map(check, parts)
-        return lambda value: (
-            isinstance(value, Mapping) and all(key_fits(key) and entry_fits(entry) for key, entry in value.items())
-        )
+        return _map_check(parts)
     if origin in (tuple, Sequence):
         return _row_check(origin, parts)
-    if hint in (int, float):
-        kinds_of_number = (int, float) if hint is float else (int,)
+    return _plain_check(origin or hint)
+
+
+def _plain_check(kind: Any) -> Check:
+    """What tells whether a value is of a class, a number, or has the names of a protocol."""
+    if kind in (int, float):
+        kinds_of_number = (int, float) if kind is float else (int,)
         return lambda value: isinstance(value, kinds_of_number) and not isinstance(value, bool)
-    kind = origin or hint
     if not isinstance(kind, type):
         return lambda value: True
     if getattr(kind, "_is_protocol", False):
         names = [name for name in vars(kind) if not name.startswith("_")]
         return lambda value: all(hasattr(value, name) for name in names)
     return lambda value: isinstance(value, kind)
+
+
+def _map_check(parts: Sequence[Any]) -> Check:
+    """What tells whether keys and entries of a mapping are what is said of them."""
+    key_fits, entry_fits = map(check, parts)
+    return lambda value: (
+        isinstance(value, Mapping) and all(key_fits(key) and entry_fits(entry) for key, entry in value.items())
+    )
 
 
 def _row_check(origin: Any, parts: Sequence[Any]) -> Check:

@@ -151,18 +151,22 @@ def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -
 
 def check_targets(parts: Sequence[Options]) -> None:
     """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
-    inputs = {place_of(path): name for part in parts for name, _, path in part.named("reads")}
-    owners = {place: name for place, name in inputs.items() if place.exists()}  # a shipped robot's name is no file
+    owners = _inputs(parts)
     folders: dict[Path, str] = {}
-    for name, kind, path in chain.from_iterable(part.named("writes") for part in parts):
-        if kind == "stream" and path == "-":
-            continue
+    outputs = chain.from_iterable(part.named("writes") for part in parts)
+    for name, kind, path in (output for output in outputs if output[1:] != ("stream", "-")):
         place = place_of(path)
         _check_place(name, kind, path)
         rivals = owners if kind == "folder" else owners | folders  # folders may hold what several options write
         if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
             raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
         (folders if kind == "folder" else owners)[place] = name
+
+
+def _inputs(parts: Sequence[Options]) -> dict[Path, str]:
+    """Files that are read, and the options that name them; a shipped robot's name is no file."""
+    named = chain.from_iterable(part.named("reads") for part in parts)
+    return {place: name for place, name in ((place_of(path), name) for name, _, path in named) if place.exists()}
 
 
 def _check_place(name: str, kind: str, path: str) -> None:

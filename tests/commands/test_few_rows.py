@@ -36,6 +36,6 @@ def test_a_recording_of_a_few_rows_is_one_line(name: str, folder: Path, tmp_path
             )
             statuses.add(status)
             assert status in (0, 1, 2), (rows, err)
-            told = [text for text in err.splitlines() if not text.startswith("dynident: note:")]
-            assert len(told) == (status == 2), (rows, err)
+            errors = [text for text in err.splitlines() if not text.startswith("dynident: note:")]
+            assert len(errors) == (status == 2), (rows, err)
     assert statuses & {1, 2}

@@ -69,8 +69,8 @@ def test_no_option_takes_a_number_that_no_arm_has(command: str) -> None:
         read: Any = action.type
         for text in texts if callable(read) else ():
             with contextlib.suppress(argparse.ArgumentTypeError, ValueError):
-                taken = list(numbers(read(text)))
-                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in taken), (action.option_strings, text)
+                values = list(numbers(read(text)))
+                assert all(x == 0.0 or 1e-14 <= abs(x) <= 1e9 for x in values), (action.option_strings, text)
 
 
 def one_line(words: list[str]) -> str:
