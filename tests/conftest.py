@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import radians
 from pathlib import Path
 
@@ -75,15 +75,16 @@ IN_FULL = ("rx90", "tx40", "ur10e", "panda")
 """Shipped robots that go through every test: coupled drives, offsets, seven joints with link-side sensors."""
 ALL_ROBOTS = ("test_every_robot.py", "test_robot_file.py")
 """Files whose tests take every shipped robot; compiled only for those above, for a compiler's time is long."""
+UNCOMPILED = ("test_every_arm.py", "test_gains_verdict.py", "test_hose.py")
+"""Files whose tests take every shipped robot through much; further ones without a compiler, which takes longer."""
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out repetitions: the further arms differ from those in full by their lengths and axes alone."""
     selection = [item for item in items if _worth_it(item)]
-    further = {*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH)
     for item in selection:
-        if further.intersection(str(getattr(value, "name", value)) for value in _values_of(item).values()):
+        if _is_about({*robot_names(), *PRISMATIC}.difference(ONE_OF_EACH), item):
             item.add_marker(pytest.mark.long)
     selected = set(selection)
     config.hook.pytest_deselected(items=[item for item in items if item not in selected])
@@ -104,6 +105,12 @@ def _values_of(item: pytest.Item) -> dict[str, object]:
     return item.callspec.params if isinstance(item, pytest.Function) and hasattr(item, "callspec") else {}
 
 
+def _is_about(robots: Iterable[str], item: pytest.Item) -> bool:
+    """Whether a test is repeated for one of some robots."""
+    values = (str(getattr(value, "name", value)) for value in _values_of(item).values())
+    return not set(robots).isdisjoint(values)
+
+
 def _of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The temporary folder of a run of the tests, whichever of its parallel workers asks."""
     base = tmp_path_factory.getbasetemp()
@@ -118,6 +125,13 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("DYNIDENT_CACHE", str(folder))
         yield
+
+
+@pytest.fixture(autouse=True)
+def _without_compiler(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No compiler for robots that differ from those in full by their lengths and axes alone."""
+    if request.path.name in UNCOMPILED and _is_about(set(robot_names()).difference(IN_FULL), request.node):
+        monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
 
 
 @pytest.fixture(scope="session")

@@ -110,8 +110,8 @@ def _row(name: str, unit: str, value: float, interval: tuple[float, float], use:
 
 def first_notes(answer: PayloadAnswer) -> list[str]:
     """Notes of a weighing: other ways to the mass, the scale, the worst joint."""
-    lines = [f"Note: {text}." for text in answer.verdict.notes]
-    lines += [scale_note(answer), *assumed_notes(answer), *agreement_notes(answer), *repeat_notes(answer)]
+    lines = [*assumed_notes(answer), *(f"Note: {text}." for text in answer.verdict.notes)]
+    lines += [scale_note(answer), *agreement_notes(answer), *repeat_notes(answer)]
     lines.append(worst_note(worst_joint(answer.by_joints, answer.mass)))
     return [*lines, *gain_error_notes(answer.problem.robot, answer.gains)]
 

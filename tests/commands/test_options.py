@@ -8,11 +8,15 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from dynident.cli import _parser, main
 from dynident.commands import COMMANDS
+from dynident.commands.demo import experiment
+from dynident.commands.demo.analysis import Analysis, analyse
+from dynident.commands.demo.setup import simulate_paper
 from dynident.model import INERTIAL
 from dynident.report.blocks import Drawing
 from dynident.report.figures.canvas import new_figure
@@ -21,6 +25,7 @@ from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
 from dynident.tests.live.played import playing
+from dynident.trajectories import Experiment
 
 TEXTS = {
     "turned.toml": "[position]\nsign = [1, -1, 1, 1, 1, 1]\n",
@@ -64,6 +69,25 @@ DECLARED = {
 def empty_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures without content: each shows what stands in numbers beside it, and half of the time went into them."""
     monkeypatch.setattr(Drawing, "figure", property(lambda _: new_figure(1.0, 1.0)))
+
+
+@pytest.fixture(autouse=True)
+def each_experiment_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The paper's experiment once for each noise, seed and count: other options of ``demo`` only show it."""
+    analyses: dict[str, Analysis] = {}
+
+    def remembered(*arguments: Any) -> Experiment:
+        name = repr(arguments[2:5])
+        if name not in analyses:
+            analyses[name] = analyse(simulate_paper(*arguments))
+        return analyses[name].experiment
+
+    monkeypatch.setattr(experiment, "simulate_paper", remembered)
+    monkeypatch.setattr(
+        experiment,
+        "analyse",
+        lambda runs, progress: next(known for known in analyses.values() if known.experiment is runs),
+    )
 
 
 @pytest.fixture(scope="module")

@@ -64,7 +64,7 @@ def same_twice(bare: Recording, heavy: Recording, mass: float) -> tuple[Recordin
 MISTAKES: dict[str, tuple[Mistake, str]] = {
     "loaded on another scale": (in_loaded(made.scaled(1.06)), "with payload are on another scale"),
     "one gain off in one recording": (in_loaded(made.scaled(1.15, 3)), "drive gains"),
-    "a mass ten times too large": (lambda bare, heavy, mass: (bare, heavy, 10.0 * mass), "by its data sheet"),
+    "a mass ten times too large": (lambda bare, heavy, mass: (bare, heavy, 10.0 * mass), "that this arm carries"),
     "recordings exchanged": (lambda bare, heavy, mass: (heavy, bare, mass), "with and without the payload look"),
     "currents exchanged": (in_both(made.exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
     "currents exchanged in one": (in_loaded(made.exchanged(2, 3)), "torques of joints 2 and 3 are exchanged"),
