@@ -19,8 +19,8 @@ from .thinned import Asked, Thinned
 PULL, PULL_Z, ALONG_Z = 0.025, 7.0, 4.5
 """Force over the payload's weight, and standard deviations of it, above which something pulls.
 
-The last: of stiffness and upward force with payload alone. What a model leaves of a real arm shows least there, up
-to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
+The last: of stiffness and upward force with payload alone, if the stiffness pulls. What a model leaves of a real
+arm shows least there, up to 2.8; a force to the side with payload up to 4.8, stiffness in all recordings up to 5.7.
 """
 CLEARER = 1.2
 """So many times what a tilt, a delay or a slip takes off is taken off by a pull.
@@ -62,8 +62,9 @@ class Pull(NamedTuple):
 
     @property
     def stands_out(self) -> bool:
-        """Whether it is more than chance and a model's own errors show."""
-        along = self.where == WITH_PAYLOAD and self._z(_ALONG) > ALONG_Z
+        """Whether it is more than chance and a model's own errors show; no hose pushes away from where it ends."""
+        pulling = self.where == WITH_PAYLOAD and self.values[0] > 0.0
+        along = pulling and self._z(_ALONG) > ALONG_Z
         return self.force > PULL and (along or self.z > PULL_Z)
 
     @property

@@ -92,6 +92,23 @@ def test_good_recordings_show_no_pull(pair: tuple[Recording, Recording]) -> None
     assert outstanding(system, tilt(system), nuisances(system)) == ()
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "where", "tells"),
+    [
+        (5.0, WITH_PAYLOAD, True),
+        (-5.0, WITH_PAYLOAD, False),
+        (4.0, WITH_PAYLOAD, False),
+        (5.0, WHERE[0], False),
+        (8.0, WHERE[0], True),
+        (-8.0, WITH_PAYLOAD, True),
+    ],
+)
+def test_what_pulls_with_payload_is_told_sooner_than_what_pushes(stiffness: float, where: str, tells: bool) -> None:
+    """Standard deviations of 1: 4.5 of a pull with payload alone, 7 of all else."""
+    values = np.array([stiffness, 0.0, 0.0, 0.0])
+    assert Pull(values, np.eye(4), np.zeros((10, 4)), 1.0, 0.5, where).stands_out is tells
+
+
 @pytest.mark.parametrize("end", [ABOVE, BESIDE], ids=["above", "beside"])
 def test_a_spring_is_measured(pair: tuple[Recording, Recording], end: Array) -> None:
     """Stiffness and horizontal force are right; corrected for them, the mass is too, within its deviation."""
