@@ -1,6 +1,7 @@
 """Runs a program over blocks of samples with NumPy: no compiler needed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,10 @@ from .program import Program
 
 BLOCK = 4096
 """Samples per block: the working set stays in the processor's cache."""
+
+
+_KEPT = 2
+"""Blocks of so many sizes stay ready: a search asks for two grids in turn."""
 
 
 class NumpyPath:
@@ -33,20 +38,23 @@ class NumpyPath:
                 count += 1
             free += [self._registers[value] for value in dead.get(k, []) if value in self._registers]
         self._count = count
-        self._target = {value: row for row, value in enumerate(program.outputs)}
+        self._blocks: dict[int, _Block] = {}
 
     def rows(self, inputs: Sequence[Array], out: Array) -> None:
         """Fill ``out`` (entries x N)."""
         samples = out.shape[1]
-        work = np.empty((self._count, BLOCK))
         # Silent like compiled code: overflow gives inf and a wrong argument nan.
         with np.errstate(all="ignore"):
             for start in range(0, samples, BLOCK):
                 part = slice(start, min(start + BLOCK, samples))
-                columns = [
-                    column for x in inputs for column in (np.ascontiguousarray(x[part].T) if x.ndim == 2 else x)
-                ]
-                self._block(columns, out[:, part], work[:, : part.stop - start])
+                block = self._taken(part.stop - start)
+                block.fill([x[part] if x.ndim == 2 else x for x in inputs])
+                for compute, arrays in block.calls:
+                    compute(*arrays)
+                out[:, part] = block.outputs
+                self._blocks[part.stop - start] = block
+        for samples in list(self._blocks)[:-_KEPT]:
+            self._blocks.pop(samples, None)
 
     def tiles(self, inputs: Sequence[Array], out: Array) -> None:
         """Fill ``out`` (tiles x entries x 8); spare places repeat the last sample."""
@@ -56,15 +64,39 @@ class NumpyPath:
         padded = np.pad(flat, ((0, 0), (0, 8 * len(out) - samples)), mode="edge")
         out[...] = padded.reshape(len(flat), -1, 8).swapaxes(0, 1)
 
-    def _block(self, columns: list[Array], out: Array, work: Array) -> None:
-        program = self._program
-        values: dict[int, Array | float] = {k: columns[row] for k, row in program.inputs.items()}
-        values.update(program.constants)
+    def _taken(self, samples: int) -> "_Block":
+        """A block of that size, taken out while it works: two threads never share one."""
+        block = self._blocks.pop(samples, None)
+        return block or _Block(self._program, self._registers, self._count, samples)
+
+
+class _Block:
+    """A program's arrays for one number of samples, and its operations on them, to be called one after the other.
+
+    To look up each operation and its arrays anew takes longer than to compute a few hundred samples.
+    """
+
+    def __init__(self, program: Program, registers: dict[int, int], count: int, samples: int) -> None:
+        """Place every value."""
+        self._inputs = np.empty((sum(program.input_sizes), samples))
+        self.outputs = np.empty((len(program.outputs), samples))
+        work, target = np.empty((count, samples)), {value: row for row, value in enumerate(program.outputs)}
+        values = {k: self._inputs[row] for k, row in program.inputs.items()}
+        values |= {k: np.array(number) for k, number in program.constants.items()}
+        self.calls: list[tuple[Callable[..., Any], tuple[Array, ...]]] = []
         for step in program.steps:
-            target = self._target.get(step.result)
-            result = work[self._registers[step.result]] if target is None else out[target]
-            OPERATIONS[step.name].numpy(*(values[k] for k in step.arguments), out=result)
+            row = target.get(step.result)
+            result = work[registers[step.result]] if row is None else self.outputs[row]
+            self.calls.append((OPERATIONS[step.name].numpy, (*(values[k] for k in step.arguments), result)))
             values[step.result] = result
         for row, value in enumerate(program.outputs):
-            if self._target[value] != row or value not in self._registers:
-                out[row] = values[value]
+            if target[value] != row or value not in registers:
+                self.calls.append((np.positive, (values[value], self.outputs[row])))
+
+    def fill(self, inputs: Sequence[Array]) -> None:
+        """Take the samples of each input, (N, size), or (size,) where all share it."""
+        row = 0
+        for x in inputs:
+            rows = self._inputs[row : row + x.shape[-1]]
+            rows[...] = x.T if x.ndim == 2 else x[:, None]
+            row += len(rows)

@@ -10,17 +10,17 @@ from ...common.arrays import Array
 
 
 class Operation(NamedTuple):
-    """One operation on arrays: ``numpy(*args, out=...)`` and the same in C on vectors ``{0}``, ``{1}``."""
+    """One operation on arrays: ``numpy(*args, out)`` and the same in C on vectors ``{0}``, ``{1}``."""
 
     numpy: Callable[..., Any]
     c: str
 
 
 def _ufunc(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a plain expression the ``out`` argument of a NumPy ufunc."""
+    """Let a plain expression write into its last argument, as a NumPy ufunc does."""
 
-    def into(*args: Any, out: Array) -> None:
-        out[...] = compute(*args)
+    def into(*args: Array) -> None:
+        args[-1][...] = compute(*args[:-1])
 
     return into
 

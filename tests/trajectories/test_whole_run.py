@@ -1,11 +1,13 @@
 """What a run misses between the samples of a search: turns of dry friction, ways between poses, the rehearsal."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model import InertialParameters, Motion, load_robot, stand_in
+from dynident.model import InertialParameters, Motion, Robot, load_robot, robot_names, stand_in
 from dynident.tests.trajectories.bodies import own_torque
 from dynident.trajectories import (
     DesignProblem,
@@ -73,6 +75,62 @@ def test_a_torque_that_leaps_at_a_turn_is_seen() -> None:
     assert [check.worst for check in missed] == [f"joint {joint + 1}"]
     assert abs(missed[0].value) == pytest.approx(turns[joint], rel=1e-6)
     assert missed_on_run(FREE, PLAN, 50.0) == ()
+
+
+class Way(NamedTuple):
+    """A run given by what it does at any moment."""
+
+    duration: float
+    at: Callable[[Array], tuple[Array, Array, Array]]
+
+
+def bent(robot: Robot) -> Array:
+    """A pose about the middle of the ranges, in which a payload's mass shows."""
+    bounds = JointBounds.of(robot)
+    return bounds.middle + 0.15 * bounds.half
+
+
+def assert_most_is_seen(robot: Robot, way: Way, joint: int, peak: float) -> None:
+    """A limit 1 % below the peak is missed by the peak itself, which a grid of 50 Hz alone does not see."""
+    t = np.arange(0.0, way.duration, 1.0 / 50.0)
+    grid = np.abs(own_torque(robot, Motion(t, *way.at(t)))[:, joint - 1]).max()
+    assert grid < (1.0 - 1e-4) * peak
+    torque = np.where(np.arange(1, robot.n + 1) == joint, 0.99 * peak, np.inf)
+    bounds, joints = JointBounds.of(robot), (2, 4, 6, 7) if robot.n == 7 else (2, 3, 5, 6)
+    shape = NearShape(bent(robot)[None], joints, np.full(4, np.radians(30.0)), 4.0)
+    goal = NearGoal(0.007 * bounds.torque, 10.0, BODY)
+    tight = build_design(robot, shape, goal, bounds=replace(bounds, torque=torque), loads=Loads(robot.parameters))
+    missed = missed_on_run(tight, way, 50.0)
+    assert abs(missed[0].value) == pytest.approx(peak, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_the_most_is_seen_where_a_joint_leaves_a_rest(name: str) -> None:
+    """Friction has no sign at rest, where the acceleration of joint 1 is at its largest."""
+    robot = stand_in.rehearsed(load_robot(name))
+
+    def at(t: Array) -> tuple[Array, Array, Array]:
+        states = np.zeros((3, len(t), robot.n))
+        states[..., 0] = t**2 / 2.0 - 20.0 * t**3 / 3.0, t - 20.0 * t**2, 1.0 - 40.0 * t
+        return states[0] + bent(robot), states[1], states[2]
+
+    after = np.array([1e-6])
+    assert_most_is_seen(robot, Way(0.04, at), 1, np.abs(own_torque(robot, Motion(after, *at(after))))[0, 0])
+
+
+def test_the_most_is_seen_where_a_coupled_rotor_turns_round() -> None:
+    """Joint 5 of an RX90 goes faster and faster, joint 6 against it, and their sum changes its sign at 1.013 s."""
+    robot, turn = stand_in.rehearsed(load_robot("rx90")), 1.013
+
+    def at(t: Array) -> tuple[Array, Array, Array]:
+        fifth = np.stack([0.3 * t + 0.01 * t**2, 0.3 + 0.02 * t, 0.02 + 0.0 * t])
+        both = np.stack([0.02 * turn * t - 0.01 * t**2, 0.02 * (turn - t), -0.02 + 0.0 * t])
+        states = np.zeros((3, len(t), 6))
+        states[..., 4], states[..., 5] = fifth, both - fifth
+        return states[0] + bent(robot), states[1], states[2]
+
+    before = np.array([turn - 1e-6])
+    assert_most_is_seen(robot, Way(1.5, at), 5, np.abs(own_torque(robot, Motion(before, *at(before))))[0, 4])
 
 
 def test_what_is_missed_by_little_is_eased_and_what_is_missed_by_much_is_told() -> None:

@@ -1,7 +1,7 @@
 """A motion's whole run, as a controller makes it: what it misses between the samples that a search looks at.
 
 Dry friction turns its sign with a joint's speed, so that a torque may leap between two samples. The run is looked
-at on a dense grid, and just before and after each turn.
+at on a dense grid, just before and after each turn, and just beside each rest.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.arrays import Array
-from ...model import Motion
+from ...model import Motion, Robot
 from ..motions.near import NearMotion
 from ..motions.samples import Plan, sample_count
 from .limits import Limit, LimitCheck, state_limit
@@ -23,6 +23,7 @@ RUN_RATE = 500.0  # Hz: at which a run at full speed is looked at
 _BLOCK = 20_000  # samples at a time
 _NEWTON = 4  # steps to the moment of a turn
 _BESIDE = 1e-7  # s: before and after a turn
+_FROM_REST = 1e-4  # of a step: a speed that grows with the square of the time has its sign there
 _BETWEEN = 0.05  # of a torque limit: what a search may miss between its samples, where friction leaps
 _EASES = 6  # each twice as much as the last
 _LEAST = 1e-3  # slower or smaller by so much at first
@@ -63,7 +64,7 @@ def missed_on_run(
     if not further and not any(limit.kind in ("torque", "clearance") for limit in problem.limits):
         return ()
     worst: dict[str, LimitCheck] = {}
-    for motion in _blocks(plan, rate):
+    for motion in _blocks(problem.robot, plan, rate):
         for check in checks_of_run(problem, motion, further):
             if check.relative > max(TOLERANCE, worst[check.name].relative if check.name in worst else 0.0):
                 worst[check.name] = check
@@ -126,24 +127,38 @@ def _most(missed: tuple[LimitCheck, ...]) -> float:
     return max((check.relative for check in missed), default=0.0)
 
 
-def _blocks(plan: Plan, rate: float) -> Iterator[Motion]:
+def _blocks(robot: Robot, plan: Plan, rate: float) -> Iterator[Motion]:
     """The run in parts that fit into memory, each with its turns."""
     t = np.arange(sample_count(plan.duration, rate)) / rate
     for start in range(0, max(len(t) - 1, 1), _BLOCK):
         own = t[start : start + _BLOCK + 1]
-        all_times = np.union1d(own, _turns(plan, own))
+        all_times = np.union1d(own, _turns(robot, plan, own))
         yield Motion(all_times, *plan.at(all_times))
 
 
-def _turns(plan: Plan, t: Array) -> Array:
-    """Moments just before and after a joint's speed changes its sign, between times of a grid [s]."""
-    _, qd, qdd = plan.at(t)
-    k, joint = np.nonzero(qd[:-1] * qd[1:] < 0.0)
+def _turns(robot: Robot, plan: Plan, t: Array) -> Array:
+    """Moments beside a rest, and beside those at which a speed changes its sign, between times of a grid [s]."""
+    speeds = _friction_speeds(robot, plan.at(t)[1])
+    k, column = np.nonzero(speeds[:-1] * speeds[1:] < 0.0)
     low, high = t[k], t[k + 1]
-    turn = low + (high - low) * qd[k, joint] / (qd[k, joint] - qd[k + 1, joint])
+    turn = low + (high - low) * speeds[k, column] / (speeds[k, column] - speeds[k + 1, column])
     for _ in range(_NEWTON if len(turn) else 0):
-        _, qd, qdd = plan.at(turn)
-        speed, bend = (x[np.arange(len(turn)), joint] for x in (qd, qdd))
+        _, *states = plan.at(turn)
+        speed, bend = (_friction_speeds(robot, x)[np.arange(len(turn)), column] for x in states)
         step = np.divide(speed, bend, out=np.zeros_like(speed), where=bend != 0.0)
         turn = np.clip(turn - step, low, high)
-    return np.concatenate([np.maximum(turn - _BESIDE, low), np.minimum(turn + _BESIDE, high)])
+    beside = np.maximum(turn - _BESIDE, low), np.minimum(turn + _BESIDE, high)
+    still = speeds == 0.0
+    leaves, comes = (
+        (first & ~second).any(axis=1) for first, second in ((still[:-1], still[1:]), (still[1:], still[:-1]))
+    )
+    near = _FROM_REST * np.diff(t)
+    return np.concatenate([*beside, (t[:-1] + near)[leaves], (t[1:] - near)[comes]])
+
+
+def _friction_speeds(robot: Robot, qd: Array) -> Array:
+    """Speeds whose signs dry friction takes: of the joints (N, n), and of a coupled drive's rotor."""
+    if robot.coupling is None or robot.coupling.coulomb != "sum":
+        return qd
+    j, k = (joint - 1 for joint in robot.coupling.joints)
+    return np.column_stack([qd, qd[:, j] + qd[:, k]])
