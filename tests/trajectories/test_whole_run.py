@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -23,6 +22,7 @@ from dynident.trajectories.design import holding_torques, missed_on_run
 from dynident.trajectories.design.score import FINER, score_samples
 from dynident.trajectories.design.settle import drawn_back
 from dynident.trajectories.design.whole_run import REHEARSAL, harder, kept_throughout
+from dynident.trajectories.motions.samples import Plan
 
 ARM = stand_in.rehearsed(load_robot("ur10e"))
 BOUNDS = JointBounds.of(ARM)
@@ -77,11 +77,18 @@ def test_a_torque_that_leaps_at_a_turn_is_seen() -> None:
     assert missed_on_run(FREE, PLAN, 50.0) == ()
 
 
-class Way(NamedTuple):
+class Way(Plan):
     """A run given by what it does at any moment."""
 
-    duration: float
-    at: Callable[[Array], tuple[Array, Array, Array]]
+    def __init__(self, duration: float, states: Callable[[Array], tuple[Array, Array, Array]]) -> None:
+        self._duration, self._states = duration, states
+
+    @property
+    def duration(self) -> float:
+        return self._duration
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        return self._states(t)
 
 
 def bent(robot: Robot) -> Array:
