@@ -1,12 +1,14 @@
 """An empty figure, and a figure as a file or as text: the only place that imports matplotlib."""
 
 import io
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
+from ...common.arrays import Array
 from ...common.files import write_bytes
 
 if TYPE_CHECKING:
@@ -23,6 +25,12 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".pdf": {"CreationDate": None},
 }
 """What would differ from one day to the next."""
+Scale: TypeAlias = Callable[[Array | float], Array]
+"""From a row's values to places in a panel."""
+_NUMBERS = 4
+"""Steps of a row's scale, at most."""
+_INSET = 0.06
+"""Of a row's height, left free above and below."""
 _NARROW = 30.0
 """A logarithmic scale that spans less than this has three numbers a decade."""
 
@@ -99,6 +107,50 @@ def plain(axis: Axes) -> None:
     axis.grid(visible=True, color="0.9", linewidth=0.6)
     axis.set_axisbelow(True)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def names_below(axis: Axes, names: Sequence[str], fontsize: float) -> None:
+    """A name below each whole number from 0 on, and light lines above them: ticks take twice as long to draw."""
+    places = range(len(names))
+    axis.set_xticks(places, names, rotation=90, fontsize=fontsize)
+    axis.tick_params(axis="x", bottom=False)
+    lines_above(axis, len(names))
+
+
+def lines_above(axis: Axes, count: int) -> None:
+    """A light line at each whole number from 0 on."""
+    axis.grid(visible=False, axis="x")
+    axis.vlines(
+        range(count), 0.0, 1.0, color="0.92", linewidth=0.6, transform=axis.get_xaxis_transform(), zorder=0.5
+    )
+
+
+def bands(axis: Axes, ranges: Sequence[tuple[float, float]]) -> list[Scale]:
+    """Rows one below the other in one panel, each with a scale of its own; a panel for each takes thrice as long.
+
+    Args:
+        axis: of the panel; its grid and numbers are set here.
+        ranges: lowest and highest value of each row, the topmost first.
+
+    Returns:
+        For each row what places its values in the panel.
+    """
+    locator = matplotlib().ticker.MaxNLocator(_NUMBERS, steps=[1, 2, 5, 10])
+    floors = range(len(ranges) - 1, -1, -1)
+    scales: list[Scale] = [partial(_placed, floor, *ends) for floor, ends in zip(floors, ranges, strict=True)]
+    ticks = [[float(y) for y in locator.tick_values(*ends) if ends[0] <= y <= ends[1]] for ends in ranges]
+    places = [float(place(y)) for place, values in zip(scales, ticks, strict=True) for y in values]
+    axis.set_yticks(places, [f"{y:g}".replace("-", "\N{MINUS SIGN}") for values in ticks for y in values])
+    axis.set_ylim(0.0, float(len(ranges)))
+    axis.set_xmargin(0.02)
+    plain(axis)
+    for floor in floors[:-1]:
+        axis.axhline(float(floor), color="0.3", linewidth=0.8)
+    return scales
+
+
+def _placed(floor: int, low: float, high: float, values: Array | float) -> Array:
+    return np.asarray(floor + _INSET + (1.0 - 2.0 * _INSET) * (values - low) / (high - low))
 
 
 def mark_interval(axis: Axes, low: float, high: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from ...estimation import SigmaBound, SigmaRatio
 from ...estimation.fit import Elimination
 from ..blocks import Drawing
-from .canvas import Axes, Figure, log_scale, panels
+from .canvas import Axes, Figure, lines_above, log_scale, names_below, panels
 
 _MOST_RATIO = 1.15
 """Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
@@ -42,7 +42,7 @@ def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> F
     shown = min(max(int(np.sum(path.sigma_ratio <= _MOST_RATIO)), gone + 2), len(path.order))
     names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
     edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
-    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges, sharex=True)
+    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
     above, below = axes[:, 0]
     _curve(above, path.sigma_ratio[:shown], gone)
     above.set_ylabel("error sigma, ratio\nto all parameters")
@@ -55,7 +55,9 @@ def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> F
         _limit(below, 100.0 * rule.limit, f"limit {100.0 * rule.limit:g} %")
     above.legend(loc="upper left")
     log_scale(below)
-    below.set_xticks(range(shown), names, rotation=90, fontsize=7)
+    above.set_xticks([])
+    lines_above(above, shown)
+    names_below(below, names, 7)
     below.set_xlabel("eliminated, in this order")
     figure.suptitle(f"{title}: {len(elimination.essential)} of {len(path.order)} parameters essential")
     return figure
@@ -94,4 +96,5 @@ def _curve(axis: Axes, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
         label="not taken",
     )
     axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
+    axis.set_xlim(-1.0, len(values))
     axis.grid(visible=True, alpha=0.3)

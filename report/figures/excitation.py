@@ -7,7 +7,7 @@ import numpy as np
 from ...common.arrays import Array
 from ...estimation.fit import Excitation
 from ..blocks import Drawing
-from .canvas import BLUE, Axes, Figure, legend, log_scale, panels, plain
+from .canvas import BLUE, Axes, Figure, legend, log_scale, names_below, panels, plain
 
 _GOOD = 10.0  # ten times the noise: 10 % relative sigma
 _LEAST, _MOST = 1e-2, 1e9
@@ -55,6 +55,6 @@ def _row(axis: Axes, names: Sequence[str], signal: Array, independent: Array, si
     axis.annotate("relative sigma 10 %", (1.0, _GOOD), xycoords=("axes fraction", "data"), xytext=(0, 3),
                   textcoords="offset points", ha="right", fontsize=8)  # fmt: skip
     axis.set_xlim(-0.8, size - 0.2)
-    axis.set_xticks(x, names, rotation=90, fontsize=8)
     axis.set_ylabel("torque over noise")
     plain(axis)
+    names_below(axis, names, 8)

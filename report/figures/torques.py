@@ -1,11 +1,14 @@
 """Measured and predicted torques, residuals and their autocorrelation."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ...common.arrays import Array
 from ...estimation.answers import TorquePrediction
 from ..blocks import Drawing
-from .canvas import BLUE, GREY, ORANGE, Axes, Figure, legend, panels, plain
+from .canvas import BLUE, GREY, ORANGE, Axes, Figure, bands, legend, panels
 
 _GAP = 2.5  # steps: a longer one is drawn as a gap
 _CURVES = ((BLUE, "--", 1.3), (ORANGE, ":", 1.3), ("black", "-.", 1.0))
@@ -25,10 +28,10 @@ def worst_joint_figure(prediction: TorquePrediction) -> Drawing:
 def _one_joint(prediction: TorquePrediction, j: int) -> Figure:
     figure, axes = panels((5.8, 3.2), 2, edges=(0.8, 0.1, 0.3, 0.5), sharex=True, height_ratios=(2, 1))
     above, below = axes[:, 0]
-    _torques(above, prediction, j)
+    _torques(above, prediction, [j])
     above.set_ylabel(f"joint {j + 1} [N·m]")
     legend(figure, [above], "upper center", fontsize=9)
-    _residual(below, prediction, j)
+    _residuals(below, prediction, [j])
     below.set_ylabel("residual")
     below.set_xlabel("time [s]")
     return figure
@@ -47,26 +50,30 @@ def prediction_figure(prediction: TorquePrediction, name: str) -> Drawing:
 
 def _every_joint(prediction: TorquePrediction) -> Figure:
     n = len(prediction.t)
-    edges = (0.8, 0.1, 0.6, 0.5)
-    figure, axes = panels((10.0, 1.75 * n + 0.6), n, 3, edges, sharex="col", width_ratios=(5, 3, 2))
-    for j, (left, middle, right) in enumerate(axes):
-        _torques(left, prediction, j)
-        left.set_ylabel(f"joint {j + 1} [N·m]")
-        _residual(middle, prediction, j)
-        _correlation(right, prediction, j)
-        middle.annotate(
-            f"{100.0 * prediction.relative_per_joint[j]:.1f} %",
-            (0.99, 0.97),
-            xycoords="axes fraction",
-            ha="right",
-            va="top",
-            fontsize=9,
+    figure, ((left, middle, right),) = panels(
+        (10.0, 1.75 * n + 0.6), 1, 3, (0.8, 0.1, 0.6, 0.5), width_ratios=(5, 3, 2)
+    )
+    _torques(left, prediction, range(n))
+    _residuals(middle, prediction, range(n))
+    _correlations(right, prediction, range(n))
+    for j in range(n):
+        middle_of_row = (n - j - 0.5) / n
+        left.text(
+            -0.14,
+            middle_of_row,
+            f"joint {j + 1} [N·m]",
+            rotation=90,
+            va="center",
+            ha="center",
+            transform=left.transAxes,
         )
-    for axis, title in zip(axes[0], ("torque", "residual", "its autocorrelation"), strict=True):
+        share = f"{100.0 * prediction.relative_per_joint[j]:.1f} %"
+        middle.text(0.99, (n - j - 0.03) / n, share, ha="right", va="top", fontsize=9, transform=middle.transAxes)
+    titles, labels = ("torque", "residual", "its autocorrelation"), ("time [s]", "time [s]", "lag [s]")
+    for axis, title, label in zip((left, middle, right), titles, labels, strict=True):
         axis.set_title(title, fontsize=10)
-    for axis, label in zip(axes[-1], ("time [s]", "time [s]", "lag [s]"), strict=True):
         axis.set_xlabel(label)
-    legend(figure, [axes[0][0]], "upper center")
+    legend(figure, [left], "upper center")
     return figure
 
 
@@ -79,37 +86,49 @@ def words_of(prediction: TorquePrediction) -> str:
     )
 
 
-def _torques(axis: Axes, prediction: TorquePrediction, j: int) -> None:
-    axis.plot(*_parted(prediction, j, prediction.measured[j]), color=GREY, linewidth=2.6, label="measured")
+def _torques(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    """A row for each joint."""
+    curves: list[tuple[Sequence[Array], str, dict[str, Any]]]
+    curves = [(prediction.measured, "measured", {"color": GREY, "linewidth": 2.6})]
     for k, curve in enumerate(prediction.curves):
-        color, style, width = _CURVES[k % len(_CURVES)]
-        line = _parted(prediction, j, curve.torque[j])
-        axis.plot(*line, color=color, linestyle=style, linewidth=width, label=curve.label)
-    axis.locator_params(axis="y", nbins=5)
-    plain(axis)
+        looks: dict[str, Any] = dict(
+            zip(("color", "linestyle", "linewidth"), _CURVES[k % len(_CURVES)], strict=True)
+        )
+        curves.append((curve.torque, curve.label, looks))
+    rows = bands(axis, [_range([torque[j] for torque, _, _ in curves]) for j in joints])
+    for torque, label, looks in curves:
+        for first, (j, row) in enumerate(zip(joints, rows, strict=True)):
+            t, values = _parted(prediction, j, torque[j])
+            axis.plot(t, row(values), label="" if first else label, **looks)
 
 
-def _residual(axis: Axes, prediction: TorquePrediction, j: int) -> None:
-    residual = prediction.residual(j)
-    axis.axhline(0.0, color="0.4", linewidth=0.6)
-    axis.plot(*_parted(prediction, j, residual), color="black", linewidth=0.8)
-    largest = 1.15 * float(np.abs(residual).max(initial=0.0))
-    if largest > 0.0:
-        axis.set_ylim(-largest, largest)
-    axis.locator_params(axis="y", nbins=5)
-    plain(axis)
+def _residuals(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    residuals = [prediction.residual(j) for j in joints]
+    largest = [1.15 * float(np.abs(residual).max(initial=0.0)) or 1.0 for residual in residuals]
+    for j, residual, row in zip(joints, residuals, bands(axis, [(-x, x) for x in largest]), strict=True):
+        t, values = _parted(prediction, j, residual)
+        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+        axis.plot(t, row(values), color="black", linewidth=0.8)
 
 
-def _correlation(axis: Axes, prediction: TorquePrediction, j: int) -> None:
-    lags, rho = prediction.autocorrelation(j)
-    axis.plot(lags, rho, color="black", linewidth=1.0)
-    axis.axhline(0.0, color="0.4", linewidth=0.6)
-    band = 1.96 / np.sqrt(max(len(prediction.t[j]), 1))
-    for level in (-band, band):
-        axis.axhline(level, color="0.4", linestyle="--", linewidth=0.8)
-    axis.set_ylim(min(-0.5, 1.1 * float(rho.min())), 1.05)
-    axis.locator_params(nbins=4)
-    plain(axis)
+def _correlations(axis: Axes, prediction: TorquePrediction, joints: Sequence[int]) -> None:
+    correlations = [prediction.autocorrelation(j) for j in joints]
+    rows = bands(axis, [(min(-0.5, 1.1 * float(rho.min())), 1.05) for _, rho in correlations])
+    for j, (lags, rho), row in zip(joints, correlations, rows, strict=True):
+        axis.plot(lags, row(rho), color="black", linewidth=1.0)
+        axis.axhline(float(row(0.0)), color="0.4", linewidth=0.6)
+        band = 1.96 / np.sqrt(max(len(prediction.t[j]), 1))
+        for level in (-band, band):
+            axis.axhline(float(row(level)), color="0.4", linestyle="--", linewidth=0.8)
+
+
+def _range(curves: Sequence[Array]) -> tuple[float, float]:
+    """Lowest and highest value of some curves, with a little room."""
+    values = np.concatenate(curves)
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    room = 0.05 * (high - low) or 1.0
+    return low - room, high + room
 
 
 def _parted(prediction: TorquePrediction, j: int, values: Array) -> tuple[Array, Array]:
