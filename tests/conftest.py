@@ -1,5 +1,6 @@
 """Robots, bodies, motions and reference data that the tests share."""
 
+import gc
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -26,6 +27,8 @@ from dynident.model.kernel import Kernel
 from dynident.model.kernel.cache import CompilerUnavailable, compiled_library
 from hypothesis import settings
 
+gc.set_threshold(100_000, 20, 20)
+"""Thousands of tests live as long as the run: to look through them for waste takes a twentieth of it."""
 os.environ["BROWSER"] = "true %s"
 """No test opens a window: this command does nothing, and succeeds."""
 settings.register_profile("repeatable", deadline=None, derandomize=True, database=None)

@@ -11,7 +11,7 @@ from ...model import Motion
 from ...trajectories import DesignProblem, Score
 from ...trajectories.design import load_torques
 from ..blocks import Drawing
-from .canvas import Figure, legend, log_scale, panels
+from .canvas import Figure, legend, log_scale, names_below, panels
 
 _STYLES = ("-", "--", ":", "-.")
 _FEW = 4  # parameters a figure names as the least known
@@ -107,7 +107,7 @@ def _bars(axis: Any, values: Mapping[str, float]) -> None:
         axis.annotate(
             f"{heights[k]:.2g}", (place[k], heights[k]), ha="center", va="bottom", fontsize=7, rotation=90
         )
-    axis.set_xticks(place, list(values), rotation=90, fontsize=7)
+    names_below(axis, list(values), 7)
     axis.set_xlim(-0.8, len(heights) - 0.2)
     axis.grid(visible=True, axis="y", alpha=0.3)
 

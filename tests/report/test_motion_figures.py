@@ -11,6 +11,7 @@ from dynident.model.frames import frames_at
 from dynident.report.figures.arm import arm_animation, arm_points, arm_strip
 from dynident.report.figures.motion import motion_figure, sigma_figure
 from dynident.tests.conftest import SCARA
+from dynident.tests.report.written import names_below_of
 from dynident.trajectories import (
     DesignProblem,
     FourierShape,
@@ -80,9 +81,7 @@ def test_predicted_sigma(score: Score) -> None:
     reference = {"ZZ1": 2.0, "FV1": 10.0}
     figure = sigma_figure(score, "title", reference, {"ZZ1": "ZZ1R"}).figure
     above, below = figure.axes
-    shown = {
-        label.get_text(): bar.get_height() for label, bar in zip(above.get_xticklabels(), bars(above), strict=True)
-    }
+    shown = {name: bar.get_height() for name, bar in zip(names_below_of(above), bars(above), strict=True)}
     sigma = score.learnt.sigma
     assert shown == pytest.approx({"ZZ1R": 50.0 * sigma["ZZ1"], "FV1": 10.0 * sigma["FV1"]})
     assert len(bars(below)) == len(sigma) - 2

@@ -13,7 +13,7 @@ from dynident.report.figures.canvas import save_figure
 from dynident.report.figures.essential import essential_figure
 from dynident.report.sections.essential import elimination_notes
 from dynident.report.sections.robot import constrained_notes, standard_table
-from dynident.tests.report.written import written
+from dynident.tests.report.written import names_below_of, written
 
 NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))
 
@@ -36,7 +36,7 @@ def test_the_figure_shows_the_path(rule: StopRule) -> None:
     gone = len(result.eliminated)
     figure = essential_figure(result, "robot", {"b": "bR"}).figure
     above, below = figure.axes
-    assert [text.get_text() for text in below.get_xticklabels()][:3] == ["none", "a", "bR"]
+    assert names_below_of(below)[:3] == ["none", "a", "bR"]
     for axis, values in ((above, result.path.sigma_ratio), (below, 100.0 * result.path.largest_relative_sigma)):
         _, in_path, beyond = axis.get_lines()[:3]
         assert np.asarray(in_path.get_ydata()) == pytest.approx(values[: gone + 1])
