@@ -79,7 +79,7 @@ def collected(blocks: Iterable[Sequence[NDArray[Any]]], widths: Sequence[int]) -
         for block in blocks:
             with _room():
                 for file, values in zip(files, block, strict=True):
-                    file.write(np.asarray(values, dtype=np.float64).tobytes())
+                    file.write(np.ascontiguousarray(values, dtype=np.float64).data)
         with _room():
             return [_rows(file, width) for file, width in zip(files, widths, strict=True)]
 

@@ -12,7 +12,8 @@ from ...model import Recording
 from .filtering import NEIGHBOURS, between, on_grid, resampled
 
 _FINE = 50  # steps per sample in the search for the best lag
-_MOST = 200_000  # samples that are compared in it, of longer recordings
+_MOST = 200_000  # samples that are correlated, of longer recordings
+_COMPARED = 40_000  # samples that are compared in the search for the best lag, of longer recordings
 _STRETCHES = 50  # in as many stretches
 
 OFFSET, CONSTANT = 0.002, 0.2
@@ -161,10 +162,10 @@ def _coarse_lag(a: Array, b: Array) -> int:
 def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float, thin: int) -> float:
     """Lag with the smallest squared difference of position, by a parabola around the best fine step.
 
-    Of long recordings every ``thin``-th stretch is compared.
+    ``coarse`` is sure to ``thin`` steps. Of long recordings some stretches are compared.
     """
     width = 2.0 * step * thin
-    compared = list(_compared(unloaded, loaded, coarse, 2.0 * width, thin))
+    compared = list(_compared(unloaded, loaded, coarse, 2.0 * width))
     give_back()
 
     def mismatch(lag: float) -> float:
@@ -182,14 +183,14 @@ def _fine_lag(unloaded: Recording, loaded: Recording, coarse: float, step: float
 
 
 def _compared(
-    unloaded: Recording, loaded: Recording, lag: float, reach: float, thin: int
+    unloaded: Recording, loaded: Recording, lag: float, reach: float
 ) -> Iterator[tuple[Array, Array, Callable[[Array], Array]]]:
     """Times and positions of the loaded recording, and the unloaded one's positions at any time near them.
 
     Times beyond the unloaded recording give nan; ``reach`` [s]: by how much the lag may differ.
     """
-    size = len(loaded.t) if thin == 1 else max(_MOST // _STRETCHES, 2)
-    for start in range(0, len(loaded.t), thin * size):
+    size = len(loaded.t) if len(loaded.t) <= _COMPARED else _COMPARED // _STRETCHES
+    for start in range(0, len(loaded.t), max(size, len(loaded.t) // _STRETCHES)):
         part = slice(start, start + size)
         t, q = np.array(loaded.t[part]), np.array(loaded.q[part])
         ends = np.searchsorted(unloaded.t, [t[0] - lag - reach, t[-1] - lag + reach])

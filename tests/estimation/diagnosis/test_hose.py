@@ -6,7 +6,6 @@ up is a lighter payload while the arm moves slowly: only weighing the payload, o
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 from dynident.benchmarks import invented
@@ -14,13 +13,13 @@ from dynident.common.arrays import Array
 from dynident.estimation import answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.log_check import check_log
 from dynident.estimation.diagnosis.nuisances import WHERE, WITH_PAYLOAD, nuisances, tilt
-from dynident.estimation.diagnosis.pull import ALONG_Z, Pull, flange, outstanding, pulls, upright
+from dynident.estimation.diagnosis.pull import ALONG_Z, Pull, outstanding, pulls, upright
 from dynident.estimation.diagnosis.states import states_of
 from dynident.estimation.diagnosis.thinned import Thinned, thinned_problem
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.problem import PayloadProblem
 from dynident.model import InertialParameters, Recording, robot_names
-from dynident.model.kinematics import forward_kinematics
+from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, NOTHING, first, pulled
 from dynident.tests.selection import every
 from dynident.trajectories import Simulator, random_via_points
 
@@ -28,9 +27,6 @@ ROBOT = invented.robot("ur10e")
 BODY = InertialParameters.from_com(5.0, [0.01, 0.03, 0.08], np.diag([0.03, 0.03, 0.02]))
 NOISE = (4.0, 5.0, 2.5, 0.8, 0.8, 0.5)
 G = 9.81
-ABOVE, BESIDE = np.array([0.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.5])
-"""Where a hose is fastened [m]."""
-NOTHING = np.zeros(3)
 
 
 @pytest.fixture(scope="module")
@@ -39,25 +35,6 @@ def pair() -> tuple[Recording, Recording]:
     simulator = Simulator(ROBOT)
     motion = random_via_points(ROBOT, 12, seed=3).motion(100.0)
     return first(simulator.record(motion, None, NOISE, 1)), first(simulator.record(motion, BODY, NOISE, 2))
-
-
-def first(recording: Recording) -> Recording:
-    own = recording.t < 20.0
-    speeds = None if recording.qd is None else recording.qd[own]
-    return replace(recording, t=recording.t[own], q=recording.q[own], qd=speeds, torque=recording.torque[own])
-
-
-def pulled(
-    recording: Recording, stiffness: float, end: Array, constant: Array = NOTHING, name: str = "ur10e"
-) -> Recording:
-    """A recording with the force ``stiffness`` (end - p) + ``constant`` [N] at the flange p."""
-    robot = invented.robot(name)
-    q = ca.SX.sym("q", robot.n)
-    R, origin = forward_kinematics(robot)(q)
-    p = origin + R @ ca.DM(flange(robot))
-    force = stiffness * (ca.DM(end) - p) + ca.DM(constant)
-    torque = ca.Function("torque", [q], [ca.jacobian(p, q).T @ force])  # what the motors need not do
-    return replace(recording, torque=recording.torque - np.array(torque.map(len(recording.t))(recording.q.T)).T)
 
 
 def test_a_constant_pull_upwards_is_a_lighter_payload(pair: tuple[Recording, Recording]) -> None:

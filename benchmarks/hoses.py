@@ -1,0 +1,96 @@
+"""How often a hose at the flange is told, over all arms: with payload, without, beside a stored robot.
+
+Run: OPENBLAS_NUM_THREADS=1 python benchmarks/hoses.py [--arms ur10e,..] [--memory 20]
+
+Springs from 2 m above the base or from 1 m beside it, half of the rated payload, 20 s of one motion at 100 Hz,
+noise of 4 % of the torque; with ``--memory`` a third of it that remembers so many samples. A stored robot was
+identified from another motion. The table of docs/verdict.md.
+"""
+
+import argparse
+from typing import NamedTuple
+
+import numpy as np
+from dynident.benchmarks import invented
+from dynident.common.arrays import Array
+from dynident.estimation import identify, payload_problem
+from dynident.estimation.diagnosis.nuisances import nuisances, tilt
+from dynident.estimation.diagnosis.pull import outstanding
+from dynident.estimation.diagnosis.states import states_of
+from dynident.estimation.diagnosis.thinned import thinned_problem
+from dynident.estimation.payload import known_robot_weighing
+from dynident.estimation.payload.problem import PayloadProblem
+from dynident.model import InertialParameters, Recording, robot_names
+from dynident.tests.estimation.diagnosis.hung import ABOVE, BESIDE, first, pulled
+from dynident.trajectories import random_via_points
+from rich.progress import track
+
+NOISE, SHORT = 0.04, 10.0
+
+
+class Case(NamedTuple):
+    """A spring [N/m], where it is fastened [m], which recordings it is in, and whether the robot is stored."""
+
+    words: str
+    stiffness: float
+    end: Array
+    bare: bool = False
+    loaded: bool = True
+    stored: bool = False
+
+
+CASES = (
+    Case("none", 0.0, ABOVE),
+    *(Case("with payload, from above", stiffness, ABOVE) for stiffness in (5.0, 10.0, 20.0)),
+    *(Case("with payload, from beside", stiffness, BESIDE) for stiffness in (5.0, 10.0)),
+    Case("without payload alone, from above", 10.0, ABOVE, bare=True, loaded=False),
+    Case("none, 10 s beside a stored robot", 0.0, ABOVE, stored=True),
+    Case("10 s beside a stored robot, from above", 10.0, ABOVE, stored=True),
+)
+
+
+def told(problem: PayloadProblem) -> bool:
+    """Whether something is said to pull."""
+    assert problem.source is not None
+    system = thinned_problem(problem, states_of(problem.source))
+    assert system is not None
+    return bool(outstanding(system, tilt(system), nuisances(system)))
+
+
+def counted(name: str, memory: float) -> list[bool]:
+    """Whether each case is told of an arm."""
+    robot = invented.robot(name)
+    body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
+    motion, other = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
+    bare, heavy = (
+        first(invented.recorded(name, motion, load, k, NOISE, memory)) for k, load in enumerate((None, body))
+    )
+    known = identify(robot, [invented.recorded(name, other, None, 2, NOISE, memory)], robust=True).estimate
+
+    def problem(case: Case) -> PayloadProblem:
+        def hung(recording: Recording, hangs: bool) -> Recording:
+            return pulled(recording, case.stiffness, case.end, name=name) if hangs else recording
+
+        if case.stored:
+            return known_robot_weighing(robot, [first(hung(heavy, case.loaded), SHORT)], known)
+        return payload_problem(robot, [hung(heavy, case.loaded)], [hung(bare, case.bare)], robust=False)
+
+    return [told(problem(case)) for case in CASES]
+
+
+def main() -> None:
+    """Print how many arms each case is told of."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--arms", default=",".join(robot_names()))
+    parser.add_argument("--memory", type=float, default=0.0, help="samples")
+    arguments = parser.parse_args()
+    names = arguments.arms.split(",")
+    counts = np.array([counted(name, arguments.memory) for name in track(names, "arms", transient=True)])
+    for case, tells in zip(CASES, counts.T, strict=True):
+        missed = [name for name, tell in zip(names, tells, strict=True) if not tell]
+        print(f"{case.words}, {case.stiffness:g} N/m: told of {int(tells.sum())} of {len(names)}", end="")
+        print(f" (not of {', '.join(missed)})" if case.stiffness and missed else "")
+
+
+if __name__ == "__main__":
+    main()
