@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
@@ -66,6 +67,18 @@ def mixed() -> ca.Function:
     matrix = ca.SX(2, 3)
     matrix[0, 0], matrix[1, 0], matrix[1, 2] = shared, x[2], 7.25
     return ca.Function("mixed", [x, p], [matrix, shared * shared - ca.sqrt(ca.fabs(x[2] * p[1])) / 3.0])
+
+
+def test_threads_never_share_a_block(mixed: ca.Function, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrays that operations are bound to are kept for further calls, of many sizes and at once."""
+    monkeypatch.setenv("DYNIDENT_NO_COMPILER", "1")
+    kernel, draw = Kernel(mixed), np.random.default_rng(0)
+    cases = [(draw.normal(size=(size, 3)), draw.normal(size=(size, 2))) for size in (5, 700, 5000, 700) * 25]
+    alone = [Kernel(mixed)(*case) for case in cases]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda case: kernel(*case), cases))
+    for one_by_one, at_once in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(at_once, one_by_one)
 
 
 @pytest.mark.parametrize("size", [0, 1, 7, 8, 9, 4095, 4096, 4097])
