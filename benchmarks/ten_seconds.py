@@ -30,6 +30,8 @@ from scipy.signal import lfilter
 GAINS, MASS = (11.976, 11.976, 9.839, 10.763, 10.757, 10.680), 2.805
 BODY = InertialParameters.from_com(5.0, [0.01, -0.02, 0.1], np.diag([0.03, 0.03, 0.02]))
 LENGTH, STEP, DAY, NOISE, MEMORY = 10.0, 5.0, 0.06, 0.02, 20.0
+JOG = 3.0
+"""s: before that the real arm jogs to the start for 0.8 s, and rests."""
 
 
 class Piece(NamedTuple):
@@ -47,6 +49,7 @@ def real(folder: Path) -> dict[str, list[Piece]]:
     loaded = read_recording(folder / "loaded_2.805kg.csv.gz", robot, GAINS)
     assert loaded.qd is not None
     moving = loaded.t[np.abs(loaded.qd).max(axis=1) > 5e-3]
+    moving = moving[moving > JOG]
     pieces = {}
     for name in ("unloaded", "validation_unloaded"):
         bare = read_recording(folder / f"{name}.csv.gz", robot, GAINS)
