@@ -63,11 +63,11 @@ def counted(name: str, memory: float) -> list[bool]:
     robot = invented.robot(name)
     body = InertialParameters.from_com(0.5 * robot.rated_payload, [0.02, -0.02, 0.08], 0.003 * np.eye(3))
     noise = _WHOLE * NOISE if memory else NOISE
-    motion, other = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
+    motion, earlier_motion = (random_via_points(robot, 12, seed=seed).motion(100.0) for seed in (7, 8))
     bare, heavy = (
         first(invented.recorded(name, motion, load, k, noise, memory)) for k, load in enumerate((None, body))
     )
-    known = identify(robot, [invented.recorded(name, other, None, 2, noise, memory)], robust=True).estimate
+    known = identify(robot, [invented.recorded(name, earlier_motion, None, 2, noise, memory)], robust=True).estimate
 
     def problem(case: Case) -> PayloadProblem:
         def hung(recording: Recording, hangs: bool) -> Recording:

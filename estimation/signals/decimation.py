@@ -12,7 +12,7 @@ from ...common.arrays import Array
 
 _HALF = 10  # decimated samples that the filter reaches to either side
 _CUTOFF = 0.8  # of the new Nyquist frequency
-_GROUP = 4  # decimated samples computed by one matrix product: few zeros in it, few products
+_GROUP = 8  # decimated samples computed by one matrix product: few zeros in it, few products
 
 
 @functools.cache
