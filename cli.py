@@ -83,9 +83,8 @@ def _complete(parser: argparse.ArgumentParser) -> None:
 
 
 def _prepare() -> None:
-    gc.set_threshold(
-        50_000, 20, 10
-    )  # imports make many objects, all of which stay: to look for waste takes a tenth
+    # Imports make many objects, all of which stay: to look for waste among them takes a tenth of a command's time.
+    gc.set_threshold(50_000, 20, 10)
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the matrices are small: more threads only wait for each other
     for name in ("stdout", "stderr"):

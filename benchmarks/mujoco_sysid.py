@@ -236,9 +236,10 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
         f"{len(theirs.objectives)} iterations to objective {theirs.objectives[-1]:.4g}, {end}"
     )
     console.print(table(lines, f"{held_out.source}; mujoco.sysid {mujoco.__version__}, {size}"))
-    own = np.degrees(rollout.spread(IDENTIFIED, WINDOW).median)  # type: ignore[union-attr]
+    own = rollout.spread(IDENTIFIED, WINDOW)
+    assert own is not None
     console.print(
-        f"dynident rollout {own:.2f} deg, constant speed {median(rollout, CONSTANT):.2f} deg, "
+        f"dynident rollout {np.degrees(own.median):.2f} deg, constant speed {median(rollout, CONSTANT):.2f} deg, "
         f"PD replay's torque {100 * rollout.replay.relative:.1f} %"
     )
     first, second = lines["ours.xml"], lines["sysid.xml"]

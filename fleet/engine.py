@@ -20,7 +20,7 @@ class Here(Executor):
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*arguments, **more))
-        except Exception as error:
+        except Exception as error:  # whatever a task raises is what its future holds
             future.set_exception(error)
         return future
 

@@ -11,8 +11,6 @@ from .program import Program
 
 BLOCK = 4096
 """Samples per block: the working set stays in the processor's cache."""
-
-
 _KEPT = 2
 """Blocks of so many sizes stay ready: a search asks for two grids in turn."""
 

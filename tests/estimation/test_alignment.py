@@ -51,13 +51,19 @@ def test_different_trajectories_are_refused_and_the_limit_can_be_moved(wander: C
     assert aligned(a, slightly, 100.0, 1.01 * mismatch).rms_mismatch == mismatch
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.0002, 0.0037, 0.005, -0.0021, 0.1349, -1.2345])
-def test_a_lag_between_samples_is_found(lag: float) -> None:
+@pytest.mark.parametrize(
+    ("lag", "samples"),
+    [
+        *((lag, 3_000) for lag in (0.0, 0.0002, 0.0037, 0.005, -0.0021, 0.1349, -1.2345)),
+        *((0.0037, samples) for samples in (40_001, 90_000, 250_000)),
+    ],
+)
+def test_a_lag_between_samples_is_found(lag: float, samples: int) -> None:
     """Both clocks show the same, the motion itself is late: no sample of one run is one of the other.
 
-    To 1/1000 of a step without noise, to 1/50 with noise of 1 mrad.
+    To 1/1000 of a step without noise, to 1/50 with noise of 1 mrad; of long recordings some stretches are compared.
     """
-    draw, t, step = np.random.default_rng(3), np.asarray(0.01 * np.arange(3000), dtype=np.float64), 0.01
+    draw, t, step = np.random.default_rng(3), np.asarray(0.01 * np.arange(samples), dtype=np.float64), 0.01
     w, phase = 2 * np.pi * draw.uniform(0.05, 0.6, (4, 3)), draw.uniform(0.0, 6.0, (4, 3))
 
     def run(delay: float, noise: float) -> Recording:

@@ -128,8 +128,8 @@ def _most(missed: tuple[LimitCheck, ...]) -> float:
 
 
 def _blocks(robot: Robot, plan: Plan, rate: float) -> Iterator[Motion]:
-    """The run in parts that fit into memory, each with its turns."""
-    t = np.arange(sample_count(plan.duration, rate)) / rate
+    """The run to its end in parts that fit into memory, each with its turns."""
+    t = np.union1d(np.arange(sample_count(plan.duration, rate)) / rate, plan.duration)
     for start in range(0, max(len(t) - 1, 1), _BLOCK):
         own = t[start : start + _BLOCK + 1]
         all_times = np.union1d(own, _turns(robot, plan, own))
