@@ -21,6 +21,7 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy -p dynident
+	$(BIN)/lint-imports --no-cache
 
 docs: .venv/installed-docs
 	$(BIN)/mkdocs build --strict

@@ -15,7 +15,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, NoReturn
 
-from .commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
+from .apps.commands import BAD_INPUT, BROKEN_PIPE, COMMANDS, INTERRUPTED, moved
 from .common import interruption
 from .common.errors import InputError
 from .common.letters import one_line
@@ -58,10 +58,12 @@ def _run(words: tuple[str, ...]) -> int:
         parser.print_help()
         return BAD_INPUT
     if any(word.startswith("--config") for word in words):
-        words = import_module(".commands.settings", __package__).with_settings(parser, words)
+        words = import_module(".apps.commands.settings", __package__).with_settings(parser, words)
     arguments, unknown = parser.parse_known_args(words)
     if unknown:
-        parser.error(import_module(".commands.settings", __package__).unknown_option(parser, words, unknown[0]))
+        parser.error(
+            import_module(".apps.commands.settings", __package__).unknown_option(parser, words, unknown[0])
+        )
     arguments.argv, arguments.parser = words, parser
     with warnings.catch_warnings():
         warnings.showwarning = _note
@@ -96,7 +98,7 @@ def _prepare() -> None:
 
 
 def _faults() -> ModuleType:
-    return import_module(".commands.faults", __package__)
+    return import_module(".apps.commands.faults", __package__)
 
 
 def _refused(message: str) -> int:
@@ -154,7 +156,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
     called = next((word for word in words if not word.startswith("-")), None)
     for command, summary in COMMANDS.items():
         if command == called:
-            _declare(import_module(f".commands.{command}", __package__), commands, command)
+            _declare(import_module(f".apps.commands.{command}", __package__), commands, command)
         else:
             commands.add_parser(command, help=summary)
     return parser
@@ -165,4 +167,4 @@ def _declare(module: ModuleType, commands: Any, command: str) -> None:
     if hasattr(module, "add_parser"):
         module.add_parser(commands)
     else:
-        import_module(".commands.options", __package__).add_command(commands, command, module.run)
+        import_module(".apps.commands.options", __package__).add_command(commands, command, module.run)

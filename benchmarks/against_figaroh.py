@@ -32,9 +32,10 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import numpy as np  # noqa: E402
+from dynident.apps.logs.read import read_recording  # noqa: E402
 from dynident.benchmarks.figaroh_tx40 import CUTOFF, DECIMATE, Answer, Bare, Tx40, by_class, by_functions, prepared  # noqa: E402
 from dynident.common.errors import InputError  # noqa: E402
-from dynident.estimation import identify, read_recording  # noqa: E402
+from dynident.estimation import identify  # noqa: E402
 from dynident.model import Processing, Recording, Robot, load_robot  # noqa: E402
 from dynident.model.regressors import _terms as regressor_terms  # noqa: E402
 from rich.console import Console  # noqa: E402

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.estimation import read_recording
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.equations.observation import Observation
 from dynident.estimation.equations.observer import Observer

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import cvxpy
 import numpy as np
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, solve_constrained
 from dynident.estimation.equations import Observer, reduced_measurement

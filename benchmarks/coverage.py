@@ -12,13 +12,10 @@ import argparse
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PayloadProblem, identify_payload
-from dynident.estimation.payload import (
-    PairedMeasurement,
-    payload_equations,
-)
+from dynident.estimation.payload import PairedMeasurement, payload_equations
 from dynident.estimation.signals import measurement
 from dynident.model import INERTIAL, InertialParameters, Motion, Recording, base_parameters, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

@@ -10,11 +10,11 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
+from dynident.apps.export.motions import WrittenMotion, val3_replay
 from dynident.benchmarks.design_information import information
 from dynident.benchmarks.design_peers import cma_es, random_search
 from dynident.benchmarks.design_setup import GUARDED, NOISE, ROBOT, SCENE, SEEDS, TABLE2, console, titled
 from dynident.common.arrays import Array
-from dynident.report.motions import WrittenMotion, val3_replay
 from dynident.trajectories import (
     BlendShape,
     Design,

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from dynident.estimation import Identification, SigmaBound, SigmaRatio, identify, read_recording
+from dynident.apps.logs.read import read_recording
+from dynident.estimation import Identification, SigmaBound, SigmaRatio, identify
 from dynident.estimation.answers import impossible_robot
 from dynident.estimation.fit import eliminate
 from dynident.estimation.fit.least_squares import solve_triangle

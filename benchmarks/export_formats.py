@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynident.apps.export.controllers import FORMATS, ControllerLoad
 from dynident.common.arrays import Array
 from dynident.model import InertialParameters
-from dynident.report.controllers import FORMATS, ControllerLoad
 
 Read = Callable[[str], tuple[float, Array, Array]]
 

@@ -15,14 +15,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.fleet import RobotPassport
+from dynident.apps.fleet.alarms import alarm_of, bound_of, steps_of
+from dynident.apps.fleet.drawing import drawn, noise_of
+from dynident.apps.fleet.nights import Arm, arm_of, night_of
+from dynident.apps.fleet.series import Scatter, Series, scatter_of, series_of
+from dynident.apps.fleet.simulated import Scenario, simulated_arms
 from dynident.common.arrays import Array
-from dynident.fleet import RobotPassport
-from dynident.fleet.alarms import alarm_of, bound_of, steps_of
-from dynident.fleet.drawing import drawn, noise_of
-from dynident.fleet.nights import Arm, arm_of, night_of
-from dynident.fleet.series import Scatter, Series, scatter_of, series_of
-from dynident.fleet.simulated import Scenario, simulated_arms
 from dynident.model import load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray

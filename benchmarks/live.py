@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from dynident import estimation, live
+from dynident import estimation
+from dynident.apps import live
 from dynident.benchmarks import invented
 from dynident.estimation import Estimate
 from dynident.estimation.payload import LiveWeighing, MovingWindow

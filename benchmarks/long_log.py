@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from dynident.estimation import read_recording
+from dynident.apps.logs.read import read_recording
 from dynident.model import load_robot
 
 RATE = 1000

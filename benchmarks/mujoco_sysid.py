@@ -21,10 +21,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from dynident import estimation
+from dynident.apps import results
+from dynident.apps.logs.read import read_recording
+from dynident.apps.rollout import CONSTANT, IDENTIFIED, MujocoArm, Rollout, roll_out_all
 from dynident.common.arrays import Array
 from dynident.estimation.possible import robot_prior
-from dynident.estimation.rollout import CONSTANT, IDENTIFIED, MujocoArm, Rollout, roll_out_all
 from dynident.estimation.signals import measurement
 from dynident.estimation.signals.filtering import lowpass
 from dynident.estimation.signals.rows import least_speed
@@ -221,7 +222,7 @@ def compare(arguments: argparse.Namespace, robot: Robot, training: Recording, he
         (folder / "start.xml").write_text(compiled(spec), encoding="utf-8")
         theirs = fitted(arguments, spec, measurement(training, robot.processing))
         (folder / "sysid.xml").write_text(compiled(theirs.spec), encoding="utf-8")
-        stored = estimation.files.read_stored_robot(str(folder / "robot.json"))
+        stored = results.read_stored_robot(str(folder / "robot.json"))
         cpu = {"ours.xml": ours, "sysid.xml": theirs.cpu, "start.xml": 0.0}
         arms = {file: MujocoArm(folder / file, robot) for file in cpu}
         (rollout,) = roll_out_all(robot, stored.possible_values, [held_out], robot.processing, (WINDOW,), arms)
@@ -284,9 +285,7 @@ def main() -> None:
     arguments = parser.parse_args()
     robot = load_robot(arguments.robot)
     gains = [float(word) for word in arguments.drive_gains.split(",")]
-    recordings = (
-        estimation.read_recording(path, robot, gains) for path in (arguments.training, arguments.held_out)
-    )
+    recordings = (read_recording(path, robot, gains) for path in (arguments.training, arguments.held_out))
     compare(arguments, robot, *recordings)
 
 

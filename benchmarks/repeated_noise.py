@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload
 from dynident.estimation.equations import Observation

@@ -9,9 +9,9 @@ then misses comes from its filter and from dry friction that is smooth about res
 import time
 
 import numpy as np
-from dynident.commands.demo.analysis import reduced_experiment, robust_joint, true_values
-from dynident.commands.demo.paper import paper_tables
-from dynident.commands.demo.setup import levels, paper_robot, simulate_paper
+from dynident.apps.commands.demo.analysis import reduced_experiment, robust_joint, true_values
+from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import levels, paper_robot, simulate_paper
 from dynident.estimation import PAYLOAD
 
 

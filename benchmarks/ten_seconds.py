@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem, read_recording
+from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.checks.joints import disagreement
 from dynident.estimation.payload import known_robot_weighing
 from dynident.estimation.payload.by_joints import payload_by_joints

@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload, read_recording
+from dynident.estimation import Gains, KnownMass, PayloadAnswer, PossibleBody, answer_payload
 from dynident.estimation.payload import OFFSET_SHARE, difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import InertialParameters, Recording, Robot, load_robot

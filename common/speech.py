@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-_VOICE = "dynident.report.speech"
+_VOICE = "dynident.apps.report.speech"
 
 
 class Speaks:

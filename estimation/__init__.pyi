@@ -1,14 +1,11 @@
 from . import answers as answers
 from . import diagnosis as diagnosis
 from . import equations as equations
-from . import files as files
 from . import fit as fit
 from . import gains as gains
 from . import payload as payload
 from . import possible as possible
-from . import recordings as recordings
 from . import robot as robot
-from . import rollout as rollout
 from . import signals as signals
 from .answers.gains import identify_gains as identify_gains
 from .answers.identification import Identification as Identification
@@ -33,6 +30,3 @@ from .possible.constraints import MassBounds as MassBounds
 from .possible.constraints import PossibleBody as PossibleBody
 from .possible.payload import build_constrained as build_constrained
 from .possible.payload import solve_constrained as solve_constrained
-from .recordings.map import LogMap as LogMap
-from .recordings.map import read_log_map as read_log_map
-from .recordings.read import read_recording as read_recording

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 from dynident import InertialParameters, Simulator, answer_payload, load_robot, payload_problem
+from dynident.apps.report import save_figure
 from dynident.common.files import write_text
 from dynident.estimation import PayloadAnswer, identify_gains
 from dynident.estimation.answers import DriveGains
 from dynident.estimation.gains import gain_problem, known_mass
 from dynident.model import Recording
-from dynident.report import save_figure
 from dynident.trajectories import RX90_NOISE, random_via_points
 
 ROBOT = load_robot("rx90")

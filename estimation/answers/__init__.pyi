@@ -9,5 +9,3 @@ from .prediction import robot_prediction as robot_prediction
 from .system import ObservationSystem as ObservationSystem
 from .system import identification_system as identification_system
 from .system import payload_system as payload_system
-from .whole_robot import pooled_whole_robot as pooled_whole_robot
-from .whole_robot import stored_whole_robot as stored_whole_robot

@@ -1,10 +1,6 @@
 from .checks.joints import worst_joint as worst_joint
 from .finding import Finding as Finding
 from .finding import Verdict as Verdict
-from .fits import RobotFits as RobotFits
-from .fits import robot_fits as robot_fits
-from .log_check import LogCheck as LogCheck
-from .log_check import check_log as check_log
 from .poses import PoseCheck as PoseCheck
 from .poses import check_pose as check_pose
 from .reading import Reading as Reading

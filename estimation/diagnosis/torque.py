@@ -14,7 +14,7 @@ from ..equations.reduction import recorded, reduced_measurement
 from ..fit.estimate import Fit
 from ..fit.least_squares import weighted
 from ..gains.current_side import RelativeScales, relative_scales
-from ..recordings.plausibility import position_range
+from ..signals.plausibility import position_range
 from .finding import Finding, error, warning
 
 _MOVES = 1e-3  # rad

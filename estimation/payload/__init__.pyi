@@ -10,9 +10,6 @@ from .constrained import ConstrainedPayload as ConstrainedPayload
 from .constrained import constrain_payload as constrain_payload
 from .equations import PairedMeasurement as PairedMeasurement
 from .equations import payload_equations as payload_equations
-from .following import FollowingChange as FollowingChange
-from .following import following_change as following_change
-from .following import read_following as read_following
 from .friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .from_change import payload_map as payload_map
 from .live import LiveWeighing as LiveWeighing

@@ -13,11 +13,11 @@ from ...model.motion import Measurement
 from ...model.regressors import payload_columns
 from ..fit.estimate import Estimate
 from ..fit.roles import Held
-from ..recordings.plausibility import check_apart, check_recordings
 from ..robot.equations import check_lengths, check_moving, filtered
 from ..signals.alignment import AlignedPair, best_aligned, check_mismatch
 from ..signals.filtering import grid_rate
 from ..signals.measurements import measurement
+from ..signals.plausibility import check_apart, check_recordings
 from .equations import PairedMeasurement, payload_equations
 from .friction import FRICTION_CHANGE, friction_changes
 from .loaded_scale import loaded_scale

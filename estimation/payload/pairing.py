@@ -9,9 +9,9 @@ import numpy as np
 
 from ...common.errors import InputError
 from ...model import Processing, Recording
-from ..recordings.pieces import Pieces, cut, origin, shortest_piece
 from ..signals.alignment import aligned
 from ..signals.filtering import grid_rate
+from ..signals.pieces import Pieces, cut, origin, shortest_piece
 
 _TRIED = 12
 """Combinations of pieces that are aligned in search of the lag."""

@@ -19,17 +19,11 @@ from ..equations.observer import Observer
 from ..equations.reduction import Residuals, reduced
 from ..fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from ..fit.estimate import Estimate
-from ..recordings.plausibility import check_recordings
 from ..robot.equations import check_lengths, filtered
 from ..signals.alignment import AlignedPair
+from ..signals.plausibility import check_recordings
 from ..signals.rows import Mask
-from .constant_torques import (
-    FREE,
-    HeldFriction,
-    held_friction,
-    less_robot,
-    without_friction,
-)
+from .constant_torques import FREE, HeldFriction, held_friction, less_robot, without_friction
 from .friction import FRICTION_CHANGE, friction_sigmas
 from .problem import PayloadProblem, Source
 from .result import in_payload_frame

@@ -12,17 +12,12 @@ from ...model import Motion, Processing, Recording, Robot, base_parameters
 from ...model.motion import Measurement
 from ..equations.observation import Observation
 from ..equations.observer import Observer
-from ..recordings.plausibility import check_apart
 from ..signals.alignment import AlignedPair, aligned
 from ..signals.filtering import grid_rate
 from ..signals.measurements import measurement
+from ..signals.plausibility import check_apart
 from ..signals.rows import Mask
-from .constant_torques import (
-    FREE,
-    bare_equations,
-    coulomb_friction,
-    held_offsets,
-)
+from .constant_torques import FREE, bare_equations, coulomb_friction, held_offsets
 from .equations import torque_change
 from .path import robot_of
 from .problem import PayloadProblem, Source

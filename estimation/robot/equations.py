@@ -14,9 +14,9 @@ from ..equations.equations import Equations, merged
 from ..equations.observer import Observer, used_pieces
 from ..equations.reduction import recorded, reduced_measurement
 from ..fit.blocks import block_edges, block_length, in_blocks, remembered
-from ..recordings.plausibility import check_recordings, still_joints
 from ..signals.filtering import mean_rate
 from ..signals.measurements import measurement
+from ..signals.plausibility import check_recordings, still_joints
 
 
 def base_problem(

@@ -11,11 +11,11 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from dynident import report
-from dynident.commands.demo.paper import paper_tables
-from dynident.commands.demo.setup import TRAJECTORIES
-from dynident.commands.progress import bar
-from dynident.commands.values import positive, share, whole
+from dynident.apps import report
+from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.setup import TRAJECTORIES
+from dynident.apps.commands.progress import bar
+from dynident.apps.commands.values import positive, share, whole
 from dynident.common.files import write_text
 
 from .figure import save_repetitions

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from dynident import estimation, trajectories
-from dynident.commands.demo.analysis import reduced_experiment, robust_joint, true_values
-from dynident.commands.demo.setup import TRAJECTORIES, levels, paper_robot, simulate_paper
+from dynident.apps.commands.demo.analysis import reduced_experiment, robust_joint, true_values
+from dynident.apps.commands.demo.setup import TRAJECTORIES, levels, paper_robot, simulate_paper
 from dynident.common.arrays import Array
 from dynident.estimation import Estimate
 from dynident.model import InertialParameters

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.model import InertialParameters, Recording, load_robot
 from dynident.tests.commands.runs import Run, runner, write_csv
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points

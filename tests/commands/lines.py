@@ -5,9 +5,10 @@ import os
 from pathlib import Path
 
 import numpy as np
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.logs.read import read_recording
 from dynident.common.files import checksum
-from dynident.estimation import identify, read_recording
+from dynident.estimation import identify
 from dynident.estimation.fit import weighted
 from dynident.model import load_robot
 

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dynident.apps.commands import BROKEN_PIPE, COMMANDS
+from dynident.apps.commands.options import reading
+from dynident.apps.report.render.terminal import COLUMNS
+from dynident.apps.report.render.terminal import LINES as LINES_OF_SCREEN
 from dynident.cli import _parser, main
-from dynident.commands import BROKEN_PIPE, COMMANDS
-from dynident.commands.options import reading
-from dynident.report.render.terminal import COLUMNS
-from dynident.report.render.terminal import LINES as LINES_OF_SCREEN
 from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
 from dynident.tests.commands.runs import unread
 from dynident.tests.frozen.freeze import settings

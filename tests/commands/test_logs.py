@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.results import read_stored_gains
 from dynident.cli import main
-from dynident.estimation.files import read_stored_gains
 from dynident.model import InertialParameters, Robot, load_robot
 from dynident.tests.commands.runs import Run
 from dynident.trajectories import Simulator, ViaPoints

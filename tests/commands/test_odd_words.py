@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.options.outputs import PageOptions
+from dynident.apps.report import Notes, print_blocks
 from dynident.cli import _parser, main
-from dynident.commands import COMMANDS
-from dynident.commands.options.outputs import PageOptions
-from dynident.report import Notes, print_blocks
 from dynident.tests.commands.test_faults import FILES as OUTPUT_FILES
 from dynident.tests.commands.test_faults import OUTPUTS, without, words
 from dynident.tests.common.test_hostile_files import FILES

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.demo import experiment
+from dynident.apps.commands.demo.analysis import Analysis, analyse
+from dynident.apps.commands.demo.setup import simulate_paper
+from dynident.apps.report.blocks import Drawing
+from dynident.apps.report.figures.canvas import new_figure
 from dynident.cli import _parser, main
-from dynident.commands import COMMANDS
-from dynident.commands.demo import experiment
-from dynident.commands.demo.analysis import Analysis, analyse
-from dynident.commands.demo.setup import simulate_paper
 from dynident.model import INERTIAL
-from dynident.report.blocks import Drawing
-from dynident.report.figures.canvas import new_figure
 from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
 from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings

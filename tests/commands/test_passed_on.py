@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import model
+from dynident.apps.commands import near, payload, weigh
+from dynident.apps.commands.near_options import NearOptions
+from dynident.apps.commands.options import GoalOptions, LimitOptions, Setup
+from dynident.apps.logs.map import LogMap
+from dynident.apps.report.sections.near import ladder_tables
 from dynident.cli import _parser, main
-from dynident.commands import near, payload, weigh
-from dynident.commands.near_options import NearOptions
-from dynident.commands.options import GoalOptions, LimitOptions, Setup
 from dynident.common.errors import InputError
-from dynident.estimation import KnownMass, LogMap, StandIn
-from dynident.report.sections.near import ladder_tables
+from dynident.estimation import KnownMass, StandIn
 from dynident.trajectories import NearMotion, PayloadSet
 from dynident.trajectories.design import Rung
 

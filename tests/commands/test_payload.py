@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.tests.commands.runs import Run, by_estimator, payload_arguments
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.commands.options.limits import _payload_bounds, _region
 from dynident.cli import main
-from dynident.commands.options.limits import _payload_bounds, _region
 from dynident.model import InertialParameters, load_robot, payload_regressor, robot_names
 from dynident.tests.commands.runs import Run, document, runner
 from dynident.tests.selection import cases

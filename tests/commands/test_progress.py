@@ -1,7 +1,7 @@
 """What a long command shows: words, the share that is done, and names of files as they are."""
 
 import pytest
-from dynident.commands.progress import Manner, bar, speaking, status
+from dynident.apps.commands.progress import Manner, bar, speaking, status
 from dynident.common.progress import each
 
 

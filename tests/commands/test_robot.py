@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from dynident.apps.report.figures.stick import outline
 from dynident.common.arrays import Array
 from dynident.model import (
     Drives,
@@ -20,7 +21,6 @@ from dynident.model import (
     robot_names,
     with_tool,
 )
-from dynident.report.figures.stick import outline
 from dynident.tests.commands.runs import Run
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.trajectories import Simulator, random_via_points

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
 from dynident.cli import main
 from dynident.estimation import identify
 from dynident.model import Recording, load_robot

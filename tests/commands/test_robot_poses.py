@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.logs import ToolColumns, read_tool_poses
+from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.diagnosis import check_pose
-from dynident.estimation.recordings import ToolColumns, read_tool_poses
 from dynident.model import Pose, Recording, Robot, load_robot
 from dynident.model.frames import frames_at
 from dynident.tests.commands.runs import Run, runner

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.commands import COMMANDS
+from dynident.apps.commands.settings import settings_text, with_settings
 from dynident.cli import _parser, main
-from dynident.commands import COMMANDS
-from dynident.commands.settings import settings_text, with_settings
 from dynident.common.errors import InputError
 from dynident.model import load_robot
 from dynident.trajectories import Simulator, random_via_points

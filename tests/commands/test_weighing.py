@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.logs import read_trajectory
 from dynident.cli import main
-from dynident.estimation.recordings import read_trajectory
 from dynident.model import load_robot
 from dynident.tests.commands.runs import runner
 

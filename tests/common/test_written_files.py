@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dynident.apps.report.figures.canvas import new_figure, save_figure
 from dynident.common.errors import InputError
 from dynident.common.files import keeping, write_bytes, write_text
-from dynident.report.figures.canvas import new_figure, save_figure
 
 
 def test_what_a_folder_gets_overwrites_nothing_either(tmp_path: Path) -> None:

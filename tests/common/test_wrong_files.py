@@ -6,12 +6,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from dynident.cli import main
-from dynident.common.errors import InputError
-from dynident.common.schema import Table, json_text
-from dynident.common.toml import toml_text
-from dynident.estimation import LogMap, read_log_map
-from dynident.estimation.files import (
+from dynident.apps.logs.map import LogMap, read_log_map
+from dynident.apps.report import documents
+from dynident.apps.results import (
     StoredGains,
     StoredPayload,
     StoredRobot,
@@ -19,11 +16,14 @@ from dynident.estimation.files import (
     read_stored_payload,
     read_stored_robot,
 )
+from dynident.cli import main
+from dynident.common.errors import InputError
+from dynident.common.schema import Table, json_text
+from dynident.common.toml import toml_text
 from dynident.estimation.gains import KnownLoad, read_known_load
 from dynident.model import load_robot, read_payload
 from dynident.model.files import payload_file
 from dynident.model.files.robot_table import RobotTable
-from dynident.report import documents
 from dynident.tests.common.wrong_files import Mistake, mistakes
 from dynident.tests.model.test_robot_file import FULL
 from dynident.tests.report import made

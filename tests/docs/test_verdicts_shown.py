@@ -2,7 +2,7 @@
 
 import re
 
-from dynident.report.sections.verdict import VERDICTS
+from dynident.apps.report.sections.verdict import VERDICTS
 from dynident.tests.docs.pages import ROOT
 
 PAGE = ROOT / "docs/gallery.md"

@@ -1,16 +1,9 @@
 """Estimates of a payload to be constrained, made or published."""
 
 import numpy as np
-from dynident.commands.demo.paper import Printed, paper_tables
+from dynident.apps.commands.demo.paper import Printed, paper_tables
 from dynident.common.arrays import Array
-from dynident.estimation import (
-    PAYLOAD,
-    CentreOfMassInBox,
-    Estimate,
-    InEllipsoid,
-    KnownMass,
-    MassBounds,
-)
+from dynident.estimation import PAYLOAD, CentreOfMassInBox, Estimate, InEllipsoid, KnownMass, MassBounds
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import Constraint, InHull
 from dynident.model import Processing

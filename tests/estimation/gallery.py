@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
@@ -17,7 +18,6 @@ from dynident.estimation import (
     SolverError,
     answer_payload,
     payload_problem,
-    read_recording,
 )
 from dynident.model import Processing, Recording, Robot, load_robot
 from dynident.tests.estimation.mistakes import (

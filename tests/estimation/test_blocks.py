@@ -5,18 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.estimation.equations import (
-    Observation,
-    Observer,
-    merged,
-    reduced,
-)
+from dynident.estimation.equations import Observation, Observer, merged, reduced
 from dynident.estimation.equations.correlation import autocorrelation_time
 from dynident.estimation.fit import jackknife, weighted
 from dynident.estimation.fit.blocks import block_edges, cut_pieces
-from dynident.estimation.payload import (
-    PairedMeasurement,
-)
+from dynident.estimation.payload import PairedMeasurement
 from dynident.model import base_parameters
 from dynident.tests.estimation.wandering import SETTINGS, block_length, cut, same_equations
 from dynident.tests.estimation.wandering import pair as pair

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.estimation import (
     PAYLOAD,
@@ -17,7 +18,6 @@ from dynident.estimation import (
     SolverError,
     identify_payload,
     payload_problem,
-    read_recording,
     solve_constrained,
 )
 from dynident.estimation.equations import merged

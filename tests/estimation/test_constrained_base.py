@@ -7,9 +7,10 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, PossibleBody, identify, read_recording
+from dynident.estimation import Estimate, PossibleBody, identify
 from dynident.estimation.fit import Fit
 from dynident.estimation.possible import solve_constrained_base
 from dynident.estimation.possible.cone import ConeProgram, solve_cone

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.sections.recommended import recommended_notes
 from dynident.estimation import (
     CentreOfMassInBox,
     Gains,
@@ -18,7 +20,6 @@ from dynident.estimation import (
     answer_payload,
     identify_payload,
     payload_problem,
-    read_recording,
     solve_constrained,
 )
 from dynident.estimation.fit import error_model
@@ -26,7 +27,6 @@ from dynident.estimation.payload.constrained import constrain_payload
 from dynident.estimation.possible import Constraint
 from dynident.estimation.possible import payload as possible_payload
 from dynident.model import InertialParameters, Motion, load_robot
-from dynident.report.sections.recommended import recommended_notes
 from dynident.trajectories import Simulator
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import cvxpy
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Estimate, MassBounds, PossibleBody, identify, read_recording
+from dynident.estimation import Estimate, MassBounds, PossibleBody, identify
 from dynident.estimation.equations import Observer, reduced_measurement
 from dynident.estimation.fit import Fit, weighted
 from dynident.estimation.possible import (

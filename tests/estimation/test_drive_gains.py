@@ -13,11 +13,7 @@ from dynident.estimation.equations.equations import PAYLOAD, Equations, merged
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.fit.linear_problem import gain_sensitivity
-from dynident.estimation.payload import (
-    PayloadEstimate,
-    constrain_payload,
-    difference_weighing,
-)
+from dynident.estimation.payload import PayloadEstimate, constrain_payload, difference_weighing
 from dynident.estimation.payload.methods import method_of
 from dynident.estimation.robot.equations import base_problem
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, Spring, base_parameters

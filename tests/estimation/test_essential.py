@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import (
@@ -17,7 +18,6 @@ from dynident.estimation import (
     answer_payload,
     identify,
     payload_problem,
-    read_recording,
 )
 from dynident.estimation.answers import impossible_payload, impossible_robot
 from dynident.estimation.equations import Equations
@@ -176,7 +176,7 @@ def test_estimates_that_contradict_the_zeros(payload: InertialParameters) -> Non
 
 def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
     """Table 2 eliminates ZZ6 while YZ6 is essential: link 6 would have no inertia about z."""
-    from dynident.commands.demo.paper import paper_tables
+    from dynident.apps.commands.demo.paper import paper_tables
     from dynident.model import base_parameters
 
     printed = paper_tables().table2_robot
@@ -198,7 +198,7 @@ def test_the_papers_robot_cannot_exist(rx90: Robot) -> None:
 @pytest.fixture(scope="module")
 def both() -> PayloadAnswer:
     """Robot and the paper's payload together, as in Table 2."""
-    from dynident.commands.demo.paper import paper_tables
+    from dynident.apps.commands.demo.paper import paper_tables
 
     robot = load_robot("rx90")
     simulator, body = Simulator(robot), paper_tables().payload

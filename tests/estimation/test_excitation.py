@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import PAYLOAD, answer_payload, payload_problem
 from dynident.estimation.equations import Equations, Observer

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs import with_flags
+from dynident.apps.logs.following import Following, FollowingChange, following_change, read_following
+from dynident.apps.logs.map import LogMap, read_log_map
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import LogMap, read_log_map
 from dynident.estimation.fit.robust import student95
-from dynident.estimation.payload import FollowingChange, following_change, read_following
-from dynident.estimation.payload.following import Following
-from dynident.estimation.recordings import with_flags
 from dynident.model import Recording, Robot
 
 RATE, SECONDS = 100.0, 12.0

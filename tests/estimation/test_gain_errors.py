@@ -6,14 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.documents import identification_document
+from dynident.apps.report.sections.robot import robot_notes, robot_table
+from dynident.apps.results.stored import read_stored_robot
+from dynident.common.schema import write_json
 from dynident.estimation import Estimate, Gains, identify, identify_payload, payload_problem
-from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.payload import constrain_payload
 from dynident.estimation.possible import solve_constrained_base
 from dynident.model import InertialParameters, Motion, Processing, Recording, Robot, load_robot
-from dynident.report.documents import identification_document, write_json
-from dynident.report.sections.robot import robot_notes, robot_table
 from dynident.trajectories import Simulator
 from numpy.typing import NDArray
 

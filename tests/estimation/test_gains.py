@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.documents import gains_document
+from dynident.apps.results import read_stored_gains
 from dynident.common.errors import InputError
-from dynident.estimation import PAYLOAD, identify_gains, read_recording
-from dynident.estimation.files import read_stored_gains
+from dynident.common.schema import write_json
+from dynident.estimation import PAYLOAD, identify_gains
 from dynident.estimation.gains import GainProblem, KnownLoad, gain_problem, known_mass, read_known_load
 from dynident.estimation.gains.problem import free_gains
 from dynident.estimation.gains.rests_on import gravity_acts
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
-from dynident.report.documents import gains_document, write_json
 from dynident.trajectories import Simulator
 
 TRUTH = np.array([11.5, 12.4, 9.9, 10.4, 10.3, 10.1])

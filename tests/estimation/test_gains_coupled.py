@@ -6,15 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
-from dynident.estimation import (
-    Gains,
-    PayloadProblem,
-    identify_gains,
-    identify_payload,
-    payload_problem,
-    read_recording,
-)
+from dynident.estimation import Gains, PayloadProblem, identify_gains, identify_payload, payload_problem
 from dynident.estimation.fit import weighted
 from dynident.estimation.gains import gain_problem, known_mass
 from dynident.estimation.gains.rests_on import gravity_acts, rests_on

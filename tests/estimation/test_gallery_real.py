@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
-from dynident.estimation import PayloadAnswer, answer_payload, payload_problem, read_recording
+from dynident.estimation import PayloadAnswer, answer_payload, payload_problem
 from dynident.model import Recording, load_robot
 from dynident.tests.selection import every
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.results import read_information, recorded_noise
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD
 from dynident.estimation.equations import Equations
-from dynident.estimation.files import read_information, recorded_noise
 from dynident.estimation.fit import weighted
 
 COLUMNS = ("A", "B", "C")

@@ -7,7 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.estimation import (
     PAYLOAD,

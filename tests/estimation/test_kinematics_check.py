@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
 from dynident.estimation.diagnosis import KinematicsCheck, Reading, check_pose, rank_readings, rank_readings_by_pose
 from dynident.model import Motion, Pose, Recording, Robot, load_robot, with_tool
 from dynident.model.frames import frames_at

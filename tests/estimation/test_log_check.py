@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import read_recording
-from dynident.estimation.diagnosis import LogCheck, check_log
-from dynident.estimation.diagnosis.log_facts import share_at_extreme, smallest_step
+from dynident.apps.logs.log_check import LogCheck, check_log
+from dynident.apps.logs.log_facts import share_at_extreme, smallest_step
+from dynident.apps.logs.read import read_recording
 from dynident.estimation.diagnosis.torque import reduced, scale_findings
 from dynident.estimation.signals import measurement
 from dynident.model import Motion, Processing, Recording, Robot, load_robot

@@ -9,13 +9,7 @@ from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import PAYLOAD, Estimate, PayloadProblem, identify_payload, payload_problem
 from dynident.estimation.fit import weighted
-from dynident.estimation.payload import (
-    PairedMeasurement,
-    combined,
-    payload_equations,
-    payload_map,
-    usable_methods,
-)
+from dynident.estimation.payload import PairedMeasurement, combined, payload_equations, payload_map, usable_methods
 from dynident.model import InertialParameters, Joint, Motion, Processing, Recording, Robot, Spring, base_parameters
 from dynident.model.motion import Measurement
 from dynident.trajectories import Simulator

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from dynident.common.errors import InputError
 from dynident.estimation import identify
-from dynident.estimation.recordings.plausibility import check_apart, check_recordings, still_joints
 from dynident.estimation.robot.equations import hidden_by
+from dynident.estimation.signals.plausibility import check_apart, check_recordings, still_joints
 from dynident.model import Motion, Recording, Robot, base_parameters, load_robot
 from dynident.trajectories import Simulator
 

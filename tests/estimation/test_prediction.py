@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.estimation import answer_payload, identify, payload_problem
 from dynident.estimation.answers import robot_prediction
 from dynident.estimation.equations.correlation import autocorrelation

@@ -9,14 +9,7 @@ from dynident.estimation.fit.robust import student95
 from dynident.estimation.possible import cylinder_prior, origins, parameter_ranges, solve_constrained_prior
 from dynident.estimation.possible.constraints import PSEUDO_INERTIA
 from dynident.estimation.possible.robot import RobotProgram
-from dynident.model import (
-    BaseParameters,
-    Robot,
-    base_parameters,
-    load_robot,
-    robot_names,
-    with_stand_in,
-)
+from dynident.model import BaseParameters, Robot, base_parameters, load_robot, robot_names, with_stand_in
 
 QUICK = ("rx90", "panda")
 ARMS = [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.long]) for name in robot_names()]

@@ -8,14 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import (
-    Identification,
-    PayloadProblem,
-    identify,
-    identify_payload,
-    payload_problem,
-    read_recording,
-)
+from dynident.apps.logs.read import read_recording
+from dynident.estimation import Identification, PayloadProblem, identify, identify_payload, payload_problem
 from dynident.model import Processing, Recording, load_robot
 
 MASS = 2.805  # kg, weighed

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import read_log_map, read_recording
+from dynident.apps.logs.map import read_log_map
+from dynident.apps.logs.read import read_recording
 from dynident.model import Joint, Robot, load_robot
 
 FOLDER = Path(__file__).parents[2] / "examples/logs"

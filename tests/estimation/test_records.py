@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
 from dynident.model import Robot
 
 HEADER = ["t"] + [f"{kind}{j}" for kind in ("q", "tau") for j in range(1, 7)]

@@ -6,20 +6,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.documents import identification_document
+from dynident.apps.report.sections.robot import robot_sigma_notes
+from dynident.apps.results.stored import read_stored_robot
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import Identification, identify, read_recording
+from dynident.common.schema import write_json
+from dynident.estimation import Identification, identify
 from dynident.estimation.answers import impossible_robot
 from dynident.estimation.equations import Observation, Observer, merged, reduced
-from dynident.estimation.files.stored import read_stored_robot
 from dynident.estimation.fit import weighted
 from dynident.estimation.fit.blocks import block_edges, in_blocks, left_over, length_by_residuals
 from dynident.estimation.fit.estimate import error_model
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.estimation.signals import measurement
 from dynident.model import Recording, load_robot
-from dynident.report.documents import identification_document, write_json
-from dynident.report.sections.robot import robot_sigma_notes
 from dynident.tests.report.written import written
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 from numpy.typing import NDArray

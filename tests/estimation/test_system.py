@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.apps.report.npz import write_npz
 from dynident.common.arrays import Array
 from dynident.estimation import identify, identify_payload, payload_problem
 from dynident.estimation.answers import identification_system, payload_system
 from dynident.estimation.equations import Equations
 from dynident.estimation.payload import combined
 from dynident.model import InertialParameters, Motion, Processing, Recording, load_robot
-from dynident.report.npz import write_npz
 from dynident.trajectories import Simulator
 
 SETTINGS = Processing(cutoff=15.0, decimate=4)

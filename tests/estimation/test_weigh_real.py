@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.estimation import Gains, PayloadAnswer, answer_payload, read_recording
+from dynident.apps.logs.read import read_recording
+from dynident.estimation import Gains, PayloadAnswer, answer_payload
 from dynident.estimation.payload import difference_weighing
 from dynident.estimation.signals import aligned
 from dynident.model import Recording, load_robot

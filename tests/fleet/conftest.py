@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
 from dynident.tests.fleet.night_logs import ROBOT, entries, write_logs
 
 

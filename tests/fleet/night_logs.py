@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynident.fleet import engine
-from dynident.fleet.catalog import Entry, catalog, found_logs
+from dynident.apps.fleet import engine
+from dynident.apps.fleet.catalog import Entry, catalog, found_logs
 from dynident.model import load_robot
 from dynident.tests.frozen.inputs import unpack
 

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.fleet import engine
+from dynident.apps.logs.read import read_recordings
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.estimation.recordings.read import read_recordings
-from dynident.fleet import engine
 from dynident.tests.fleet.night_logs import ROBOT, Lost, contents, entries
 
 

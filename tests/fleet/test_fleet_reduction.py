@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.fleet.catalog import Entry, catalog, found_logs
 from dynident.common import files
 from dynident.common.errors import InputError
-from dynident.fleet.catalog import Entry, catalog, found_logs
 from dynident.model import load_robot
 from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 

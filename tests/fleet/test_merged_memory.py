@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from dynident.apps.fleet.merging import _memory
 from dynident.estimation import PayloadProblem
 from dynident.estimation.equations import Equations
-from dynident.fleet.merging import _memory
 from dynident.model import base_parameters, load_robot
 
 

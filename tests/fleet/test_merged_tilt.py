@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from dynident.apps.fleet.merging import _pooled
 from dynident.estimation.diagnosis.nuisances import Tilt
-from dynident.fleet.merging import _pooled
 
 EFFECTS = (np.arange(20.0).reshape(10, 2), np.ones((10, 2)))
 SHARP = Tilt(np.array([0.01, -0.02]), np.diag([1e-6, 4e-6]), EFFECTS)

@@ -11,14 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.fleet import Log, Passport, Recipe, RobotPassport
+from dynident.apps.fleet.answers import free_estimate, numbers_of
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.documents import identification_document, payload_document
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.estimation import Identification, identify, read_recording
-from dynident.fleet import Log, Passport, Recipe, RobotPassport
-from dynident.fleet.answers import free_estimate, numbers_of
+from dynident.common.schema import json_text
+from dynident.estimation import Identification, identify
 from dynident.model import load_robot
-from dynident.report.documents import identification_document, json_text, payload_document
 from dynident.tests.frozen.inputs import unpack
 
 ARM = "--robot rx90 --unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"

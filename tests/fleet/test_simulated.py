@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
+from dynident.apps.fleet.nights import arm_of
+from dynident.apps.fleet.simulated import Scenario, damaged, simulated_arms
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.estimation.fit import weighted
-from dynident.fleet.nights import arm_of
-from dynident.fleet.simulated import Scenario, damaged, simulated_arms
 from dynident.model import load_robot, robot_names, with_stand_in
 from dynident.tests.frozen.inputs import EXAMPLES
 

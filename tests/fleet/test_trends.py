@@ -5,20 +5,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident import fleet, report
+from dynident.apps import fleet, report
+from dynident.apps.fleet import Log, Recipe, RobotPassport
+from dynident.apps.fleet.alarms import alarm_of, bound_of, steps_of
+from dynident.apps.fleet.drawing import drawn, noise_of
+from dynident.apps.fleet.nights import MASS, arm_of
+from dynident.apps.fleet.series import LAST, Scatter, Series, scatter_of
+from dynident.apps.fleet.trends import drift_of, fleet_of
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.documents import fleet_document
+from dynident.apps.report.provenance import Provenance, now
 from dynident.common.errors import InputError
-from dynident.estimation import identify, read_recording
+from dynident.estimation import identify
 from dynident.estimation.fit import weighted
-from dynident.fleet import Log, Recipe, RobotPassport
-from dynident.fleet.alarms import alarm_of, bound_of, steps_of
-from dynident.fleet.drawing import drawn, noise_of
-from dynident.fleet.nights import MASS, arm_of
-from dynident.fleet.series import LAST, Scatter, Series, scatter_of
-from dynident.fleet.trends import drift_of, fleet_of
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
-from dynident.report.documents import fleet_document
-from dynident.report.provenance import Provenance, now
 from dynident.tests.frozen.inputs import unpack
 from scipy.stats import norm
 

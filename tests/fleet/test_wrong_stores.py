@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident import fleet
+from dynident.apps import fleet
 from dynident.cli import main
 from dynident.common.errors import InputError
 from dynident.tests.commands.lines import LINES, make_passports

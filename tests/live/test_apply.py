@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident import live
+from dynident.apps import live
 from dynident.cli import main
 from dynident.tests.live.conftest import Play
 from dynident.tests.live.played import Played

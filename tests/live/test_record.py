@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynident import live
+from dynident.apps import live
+from dynident.apps.live import packets
 from dynident.cli import main
 from dynident.common.errors import InputError
-from dynident.live import packets
 from dynident.tests.live.conftest import Play
 from dynident.tests.live.played import Played
 

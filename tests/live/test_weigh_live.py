@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from dynident import estimation, model
+from dynident.apps.commands.weigh_live import beyond_gains, out_of_reach
 from dynident.benchmarks import invented
 from dynident.cli import main
-from dynident.commands.weigh_live import beyond_gains, out_of_reach
 from dynident.estimation.equations.equations import merged
 from dynident.estimation.equations.reduction import reduced
 from dynident.estimation.payload.live import LiveWeighing
@@ -286,6 +286,6 @@ def test_lines_that_make_no_sense(more: tuple[str, ...], why: str, capsys: Any) 
 
 @pytest.mark.parametrize(("text", "mass"), [("50g", 0.05), ("0.05kg", 0.05), ("0.05", 0.05)])
 def test_masses(text: str, mass: float) -> None:
-    from dynident.commands.values import mass as read
+    from dynident.apps.commands.values import mass as read
 
     assert read(text) == pytest.approx(mass)

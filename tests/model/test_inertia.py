@@ -112,7 +112,7 @@ def test_ball_and_thin_disc_can_exist() -> None:
 
 def payload(root: Path, table: str) -> InertialParameters:
     """A column of the paper's Tables 1 and 2; what Table 2 leaves out is zero."""
-    entries = tomllib.loads((root / "commands/demo/paper_tables.toml").read_text(encoding="utf-8"))[table]
+    entries = tomllib.loads((root / "apps/commands/demo/paper_tables.toml").read_text(encoding="utf-8"))[table]
     numbers = [entries.get(kind, 0.0) for kind in INERTIAL]
     return InertialParameters(np.array([x[0] if isinstance(x, list) else x for x in numbers]))
 

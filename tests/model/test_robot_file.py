@@ -7,15 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.errors import InputError
-from dynident.model import (
-    INERTIAL,
-    InertialParameters,
-    Joint,
-    Limits,
-    Robot,
-    load_robot,
-    standard_columns,
-)
+from dynident.model import INERTIAL, InertialParameters, Joint, Limits, Robot, load_robot, standard_columns
 
 Write = Callable[[str], Path]
 

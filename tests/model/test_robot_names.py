@@ -4,10 +4,7 @@ from pathlib import Path
 
 import pytest
 from dynident.common.errors import InputError
-from dynident.model import (
-    load_robot,
-    robot_names,
-)
+from dynident.model import load_robot, robot_names
 
 
 def test_names_of_shipped_robots(root: Path) -> None:

@@ -5,13 +5,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from dynident.model import (
-    Robot,
-    forward_kinematics,
-    inverse_dynamics,
-    load_robot,
-    standard_columns,
-)
+from dynident.model import Robot, forward_kinematics, inverse_dynamics, load_robot, standard_columns
 from dynident.model.base.rank import random_states
 from dynident.tests.model.urdf_files import ARMS, Write, dressed_urdf, rigid
 from dynident.tests.model.urdf_files import write as write

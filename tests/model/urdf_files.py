@@ -9,11 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.common.arrays import Array
-from dynident.model import (
-    Drives,
-    Robot,
-    robot_names,
-)
+from dynident.model import Drives, Robot, robot_names
 from dynident.model.pose import Pose
 
 AXES = ("0 0 1", "0 0 -1", "0 1 0", "0 -1 0", "1 0 0", "-1 0 0")

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.commands.demo.comparison import short_value
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.comparison import short_value
+from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.report.documents import free_estimate
+from dynident.apps.report.numbers import with_sigma
+from dynident.apps.report.sections.payload import payload_table, sigma_notes
+from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit, RobustCovariance
 from dynident.estimation.payload import PayloadEstimate
-from dynident.report.documents import free_estimate, write_json
-from dynident.report.numbers import with_sigma
-from dynident.report.sections.payload import payload_table, sigma_notes
 from dynident.tests.report.written import written
 
 

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.report import documents
+from dynident.apps.results import StoredPayload, StoredRobot, read_stored_gains
+from dynident.apps.results.parts import PossibleRobotDocument
 from dynident.common.errors import InputError
 from dynident.common.schema import convert, write_json
 from dynident.estimation import Verdict
 from dynident.estimation.diagnosis import robot_verdict
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import error
-from dynident.estimation.files import StoredPayload, StoredRobot, read_stored_gains
-from dynident.estimation.files.parts import PossibleRobotDocument
 from dynident.estimation.payload import RIPPLE_CHANCE
 from dynident.model import INERTIAL, Processing
-from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import (
     GAINS,

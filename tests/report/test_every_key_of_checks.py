@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.logs.fits import RobotFit, RobotFits
+from dynident.apps.logs.log_check import Excited
+from dynident.apps.logs.log_facts import JointFacts, TimeFacts
+from dynident.apps.report import documents
 from dynident.estimation.diagnosis import Finding
-from dynident.estimation.diagnosis.fits import RobotFit, RobotFits
-from dynident.estimation.diagnosis.log_check import Excited
-from dynident.estimation.diagnosis.log_facts import JointFacts, TimeFacts
-from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from dynident.apps.fleet import Log
+from dynident.apps.fleet.alarms import Alarm
+from dynident.apps.fleet.answers import Shown
+from dynident.apps.fleet.simulated import Event, Scenario, TrueArm, TrueNight
+from dynident.apps.fleet.trends import Drift
+from dynident.apps.report import documents
 from dynident.estimation.diagnosis.finding import Verdict
-from dynident.fleet import Log
-from dynident.fleet.alarms import Alarm
-from dynident.fleet.answers import Shown
-from dynident.fleet.simulated import Event, Scenario, TrueArm, TrueNight
-from dynident.fleet.trends import Drift
 from dynident.model import load_robot
-from dynident.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident import __version__
-from dynident.report import documents
+from dynident.apps.report import documents
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 from dynident.trajectories import BlendedPoints, Fourier, PayloadSet, Trapezoid, ViaPoints

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.report.figures.arm import arm_animation, arm_points, arm_strip
+from dynident.apps.report.figures.motion import motion_figure, sigma_figure
 from dynident.model import Robot, load_robot
 from dynident.model.frames import frames_at
-from dynident.report.figures.arm import arm_animation, arm_points, arm_strip
-from dynident.report.figures.motion import motion_figure, sigma_figure
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.written import names_below_of
 from dynident.trajectories import (

@@ -1,7 +1,7 @@
 """Names in figures are text, whatever they hold."""
 
 import pytest
-from dynident.report.figures.canvas import log_scale, new_figure, svg_text
+from dynident.apps.report.figures.canvas import log_scale, new_figure, svg_text
 
 
 @pytest.mark.parametrize("name", ["a $x_$ b", "$\\frac$", "[/x]", "50 % _of_ ^it^", "<b>&amp;"])

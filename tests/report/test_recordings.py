@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
-from dynident.estimation import read_recording
+from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report.recordings import write_recording, write_truth
 from dynident.model import InertialParameters, load_robot
 from dynident.model.files.payload_file import read_payload
-from dynident.report.recordings import write_recording, write_truth
 from dynident.trajectories import Controller, Experiment, Task, plan_point_to_point, run_experiment
 from dynident.trajectories.motions import random_points
 from dynident.trajectories.simulation import RX90_DISTURBANCES

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.documents import constrained_document, elimination_document
+from dynident.apps.report.figures.canvas import save_figure
+from dynident.apps.report.figures.essential import essential_figure
+from dynident.apps.report.sections.essential import elimination_notes
+from dynident.apps.report.sections.robot import constrained_notes, standard_table
 from dynident.estimation import Estimate, SigmaBound, SigmaRatio
 from dynident.estimation.fit import Elimination, EliminationPath, Fit, StopRule
 from dynident.estimation.possible import robot_prior, solve_constrained_base, solve_constrained_prior
 from dynident.model import base_parameters, load_robot
-from dynident.report.documents import constrained_document, elimination_document
-from dynident.report.figures.canvas import save_figure
-from dynident.report.figures.essential import essential_figure
-from dynident.report.sections.essential import elimination_notes
-from dynident.report.sections.robot import constrained_notes, standard_table
 from dynident.tests.report.written import names_below_of, written
 
 NOTHING = Fit(np.ones(1), np.full(1, 4.0), (1,))

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from dynident.report.documents.schemas import DOCUMENTS, schema_text
+from dynident.apps.report.documents.schemas import DOCUMENTS, schema_text
 
 FOLDER = Path(__file__).parents[2] / "docs" / "schemas"
 

@@ -3,8 +3,8 @@
 import re
 
 import pytest
-from dynident.report.blocks import Column, Notes, Remarks, Screen, Table, columns
-from dynident.report.render.terminal import COLUMNS, LINES, screen_text
+from dynident.apps.report.blocks import Column, Notes, Remarks, Screen, Table, columns
+from dynident.apps.report.render.terminal import COLUMNS, LINES, screen_text
 from rich.cells import cell_len
 
 LONG = "a reason that goes on and on, " * 40

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 from dynident import InertialParameters, Simulator, answer_payload, identify, load_robot, payload_problem
+from dynident.apps.logs.log_check import check_log
+from dynident.apps.report.render.terminal import COLUMNS, LINES
 from dynident.common.errors import InputError
 from dynident.common.speech import Speaks
 from dynident.estimation import PayloadAnswer
 from dynident.estimation.answers import DriveGains
-from dynident.estimation.diagnosis import check_log
 from dynident.estimation.fit import Fit
 from dynident.estimation.fit.estimate import Estimate
 from dynident.estimation.gains import known_mass
 from dynident.model import Recording, Robot
-from dynident.report.render.terminal import COLUMNS, LINES
 from dynident.trajectories import RX90_NOISE, random_via_points
 
 LOAD = InertialParameters.from_com(7.025, [0.0, 0.0, 0.143], [0.018, 0.018, 0.035])

@@ -6,14 +6,14 @@ import re
 
 import numpy as np
 import pytest
+from dynident.apps.report.blocks import Notes, Table, columns
+from dynident.apps.report.render.csv import csv_tables
+from dynident.apps.report.render.latex import escaped, latex_tables
+from dynident.apps.report.render.terminal import print_blocks
+from dynident.apps.report.sections.payload import payload_table
 from dynident.estimation import PAYLOAD, Estimate
 from dynident.estimation.fit import Fit
 from dynident.estimation.payload import PayloadEstimate
-from dynident.report.blocks import Notes, Table, columns
-from dynident.report.render.csv import csv_tables
-from dynident.report.render.latex import escaped, latex_tables
-from dynident.report.render.terminal import print_blocks
-from dynident.report.sections.payload import payload_table
 
 
 @pytest.fixture

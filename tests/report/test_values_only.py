@@ -20,7 +20,7 @@ ALLOWED = {
 def functions() -> set[str]:
     """What the room imports from estimation and can be called, types apart."""
     names = set()
-    for path in (ROOT / "report").rglob("*.py"):
+    for path in (ROOT / "apps/report").rglob("*.py"):
         depth = len(path.parent.relative_to(ROOT).parts)
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if (
@@ -48,7 +48,7 @@ def test_matplotlib_is_imported_in_one_file() -> None:
     """Types apart."""
     users = {
         path.name
-        for path in [*(ROOT / "report").rglob("*.py"), *(ROOT / "commands").rglob("*.py")]
+        for path in [*(ROOT / "apps/report").rglob("*.py"), *(ROOT / "apps/commands").rglob("*.py")]
         for line in path.read_text(encoding="utf-8").splitlines()
         if line.strip().startswith("import matplotlib")
     }

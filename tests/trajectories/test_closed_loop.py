@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.commands.demo.paper import paper_tables
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import (

@@ -10,9 +10,7 @@ from dynident.estimation.diagnosis.evidence import Evidence, Gained, KnownWeight
 from dynident.estimation.diagnosis.loaded_rows import Scale
 from dynident.estimation.diagnosis.nuisances import WITH_PAYLOAD, Nuisance, Tilt
 from dynident.estimation.diagnosis.pull import Pull
-from dynident.estimation.diagnosis.quantities import (
-    Agreement,
-)
+from dynident.estimation.diagnosis.quantities import Agreement
 from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import Cause
 from dynident.estimation.fit.estimate import Estimate

@@ -3,12 +3,7 @@
 import numpy as np
 from dynident.estimation.diagnosis.checks import joints, payload, recordings
 from dynident.estimation.diagnosis.evidence import Evidence
-from dynident.estimation.diagnosis.quantities import (
-    COM_FLOOR,
-    COM_SIGMA,
-    INERTIA_SIGMA,
-    MASS_SIGMA,
-)
+from dynident.estimation.diagnosis.quantities import COM_FLOOR, COM_SIGMA, INERTIA_SIGMA, MASS_SIGMA
 from dynident.tests.estimation.diagnosis.made import (
     MOMENTS,
     ROBOT,

@@ -8,9 +8,7 @@ from dynident.estimation.diagnosis.checks import gains, joints, loaded, nuisance
 from dynident.estimation.diagnosis.checks import robot as rival_checks
 from dynident.estimation.diagnosis.evidence import KNOWN_WELL, Evidence, Gained
 from dynident.estimation.diagnosis.nuisances import WHERE, Bursts
-from dynident.estimation.diagnosis.quantities import (
-    INERTIA_SIGMA,
-)
+from dynident.estimation.diagnosis.quantities import INERTIA_SIGMA
 from dynident.estimation.possible.result import CONFLICT
 from dynident.estimation.signals import alignment
 from dynident.tests.estimation.diagnosis.made import (

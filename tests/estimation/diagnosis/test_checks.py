@@ -9,19 +9,8 @@ from dynident.estimation.diagnosis.checks import loaded, nuisances, payload, rec
 from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding
 from dynident.estimation.diagnosis.verdict import BEFOREHAND, CHECKS, judge
-from dynident.tests.estimation.diagnosis.made import (
-    ROBOT,
-    estimate_of,
-    of_payload,
-    weighed_as,
-    with_mass,
-)
-from dynident.tests.estimation.diagnosis.sides import (
-    Side,
-    beside,
-    hose,
-    leaning_on,
-)
+from dynident.tests.estimation.diagnosis.made import ROBOT, estimate_of, of_payload, weighed_as, with_mass
+from dynident.tests.estimation.diagnosis.sides import Side, beside, hose, leaning_on
 from dynident.tests.estimation.diagnosis.sides import one_cause as one_cause
 from dynident.tests.estimation.diagnosis.sides_of_fits import OF_FITS
 from dynident.tests.estimation.diagnosis.sides_of_guards import OF_GUARDS

@@ -6,16 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
-from dynident.estimation import (
-    PayloadAnswer,
-    answer_payload,
-    identify,
-    identify_payload,
-    payload_problem,
-    read_recording,
-)
+from dynident.estimation import PayloadAnswer, answer_payload, identify, identify_payload, payload_problem
 from dynident.estimation.diagnosis.checks import nuisances as checks
 from dynident.estimation.diagnosis.loaded_rows import scales
 from dynident.estimation.diagnosis.nuisances import BURST, FEWEST, bursts, nuisances, tilt

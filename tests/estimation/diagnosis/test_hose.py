@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.apps.logs.log_check import check_log
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import answer_payload, identify, identify_payload, payload_problem
-from dynident.estimation.diagnosis.log_check import check_log
 from dynident.estimation.diagnosis.nuisances import WHERE, WITH_PAYLOAD, nuisances, tilt
 from dynident.estimation.diagnosis.pull import ALONG_Z, Pull, outstanding, pulls, upright
 from dynident.estimation.diagnosis.states import states_of

@@ -12,13 +12,7 @@ from dynident.estimation.diagnosis.evidence import Evidence
 from dynident.estimation.diagnosis.finding import Finding, Verdict, error, verdict_of, warning
 from dynident.estimation.diagnosis.loaded_rows import Scale
 from dynident.estimation.diagnosis.nuisances import Tilt
-from dynident.estimation.diagnosis.quantities import (
-    COM_FLOOR,
-    Agreement,
-    Judged,
-    allowing,
-    judge_com,
-)
+from dynident.estimation.diagnosis.quantities import COM_FLOOR, Agreement, Judged, allowing, judge_com
 from dynident.estimation.diagnosis.rivals import Rival
 from dynident.estimation.diagnosis.search import SERIOUS, Cause
 from dynident.estimation.diagnosis.verdict import judge, robot_verdict

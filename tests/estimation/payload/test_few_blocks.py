@@ -5,6 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from dynident.apps.report.sections.payload import payload_notes
+from dynident.apps.report.sections.recommended import recommended_notes
 from dynident.benchmarks import invented
 from dynident.common.arrays import Array
 from dynident.estimation import (
@@ -20,8 +22,6 @@ from dynident.estimation.fit.blocks import FEWEST
 from dynident.estimation.payload import FRICTION_CHANGE, known_robot_weighing
 from dynident.estimation.payload.methods import METHODS, from_robot
 from dynident.model import Recording
-from dynident.report.sections.payload import payload_notes
-from dynident.report.sections.recommended import recommended_notes
 from dynident.tests.estimation.payload.recordings import cut
 from dynident.tests.estimation.payload.test_friction import LOAD, NAME, SEEDS, recordings
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dynident.apps.report.sections.weighing import detail_notes
 from dynident.common.arrays import Array
 from dynident.estimation.payload import RIPPLE_CHANCE, difference_weighing, ripple
-from dynident.report.sections.weighing import detail_notes
 from dynident.tests.estimation.payload.recordings import LOAD, Pair, Record, short, weighed
 from dynident.trajectories import Simulator
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io.matlab
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import FORMATS, NAMES, same
 from scipy.sparse import csc_matrix

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.following import read_following
+from dynident.apps.logs.known import KNOWN, PLAIN
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
-from dynident.estimation.payload import read_following
-from dynident.estimation.recordings.known import KNOWN, PLAIN
 from dynident.model import Recording, Robot, load_robot
 from dynident.tests.estimation.recordings.dialects import DIALECTS, LAYOUTS, _lines, _text, sheet_of
 

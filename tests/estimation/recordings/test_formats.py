@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.logs import Layout, Quantity, Time, open_log, with_flags
+from dynident.apps.logs.map import LogMap
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
-from dynident.estimation import LogMap, read_recording
-from dynident.estimation.recordings import Layout, Quantity, Time, open_log, with_flags
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import FORMATS, NAMES, as_bag, as_csv, as_npz, same
 

@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs import FilePart, Quantity, Time, with_flags
+from dynident.apps.logs.columns import Naming
+from dynident.apps.logs.map import LogMap, read_log_map
+from dynident.apps.logs.read import read_recording
+from dynident.apps.logs.table import RawLog
 from dynident.common.errors import InputError
-from dynident.estimation import LogMap, read_log_map, read_recording
-from dynident.estimation.recordings import FilePart, Quantity, Time, with_flags
-from dynident.estimation.recordings.columns import Naming
-from dynident.estimation.recordings.table import RawLog
 from dynident.model import Robot, load_robot, robot_names
 from dynident.tests.estimation.recordings.log_files import NAMES, as_csv
 

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs import open_log
+from dynident.apps.logs.map import LogMap
+from dynident.apps.logs.read import read_recording
+from dynident.apps.logs.table import BLOCK
 from dynident.common.errors import InputError
-from dynident.estimation import LogMap, read_recording
-from dynident.estimation.recordings import open_log
-from dynident.estimation.recordings.table import BLOCK
 from dynident.model import Robot
 from dynident.tests.estimation.recordings.log_files import as_npz
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs import read_recordings
+from dynident.apps.logs.read import read_recording
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import read_recording
-from dynident.estimation.recordings import read_recordings
-from dynident.estimation.recordings.pieces import longest_step, pieces
+from dynident.estimation.signals.pieces import longest_step, pieces
 from dynident.model import Processing, Robot
 from dynident.tests.estimation.recordings.log_files import as_csv
 
@@ -117,8 +117,8 @@ def test_units_of_time_are_found_out(tmp_path: Path, arm: Robot, scale: float, s
 
 
 def test_an_index_is_named(tmp_path: Path, arm: Robot) -> None:
-    from dynident.estimation import LogMap
-    from dynident.estimation.recordings import with_flags
+    from dynident.apps.logs import with_flags
+    from dynident.apps.logs.map import LogMap
 
     path = log(tmp_path / "a.csv", np.arange(2000.0), without())
     with pytest.raises(InputError, match=r"counts by ones: --units t=500Hz .* --units t=ms for milliseconds"):

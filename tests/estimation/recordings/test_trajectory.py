@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs import read_trajectory
 from dynident.common.errors import InputError
-from dynident.estimation.recordings import read_trajectory
 from dynident.model import load_robot
 
 RX90 = load_robot("rx90")

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.logs import Gears, Quantity, Time
+from dynident.apps.logs.map import LogMap, read_log_map
+from dynident.apps.logs.quantity import factor
+from dynident.apps.logs.read import read_recording
 from dynident.common.errors import InputError
 from dynident.common.schema import convert
-from dynident.estimation import LogMap, read_log_map, read_recording
-from dynident.estimation.recordings import Gears, Quantity, Time
-from dynident.estimation.recordings.quantity import factor
 from dynident.model import load_robot
 from hypothesis import given
 from hypothesis import strategies as st

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.logs.read import read_recording
+from dynident.apps.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
-from dynident.estimation import identify, read_recording
-from dynident.estimation.rollout import CONSTANT, IDENTIFIED, IdentifiedArm, MujocoArm, Rollout, roll_out_all
+from dynident.estimation import identify
 from dynident.model import (
     Drives,
     Joint,

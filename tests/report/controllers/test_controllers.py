@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dynident.commands.export import NAMES
+from dynident.apps.commands.export import NAMES
+from dynident.apps.export.controllers import FORMATS, ControllerLoad
+from dynident.apps.export.controllers.load import HalfWidths
+from dynident.apps.export.controllers.rotation import angles_of, matrix
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters
-from dynident.report.controllers import FORMATS, ControllerLoad
-from dynident.report.controllers.load import HalfWidths
-from dynident.report.controllers.rotation import angles_of, matrix
 from dynident.tests.report.controllers.parsers import MOMENTS_ONLY, PARSERS
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st

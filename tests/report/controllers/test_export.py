@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.export.controllers import FORMATS
 from dynident.cli import main
 from dynident.model import InertialParameters, load_robot, robot_names
 from dynident.model.inertia import ten_parameters
-from dynident.report.controllers import FORMATS
 from dynident.tests.report.controllers.parsers import PARSERS
 from scipy.spatial.transform import Rotation
 

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dynident.apps.export.controllers import FORMATS
+from dynident.apps.export.controllers.payload_file import load_of_document
+from dynident.apps.results import StoredPayload
 from dynident.common.schema import convert
-from dynident.estimation.files import StoredPayload
 from dynident.model import InertialParameters
-from dynident.report.controllers import FORMATS
-from dynident.report.controllers.payload_file import load_of_document
 
 BODY = InertialParameters.from_com(3.001234, [0.02, 0.05, 0.11], np.diag([0.0123, 0.0234, 0.0301]))
 

@@ -4,11 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dynident.common.arrays import Array
-from dynident.common.errors import InputError
-from dynident.model import Robot, load_robot
-from dynident.model.kinematics import forward_kinematics
-from dynident.report.motions import (
+from dynident.apps.export.motions import (
     WrittenMotion,
     check_joint_names,
     check_urscript,
@@ -20,6 +16,10 @@ from dynident.report.motions import (
     val3_files,
     val3_replay,
 )
+from dynident.common.arrays import Array
+from dynident.common.errors import InputError
+from dynident.model import Robot, load_robot
+from dynident.model.kinematics import forward_kinematics
 from dynident.tests.conftest import SCARA
 from dynident.tests.report.motions import motion_parsers as read
 from dynident.trajectories import (

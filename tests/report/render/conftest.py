@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.commands.demo.paper import paper_tables
 from dynident.cli import main
-from dynident.commands.demo.paper import paper_tables
 from dynident.model import Recording, load_robot
 from dynident.trajectories import RX90_NOISE, Simulator, random_via_points
 

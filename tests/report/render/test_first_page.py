@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem, read_recording
+from dynident.apps.export.controllers import FORMATS, load_of_document
+from dynident.apps.logs.read import read_recording
+from dynident.apps.report import Provenance, payload_page
+from dynident.apps.report.documents import payload_document
+from dynident.apps.report.render.html import blocks_html, page_html
+from dynident.apps.report.sections.controller import controller_blocks
+from dynident.apps.results import StoredPayload
+from dynident.estimation import PayloadAnswer, Verdict, answer_payload, payload_problem
 from dynident.estimation.diagnosis import Finding
-from dynident.estimation.files import StoredPayload
 from dynident.model import load_robot
-from dynident.report import Provenance, payload_page
-from dynident.report.controllers import FORMATS, load_of_document
-from dynident.report.documents import payload_document
-from dynident.report.render.html import blocks_html, page_html
-from dynident.report.sections.controller import controller_blocks
 from msgspec import UNSET, structs
 
 from .conftest import read

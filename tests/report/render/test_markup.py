@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
+from dynident.apps.report.figures.canvas import new_figure
+from dynident.apps.report.figures.torques import prediction_figure, worst_joint_figure
+from dynident.apps.report.numbers import with_interval
+from dynident.apps.report.provenance import Provenance, SourceFile
+from dynident.apps.report.render.html import block_html, page_html, write_plots
+from dynident.apps.report.render.markup import Html, tag
+from dynident.apps.report.sections.data import report_page
 from dynident.estimation.answers import Curve, TorquePrediction
-from dynident.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
-from dynident.report.figures.canvas import new_figure
-from dynident.report.figures.torques import prediction_figure, worst_joint_figure
-from dynident.report.numbers import with_interval
-from dynident.report.provenance import Provenance, SourceFile
-from dynident.report.render.html import block_html, page_html, write_plots
-from dynident.report.render.markup import Html, tag
-from dynident.report.sections.data import report_page
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.export.simulators import FORMATS, into
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation.possible import WholeRobot, whole_robot
 from dynident.model import Robot, inverse_dynamics, load_robot, standard_columns, with_stand_in
 from dynident.model.base.rank import random_states
-from dynident.report.simulators import FORMATS, into
 from dynident.tests.model.urdf_files import dressed_urdf
 
 ARM = "irb120"

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.export.simulators import FORMATS
+from dynident.apps.export.simulators.mjcf import marks
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.estimation import Estimate
@@ -32,8 +34,6 @@ from dynident.model import (
     with_stand_in,
 )
 from dynident.model.base.rank import random_states
-from dynident.report.simulators import FORMATS
-from dynident.report.simulators.mjcf import marks
 from dynident.tests.model.urdf_files import dressed_urdf
 from dynident.tests.report.simulators.readers import Read, by_drake, by_mujoco, by_pinocchio, by_usd
 

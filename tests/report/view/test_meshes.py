@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.view import html_of, view_of
+from dynident.apps.view.meshes import coarse, looks_of
+from dynident.apps.view.shapes import ellipsoid
 from dynident.model import Motion, Robot
 from dynident.model.files.chain import load_urdf
-from dynident.report.view import html_of, view_of
-from dynident.report.view.meshes import coarse, looks_of
-from dynident.report.view.shapes import ellipsoid
 
 trimesh = pytest.importorskip("trimesh")
 GREY = (90, 90, 90)

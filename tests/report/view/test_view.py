@@ -10,17 +10,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from dynident.apps.view import ShownPayload, View, html_of, view_of
+from dynident.apps.view.ground import ground_of
+from dynident.apps.view.moving import _axes
+from dynident.apps.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
+from dynident.apps.view.viser_page import quaternion
 from dynident.cli import main
 from dynident.common.arrays import Array
 from dynident.common.errors import InputError
 from dynident.model import InertialParameters, Motion, Pose, Robot, load_robot, robot_names
 from dynident.model.frames import frames_at
 from dynident.model.kinematics import joint_transform
-from dynident.report.view import ShownPayload, View, html_of, view_of
-from dynident.report.view.ground import ground_of
-from dynident.report.view.moving import _axes
-from dynident.report.view.shapes import Shape, box, capsule, ellipsoid, inertia_axes, plane
-from dynident.report.view.viser_page import quaternion
 from dynident.tests.conftest import PRISMATIC
 from dynident.trajectories import Scene, random_via_points
 from dynident.trajectories.design import HalfSpace

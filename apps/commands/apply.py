@@ -1,0 +1,134 @@
+"""``dynident apply``: a payload into the controller, beside the program that runs there; never a motion."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from ...common.errors import InputError
+from ...common.letters import one_line, printable
+from .. import export, live
+from . import ANSWERED, DO_NOT_USE
+from .dialogue import ask
+from .options import HostOptions, Options, option
+from .progress import note, quiet
+from .values import port_number
+
+if TYPE_CHECKING:
+    from ..export.controllers import ControllerLoad
+
+_PATIENCE = 2.0
+"""s: by then the controller shows the payload that it was given."""
+_CLOSE = 2e-6
+"""Share by which numbers that are read back may differ: some controllers hold them in single precision."""
+_FIELDS = (live.TIME, live.MASS, live.CENTRE, live.INERTIA)
+
+
+@dataclass(frozen=True)
+class _Apply(Options):
+    """The payload, and where it goes."""
+
+    payload: str = option(
+        "payload", reads="payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload' or 'weigh'"
+    )
+    to: str = option(required=True, choices=("ur",), help="whose controller: ur, a Universal Robots one")
+    yes: bool = option(action="store_true", help="send it without asking")
+    despite_verdict: bool = option(action="store_true", help="send it, inertia and all, whatever the verdict")
+    script_port: int | None = option(
+        group="controller", type=port_number, metavar="N", help="its port of scripts (default: 30002)"
+    )
+
+
+@dataclass(frozen=True)
+class _Host(HostOptions):
+    """The controller that gets it."""
+
+    GROUP: ClassVar[str] = "controller"
+
+
+def run(request: _Apply, controller: _Host) -> int:
+    """Run it: nothing is sent before the word is given."""
+    load = export.controllers.read_load(request.payload, None, request.despite_verdict)
+    if not request.despite_verdict and load.verdict == "do_not_use":
+        print(
+            one_line(
+                f"dynident: not sent: the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+            ),
+            file=sys.stderr,
+        )
+        return DO_NOT_USE
+    if load.beyond_rating:
+        raise InputError(f"{load.source}: {load.beyond_rating}: not sent")
+    at_flange = load.in_flange()
+    if at_flange is None:
+        raise InputError(
+            f"{request.payload}: the payload's frame is {load.frame!r}, not the flange: nothing was sent"
+        )
+    load = at_flange.rounded()
+    command = command_of(load)
+    if not controller.host:
+        raise InputError("give --host, the controller's name or address")
+    text = live.program(command)
+    if not quiet():
+        print(f"To {controller.host}, beside the program that runs there:\n\n{printable(text)}")
+    if not request.yes and not _agreed():
+        note("nothing was sent: answer yes, or give --yes")
+        return ANSWERED
+    _apply(request, controller, load, text)
+    if not quiet():
+        print("The controller shows this payload now.")
+    return ANSWERED
+
+
+def command_of(load: ControllerLoad) -> str:
+    """The one line of URScript that sets a payload."""
+    lines = export.controllers.FORMATS["ur"].text(load).splitlines()
+    (command,) = [line for line in lines if line.startswith("set_target_payload(")]
+    return command
+
+
+def _agreed() -> bool:
+    if not sys.stdin.isatty():
+        return False
+    return ask("Send it? yes or no", str) in ("yes", "y")
+
+
+def _apply(request: _Apply, controller: _Host, load: ControllerLoad, text: str) -> None:
+    """Send the program and see that the controller holds what was sent.
+
+    Raises:
+        InputError: if it does not.
+    """
+    with controller.client() as client, client.stream(_FIELDS, 25.0) as stream:
+        if live.MASS not in stream.recipe.fields:
+            raise InputError(f"{client.host}: the controller does not tell its payload: nothing was sent")
+        with live.send_program(text, controller.host or "", request.script_port or live.SCRIPT_PORT):
+            shown, begin = live.Samples(stream.recipe, b""), time.monotonic()
+            while time.monotonic() - begin < _PATIENCE:
+                shown = stream.take() or shown
+                if len(shown) and not _differing(shown, load):
+                    return
+    wrong = _differing(shown, load) if len(shown) else "nothing"
+    raise InputError(
+        f"{client.host}: the payload was sent, but the controller shows {wrong}: is it in remote control?"
+    )
+
+
+def _differing(shown: live.Samples, load: ControllerLoad) -> str:
+    """Which numbers of the last sample are others than those that were sent, in words; empty where none is."""
+    inertia = [float(load.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    sent = {live.MASS: [load.mass], live.CENTRE: load.com.tolist(), live.INERTIA: inertia}
+    wrong = []
+    for field, values in sent.items():
+        samples = shown.of(field)
+        size = max(map(abs, values)) or 1.0
+        if samples and not all(
+            math.isclose(a, b, rel_tol=_CLOSE, abs_tol=_CLOSE * size)
+            for a, b in zip(samples[-1], values, strict=True)
+        ):
+            there, target = (", ".join(f"{x:.5g}" for x in numbers) for numbers in (samples[-1], values))
+            wrong.append(f"{field} {there} instead of {target}")
+    return "; ".join(wrong)

@@ -1,0 +1,134 @@
+"""``dynident export``: a payload in the format of a controller or a simulator."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...common.errors import InputError
+from ...common.files import write_text
+from ...common.letters import one_line
+from .. import export
+from . import ANSWERED, DO_NOT_USE
+from .options import Options, option
+from .progress import note
+from .values import number
+
+NAMES = (
+    "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
+    "urdf", "sdf", "mjcf", "usd", "drake", "pinocchio",
+)  # fmt: skip
+"""The formats, told again here so that ``--help`` need not load them."""
+_POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
+_FARTHEST = 100.0  # m
+_HOW = "metres and degrees, R = Rz Ry Rx"
+
+
+@dataclass(frozen=True)
+class _Export(Options):
+    """The payload, the format, and the frames and units that are asked for."""
+
+    payload: str = option(
+        "payload", reads="payload", metavar="PAYLOAD.json", help="the --json of 'dynident payload'"
+    )
+    to: str = option(required=True, choices=NAMES, metavar="NAME", help=", ".join(NAMES))
+    out: str | None = option(writes="file", metavar="F", help="file to write; the terminal by default")
+    method: int | None = option(
+        type=int,
+        choices=(1, 2, 3, 4),
+        help="whose estimate (default: the recommended, else 4, 3, 1, 2); the constrained one where it is there",
+    )
+    flange_frame: tuple[float, ...] | None = option(
+        type=number,
+        nargs=6,
+        metavar=_POSE,
+        help=f"the controller's flange in the payload's frame ({_HOW}); needed unless that frame is the flange, or "
+        "the robot's file tells where it is",
+    )
+    tool_frame: tuple[float, ...] | None = option(
+        type=number,
+        nargs=6,
+        metavar=_POSE,
+        help=f"abb: the tool in the flange frame ({_HOW}): writes a grip load in the tool frame, not a tool load",
+    )
+    meters_per_unit: float | None = option(
+        type=number, metavar="M", help="usd: unit of length of the stage (default: 1)"
+    )
+    despite_verdict: bool = option(action="store_true", help="write it, inertia and all, whatever the verdict")
+
+    def check(self, form: export.controllers.ControllerFormat) -> None:
+        """Refuse an option that the format does not know: it would be ignored."""
+        formats = export.controllers.FORMATS.values()
+        for name, known in (
+            ("tool_frame", [candidate.name for candidate in formats if candidate.in_tool_frame]),
+            ("meters_per_unit", [candidate.name for candidate in formats if candidate.own_units]),
+        ):
+            if form.name not in known:
+                self.refuse(name, f"belongs to --to {', '.join(known)}, not to {form.name}")
+
+    def placed(self, load: export.controllers.ControllerLoad) -> export.controllers.ControllerLoad:
+        """The load in the frame and the units that were asked for."""
+        if self.flange_frame is not None:
+            load = _seen_from(
+                "--flange-frame", load, self.flange_frame, f"flange, at {_told(self.flange_frame)} in {load.frame}"
+            )
+        elif (at_flange := load.in_flange()) is not None:
+            load = at_flange
+        else:
+            raise InputError(
+                f"{self.payload}: the payload's frame is {load.frame!r}, not the flange: give --flange-frame, the "
+                "flange's pose in it (0 0 0 0 0 0 if it is the same)"
+            )
+        if self.tool_frame is not None:
+            frame = f"tool, at {_told(self.tool_frame)} in the flange"
+            load = replace(_seen_from("--tool-frame", load, self.tool_frame, frame), in_tool_frame=True)
+        if self.meters_per_unit is not None:
+            load = replace(load, meters_per_unit=self.meters_per_unit)
+        return load
+
+
+def run(request: _Export) -> int:
+    """Run it."""
+    form = export.controllers.FORMATS[request.to]
+    request.check(form)
+    load = export.controllers.read_load(request.payload, request.method, request.despite_verdict)
+    if not request.despite_verdict and (load.verdict == "do_not_use" or load.beyond_rating):
+        why = f"the verdict on {load.source} is 'do not use': {'; '.join(load.reasons)}"
+        if load.verdict != "do_not_use":
+            why = f"{load.source}: {load.beyond_rating}; --despite-verdict writes it all the same"
+        print(f"dynident: not written: {one_line(why)}", file=sys.stderr)
+        return DO_NOT_USE
+    load = request.placed(load)
+    text = form.text(load)
+    if form.comment is None and not form.head_inside:
+        for line in form.head(load):
+            note(f"{line}")
+    if request.out:
+        write_text(request.out, text)
+    else:
+        print(text, end="")
+    return ANSWERED
+
+
+def _seen_from(
+    option: str, load: export.controllers.ControllerLoad, pose: Sequence[float], frame: str
+) -> export.controllers.ControllerLoad:
+
+    if not np.isfinite(pose).all() or np.abs(pose[:3]).max() > _FARTHEST:
+        raise InputError(
+            f"{option} {_told(pose)}: six finite numbers are needed, metres up to {_FARTHEST:g} and degrees"
+        )
+    rx, ry, rz = np.radians(pose[3:])
+    return load.seen_from(
+        export.controllers.rotation.matrix(export.controllers.rotation.Angles(rz, ry, rx)),
+        np.array(pose[:3]),
+        frame,
+    )
+
+
+def _told(pose: Sequence[float]) -> str:
+    place, turn = (", ".join(f"{value:g}" for value in part) for part in (pose[:3], pose[3:]))
+    return f"({place}) m, ({turn}) deg"

@@ -1,0 +1,97 @@
+"""``dynident gains``: torque per motor current, from recordings without and with a known payload."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from ... import estimation
+from ...common.errors import InputError
+from .. import report
+from . import answered
+from .options import Options, PageOptions, ProcessingOptions, RobotOptions, option
+from .progress import status
+from .values import masses_list, number, whole_list
+
+
+@dataclass(frozen=True)
+class _Known(Options):
+    """Recordings, and the payload that is known."""
+
+    unloaded: tuple[str, ...] = option(
+        reads="without payload",
+        action="append",
+        required=True,
+        metavar="LOG",
+        help="currents without payload; repeatable",
+    )
+    loaded: tuple[str, ...] = option(
+        reads="with payload", action="append", required=True, metavar="LOG", help="currents with it; repeatable"
+    )
+    mass: tuple[float, ...] | None = option(
+        either="load!",
+        type=masses_list,
+        metavar="KG[,KG..]",
+        help="the payload's mass; of several weights one for each --loaded",
+    )
+    payload: str | None = option(
+        either="load!", reads="payload", metavar="TOML", help="mass, com, inertia_com as far as they are known"
+    )
+    mass_sigma: float | None = option(type=number, metavar="KG", help="its standard deviation (default: 0)")
+
+    mounting: tuple[int, ...] = option(
+        type=whole_list,
+        default=(),
+        metavar="N1,N2,..",
+        help="one number for each --loaded: equal ones share a centre of mass (default: all one)",
+    )
+
+    def load(self) -> estimation.gains.KnownLoad | list[estimation.gains.KnownLoad]:
+        """What is known of the payload, the same in all mountings or one for each."""
+        if self.payload:
+            self.refuse("mass_sigma", "belongs to --mass; in a payload's file it is the key mass_sigma")
+            return estimation.gains.read_known_load(self.payload)
+        assert self.mass is not None
+        sigma = self.mass_sigma or 0.0
+        if len(self.mass) == 1:
+            return estimation.gains.known_mass(self.mass[0], sigma)
+        if len(self.mass) != len(self.loaded):
+            raise InputError(
+                f"--mass holds {len(self.mass)} numbers for {len(self.loaded)} --loaded recordings: give "
+                "one mass, or one for each of them, in their order"
+            )
+        numbers = self.mounting or (1,) * len(self.loaded)
+        masses: dict[int, float] = {}
+        for mounting, mass in zip(numbers, self.mass, strict=False):
+            if masses.setdefault(mounting, mass) != mass:
+                raise InputError(
+                    f"mounting {mounting} has masses of {masses[mounting]:g} and {mass:g} kg: give each weight a "
+                    "number of its own (--mounting)"
+                )
+        return [estimation.gains.known_mass(mass, sigma) for mass in masses.values()]
+
+
+class _Processing(ProcessingOptions):
+    """Processing without the gains that are asked for."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"drive_gains"})
+
+
+def run(arm: RobotOptions, known: _Known, processing: _Processing, files: PageOptions) -> int:
+    """Run it."""
+    load = known.load()
+    setup = processing.setup(arm.load())
+    robot = setup.robot
+    plain = replace(robot, drives=replace(robot.drives, coupling=None))  # each motor's own current
+    amperes = replace(setup, robot=plain, gains=(1.0,) * robot.n)
+    unloaded, loaded = amperes.read(known.unloaded), amperes.read(known.loaded)
+    with status("reading") as progress:
+        problem = estimation.gains.gain_problem(
+            robot, unloaded, loaded, setup.processing, progress, load, known.mounting
+        )
+        progress("estimating")
+        gains = estimation.identify_gains(problem, load)
+    files.show(report.gains_screen(gains, files.document))
+    files.write_json(lambda: report.documents.gains_document(gains, setup.processing))
+    files.write_page(lambda: report.gains_page(gains, files.provenance(setup.in_words(), known, arm, processing)))
+    return answered(gains.verdict.level)

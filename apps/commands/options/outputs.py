@@ -1,0 +1,198 @@
+"""Options of the files and views that a command writes, and the writing of them."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from .... import estimation
+from ....common.errors import InputError
+from ....common.files import checksum, is_device, place_of, write_text
+from ....common.versions import versions
+from ... import report
+from ... import view as views
+from ..progress import note, quiet, status
+from ..settings import is_settings_file, settings_text
+from .reading import Options, option
+
+if TYPE_CHECKING:
+    from ...report import Page, Provenance, Screen
+    from ...view.moving import View
+
+
+def print_lines(*lines: str) -> None:
+    """Print lines no wider than the terminal, unless the run is quiet."""
+    if not quiet():
+        report.print_blocks([report.Notes(lines)])
+
+
+@dataclass(frozen=True)
+class ResultOptions(Options):
+    """The result as JSON."""
+
+    GROUP: ClassVar[str] = "files"
+
+    json: str | None = option(
+        writes="stream", metavar="F", help="write the result as JSON; - for standard output, the screen goes aside"
+    )
+    details: bool = option(action="store_true", help="print what the answer rests on, too")
+
+    @property
+    def document(self) -> str | None:
+        """The file that the JSON is written to."""
+        return None if self.json == "-" else self.json
+
+    def show(self, screen: Screen) -> None:
+        """Print a screen, or all of it; beside standard output where that takes the JSON."""
+        if not quiet():
+            report.print_screen(screen, self.details, sys.stderr if self.json == "-" else None)
+
+    def write_json(self, document: Callable[[], Any]) -> None:
+        """Write the document; it is made only if it was asked for."""
+        if self.json == "-":
+            sys.stdout.write(report.documents.json_text(document()).decode())
+        elif self.json:
+            report.documents.write_json(self.json, document())
+
+
+@dataclass(frozen=True)
+class PageOptions(ResultOptions):
+    """The result as JSON, and as an HTML report with its figures.
+
+    Attributes:
+        argv, parser: the command line that repeats it, and what reads it.
+        config: file of options that was read.
+    """
+
+    report: str | None = option(
+        writes="file",
+        metavar="F.html",
+        help="write a report, one self-contained HTML file, and F.run.toml, which repeats the run by --config",
+    )
+    plots: str | None = option(
+        writes="folder",
+        metavar="DIR",
+        help="write its figures as PNG, SVG and PDF, a moving arm as SVG; made if missing",
+    )
+    argv: tuple[str, ...] = ()
+    parser: argparse.ArgumentParser | None = None
+    config: str | None = None
+
+    @property
+    def settings_file(self) -> Path | None:
+        """The file beside the report that repeats the run by ``--config``; none if it was made from that file.
+
+        None beside what is no file, such as a pipe.
+        """
+        if not self.report or self.parser is None or is_device(Path(self.report)):
+            return None
+        path = Path(self.report).with_suffix(".run.toml")
+        return None if self.config and place_of(self.config) == place_of(path) else path
+
+    def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
+        """Paths that options name, and the file beside the report.
+
+        Raises:
+            InputError: if a file stands there that no run has written.
+        """
+        yield from super().named(kind)
+        if kind == "writes" and (path := self.settings_file) is not None:
+            if path.exists() and not is_settings_file(path):
+                raise InputError(
+                    f"--report {self.report!r}: {path} beside it would be overwritten, which holds no options of a "
+                    "run: move it, or give the report another name"
+                )
+            yield "--report's options", "file", str(path)
+
+    def write_page(self, page: Callable[[], Page]) -> None:
+        """Write report and figures; the page is made only if one of them was asked for."""
+        if not (self.report or self.plots):
+            return
+        content = page()
+        if self.report:
+            report.write_report(self.report, content)
+            self._write_settings()
+        if self.plots:
+            report.write_plots(self.plots, content)
+
+    def _write_settings(self) -> None:
+        """Write the file that repeats the run."""
+        if self.parser is not None and (path := self.settings_file) is not None:
+            write_text(path, settings_text(self.parser, self.argv))
+
+    def provenance(self, settings: Mapping[str, str], *parts: Options) -> Provenance:
+        """What the report was made from.
+
+        Args:
+            settings: in words.
+            parts: options that name files.
+        """
+        files = tuple(
+            report.SourceFile(role, path, checksum(path))
+            for part in parts
+            for _, role, path in part.named("reads")
+            if Path(path).is_file()
+        )
+        command = shlex.join(["dynident", *self.argv])
+        date, used = report.provenance.now(), versions()
+        return report.Provenance(command, date, files, used, settings)
+
+
+@dataclass(frozen=True)
+class TableOptions(PageOptions):
+    """The printed tables and the equations beside the report."""
+
+    csv: str | None = option(writes="file", metavar="F", help="write the printed tables for a spreadsheet")
+    latex: str | None = option(writes="file", metavar="F", help="write the printed tables for a paper (booktabs)")
+    npz: str | None = option(
+        writes="file", metavar="F", help="write W, Y, weights and reduced factors for your own solver"
+    )
+
+    def write_tables(self, screen: Screen, system: Callable[[], estimation.answers.ObservationSystem]) -> None:
+        """Write what was asked for.
+
+        Args:
+            screen: its tables are written, those of the details too.
+            system: makes the equations, held whole; called only where they are asked for.
+        """
+        if self.csv:
+            write_text(self.csv, report.csv_tables(report.tables_of(screen.blocks)))
+        if self.latex:
+            write_text(self.latex, report.latex_tables(report.tables_of(screen.blocks)))
+        if self.npz:
+            report.npz.write_npz(self.npz, system())
+
+
+@dataclass(frozen=True)
+class ViewOptions(Options):
+    """The arm in three dimensions."""
+
+    GROUP: ClassVar[str] = "view"
+
+    view: str | None = option(
+        writes="file", metavar="F.html", help="the arm in three dimensions, one file that plays without a server"
+    )
+    show: bool = option(action="store_true", help="open the view in the browser")
+
+    def check_view(self) -> None:
+        """Refuse a view that could not be made, before any work is done."""
+        if self.view or self.show:
+            views.require_viewer()
+
+    def write_view(self, view: Callable[[], View]) -> None:
+        """Write and open what was asked for; the view is made only then."""
+        if not (self.view or self.show):
+            return
+        with status("drawing the view"):
+            scene = view()
+            if self.view:
+                views.write_view(self.view, scene)
+        for text in scene.notes:
+            note(text)
+        if self.show:
+            note(f"the view is open in the browser: {views.show_view(self.view, scene)}")

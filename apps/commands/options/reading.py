@@ -1,0 +1,221 @@
+"""Options as fields of frozen values: declared once, read once, handed on typed."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from inspect import signature
+from itertools import chain
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
+
+import numpy as np
+
+from .... import model
+from ....common.arrays import Array
+from ....common.errors import InputError
+from ....common.files import is_device, keeping, place_of
+from .. import COMMANDS
+from ..progress import Manner, finished, speaking
+
+Writes = Literal["", "file", "folder", "stream"]
+_NEEDED = (
+    "not a file in a folder that exists: make the folder, or give another path",
+    "is not a folder, nor can one be made there: give another path",
+)
+
+
+def option(
+    name: str = "", *, group: str = "", either: str = "", reads: str = "", writes: Writes = "", **how: Any
+) -> Any:
+    """Field of an option.
+
+    Args:
+        name: of an argument without dashes; options are called as their fields are.
+        group: heading in the help, instead of the class's own.
+        either: options with the same word here exclude each other.
+        reads: what the file is for that the option names; empty if it names none.
+        writes: whether it names a file that is written, a folder, or a file or "-", which is standard output.
+    """
+    about = {"name": name, "group": group, "either": either, "reads": reads, "writes": writes}
+    return field(default=None, metadata={"about": about, "how": how})
+
+
+@dataclass(frozen=True)
+class Options:
+    """Some options of a command; fields are called as the options are.
+
+    Attributes:
+        GROUP, ABOUT: heading of the options in the help, and what is said below it.
+        WITHOUT: options that a command leaves out; they read as None.
+    """
+
+    GROUP: ClassVar[str] = ""
+    ABOUT: ClassVar[str] = ""
+    WITHOUT: ClassVar[frozenset[str]] = frozenset()
+
+    @classmethod
+    def declare(cls, parser: argparse.ArgumentParser) -> None:
+        """Add them to a command."""
+        groups: dict[str, Any] = {"": parser}
+        rivals: dict[str, Any] = {}
+        for entry in fields(cls):
+            if not entry.metadata or entry.name in cls.WITHOUT:
+                continue
+            about, how = entry.metadata["about"], entry.metadata["how"]
+            heading = about["group"] or cls.GROUP
+            if heading not in groups:
+                groups[heading] = parser.add_argument_group(heading, cls.ABOUT or None)
+            place = groups[heading]
+            if about["either"]:
+                required = {"required": about["either"].endswith("!")}
+                place = rivals.setdefault(about["either"], None) or place.add_mutually_exclusive_group(**required)
+                rivals[about["either"]] = place
+            action = place.add_argument(about["name"] or f"--{entry.name.replace('_', '-')}", **how)
+            action.reads, action.writes = about["reads"], about["writes"]
+
+    @classmethod
+    def of(cls, arguments: argparse.Namespace) -> Self:
+        """Take them from the parsed command line."""
+        values = {entry.name: getattr(arguments, entry.name, None) for entry in fields(cls)}
+        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})
+
+    def has(self, option: str) -> bool:
+        """Whether an option was given; "joint_names" stands for --joint-names."""
+        value = getattr(self, option)
+        return value is not None and value is not False
+
+    def refuse(self, option: str, because: str) -> None:
+        """Refuse an option that would have no effect."""
+        if self.has(option):
+            raise InputError(f"--{option.replace('_', '-')} {because}")
+
+    def named(self, kind: Literal["reads", "writes"]) -> Iterator[tuple[str, str, str]]:
+        """Paths that options name: the option, what it names (its role, or "file" or "folder"), and the path."""
+        for entry in fields(self):
+            about, value = entry.metadata.get("about", {}), getattr(self, entry.name)
+            if about.get(kind):
+                shown = about["name"].upper() or f"--{entry.name.replace('_', '-')}"
+                for path in (value,) if isinstance(value, str) else value or ():
+                    if isinstance(path, str) and (path or kind == "writes"):
+                        yield shown, about[kind], path
+
+
+@dataclass(frozen=True)
+class _Terminal(Options):
+    """How much is said, and a file of options."""
+
+    GROUP: ClassVar[str] = "terminal"
+
+    config: str | None = option(
+        reads="options",
+        metavar="TOML",
+        help="options from a file, as every report writes one; the command line goes before it",
+    )
+    quiet: bool = option(
+        either="manner",
+        action="store_true",
+        help="print no screen and no notes: files and exit status tell; what is asked for as text is printed",
+    )
+    verbose: bool = option(either="manner", action="store_true", help="print every step with its time")
+
+    @property
+    def manner(self) -> Manner:
+        """How much is said."""
+        return "quiet" if self.quiet else "verbose" if self.verbose else "plain"
+
+
+def add_command(commands: Any, name: str, run: Callable[..., int], **how: Any) -> None:
+    """Declare a command by the options that ``run`` takes; files that they name are checked before it is called.
+
+    Args:
+        run: does it; returns the exit status.
+        how: of argparse; the help of a command below another one.
+    """
+    parser = commands.add_parser(name, **({"help": COMMANDS[name]} | how if name in COMMANDS else how))
+    parts = [parameter.annotation for parameter in signature(run, eval_str=True).parameters.values()]
+    for part in (*parts, _Terminal):
+        part.declare(parser)
+
+    def called(arguments: argparse.Namespace) -> int:
+        values, terminal = [part.of(arguments) for part in parts], _Terminal.of(arguments)
+        check_targets([*values, terminal])
+        read = [path for value in (*values, terminal) for _, _, path in value.named("reads")]
+        with keeping(read), speaking(terminal.manner), finished(name):
+            return run(*values)
+
+    parser.set_defaults(run=called)
+
+
+def check_targets(parts: Sequence[Options]) -> None:
+    """Refuse what cannot be written, or would overwrite an input or another output, before any work is done."""
+    owners = _inputs(parts)
+    folders: dict[Path, str] = {}
+    outputs = chain.from_iterable(part.named("writes") for part in parts)
+    for name, kind, path in (output for output in outputs if output[1:] != ("stream", "-")):
+        place = place_of(path)
+        _check_place(name, kind, path)
+        rivals = owners if kind == "folder" else owners | folders  # folders may hold what several options write
+        if place in rivals and not is_device(place):  # a pipe or a terminal may be named twice
+            raise InputError(f"{name} {path!r}: {rivals[place]} names this file too: give another one")
+        (folders if kind == "folder" else owners)[place] = name
+
+
+def _inputs(parts: Sequence[Options]) -> dict[Path, str]:
+    """Files that are read, and the options that name them; a shipped robot's name is no file."""
+    named = chain.from_iterable(part.named("reads") for part in parts)
+    return {place: name for place, name in ((place_of(path), name) for name, _, path in named) if place.exists()}
+
+
+def _check_place(name: str, kind: str, path: str) -> None:
+    """Refuse a path at which what an option writes cannot be."""
+    if not (_may_hold_files(path) if kind == "folder" else _may_be_file(path)):
+        raise InputError(f"{name} {path!r}: {_NEEDED[kind == 'folder']}")
+
+
+def _may_be_file(path: str) -> bool:
+    """Whether a path is a file, or one can be made there."""
+    return bool(path) and not Path(path).is_dir() and place_of(path).parent.is_dir()
+
+
+def _may_hold_files(path: str) -> bool:
+    """Whether a path is a folder, or one can be made there."""
+    above = place_of(path)
+    while not above.exists():
+        above = above.parent
+    return bool(path) and above.is_dir()
+
+
+@contextmanager
+def about(*options: str) -> Iterator[None]:
+    """Say of whatever is wrong within which options it is about.
+
+    Raises:
+        InputError: instead of what is raised within.
+    """
+    try:
+        yield
+    except ValueError as error:
+        named = any(option in str(error) for option in options)
+        raise InputError(str(error) if named else f"{', '.join(options)}: {error}") from None
+
+
+def each_joint(values: tuple[float, ...], robot: model.Robot, option: str) -> tuple[float, ...]:
+    """A number for each joint, where one may stand for all.
+
+    Raises:
+        InputError: for any other count; names the option.
+    """
+    if len(values) not in (1, robot.n):
+        count = f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}"
+        raise InputError(f"{option}: {count}: give one for all, or one each")
+    return values * robot.n if len(values) == 1 else values
+
+
+def in_si(values: tuple[float, ...], robot: model.Robot) -> Array:
+    """Degrees of turning joints in radians; metres of sliding ones as they are."""
+    if len(values) != robot.n:
+        raise InputError(f"{len(values)} numbers for the {robot.n} joints of robot {robot.name!r}: give one each")
+    return np.array([np.radians(x) if joint.revolute else x for x, joint in zip(values, robot.joints, strict=True)])

@@ -1,0 +1,212 @@
+"""``dynident payload``: a payload from recordings with and without it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ... import estimation, model
+from ...common.errors import InputError
+from ...common.progress import Progress
+from .. import fleet, report, results
+from .. import view as views
+from . import answered
+from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
+from .options import (
+    EssentialOptions,
+    FramedRobotOptions,
+    FrictionOptions,
+    GainOptions,
+    KnowledgeOptions,
+    PairOptions,
+    PassportOptions,
+    Setup,
+    TableOptions,
+    ViewOptions,
+    logs_of,
+    option,
+    recipe_of,
+)
+from .progress import status
+from .values import method, relative
+
+
+@dataclass(frozen=True)
+class _Payload(FrictionOptions):
+    """Recordings, and by which methods they are answered."""
+
+    unloaded: tuple[str, ...] = option(
+        reads="without payload",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="recording without payload; repeatable: several are recordings of one robot",
+    )
+    loaded: tuple[str, ...] = option(
+        reads="with payload",
+        action="append",
+        required=True,
+        metavar="LOG",
+        help="recording with payload; repeatable: several are of one payload; method 3 pairs them in order",
+    )
+    validate: tuple[str, ...] = option(
+        reads="held out",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="another one without payload, held out; repeatable",
+    )
+    robot_parameters: str | None = option(
+        reads="robot's parameters", metavar="JSON", help="the --json of 'dynident identify' (method 1)"
+    )
+    method: str = option(
+        type=method,
+        choices=("all", "1", "2", "3", "4"),
+        default="all",
+        metavar="NAME",
+        help="known-robot (1), change (2), difference (3), global (4) or all (default); see docs/theory.md",
+    )
+    free_friction: bool = option(action="store_true", help="method 1: estimate friction anew under load")
+
+    scale_sigma: float | None = option(
+        type=relative,
+        metavar="SHARE",
+        help="methods 1 and 4: by how much the scale of the loaded torques may differ from that without payload, "
+        "1 sigma (default: not at all)",
+    )
+
+    @property
+    def methods(self) -> tuple[int, ...] | None:
+        """Numbers of the methods asked for, or None for all."""
+        return None if self.method == "all" else (int(self.method),)
+
+    def check(self, essential: bool) -> None:
+        """Refuse options that the methods asked for cannot use."""
+        check_compared(self)
+        if self.free_friction and self.method not in ("1", "all"):
+            raise InputError("--free-friction belongs to method 1, which is not among the methods asked for")
+        if not self.robot_parameters and self.method not in ("4", "all"):
+            self.refuse("friction_change", "belongs to method 4 and to --robot-parameters: neither is asked for")
+        if self.method in ("2", "3"):
+            self.refuse("scale_sigma", "belongs to methods 1 and 4: neither is asked for")
+        if essential and self.method not in ("4", "all"):
+            raise InputError("--essential-ratio and --essential-sigma belong to method 4, which is not asked for")
+
+
+def run(
+    arm: FramedRobotOptions,
+    request: _Payload,
+    knowledge: KnowledgeOptions,
+    drives: GainOptions,
+    essential: EssentialOptions,
+    processing: PairOptions,
+    files: TableOptions,
+    view: ViewOptions,
+    passport: PassportOptions,
+) -> int:
+    """Run it."""
+    view.check_view()
+    rule = essential.rule()
+    request.check(rule is not None)
+    constraints = knowledge.constraints()
+    stored = stored_robot(request)
+    setup = processing.setup(arm.load(), stored)
+    unloaded, loaded, held_out = (
+        setup.read(paths) for paths in (request.unloaded, request.loaded, request.validate)
+    )
+    gain_errors = drives.errors(setup, loaded, unloaded, stored)
+    with status("reading") as progress:
+        problem = _problem(request, setup, loaded, unloaded, stored, progress)
+        progress("estimating")
+        answer = _answer(problem, request, setup, held_out, constraints, gain_errors, rule)
+
+    def page(document: results.StoredPayload) -> report.Page:
+        provenance = files.provenance(setup.in_words(), request, arm, processing)
+        return _page(answer, document, provenance, len(loaded) + len(held_out))
+
+    screen = show_payload(answer, setup, files, page)
+    files.write_tables(
+        screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
+    )
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    recipe = _recipe(request, setup, gain_errors, rule, constraints)
+    passport.write(lambda: fleet.payload_passport(answer, (), recipe, logs_of(request)))
+    return answered(answer.verdict.level)
+
+
+def _answer(
+    problem: estimation.PayloadProblem,
+    request: _Payload,
+    setup: Setup,
+    held_out: Sequence[model.Recording],
+    constraints: Sequence[estimation.possible.Constraint],
+    gains: estimation.Gains | None,
+    essential: estimation.fit.StopRule | None,
+) -> estimation.PayloadAnswer:
+    """The payload by the methods asked for."""
+    with constraints_solved():
+        return estimation.answer_payload(
+            problem,
+            request.methods,
+            request.free_friction,
+            held_out,
+            setup.processing,
+            constraints=constraints,
+            gains=gains,
+            essential=essential,
+        )
+
+
+def _page(
+    answer: estimation.PayloadAnswer,
+    document: results.StoredPayload,
+    provenance: report.Provenance,
+    recorded: int,
+) -> report.Page:
+    """The report; ``recorded``: how many recordings there are, of which not all are drawn."""
+    others = recorded - len(answer.predictions)
+    return report.payload_page(answer, document, answer.predictions, answer.excitation, provenance, others)
+
+
+def _problem(
+    request: _Payload,
+    setup: Setup,
+    loaded: Sequence[model.Recording],
+    unloaded: Sequence[model.Recording],
+    stored: results.StoredRobot | None,
+    progress: Progress,
+) -> estimation.PayloadProblem:
+    """Equations of the recordings, with the robot of an earlier run where one is given."""
+    return estimation.payload_problem(
+        setup.robot,
+        loaded,
+        unloaded,
+        stored.estimate if stored else None,
+        setup.processing,
+        progress,
+        robust=True,
+        friction_change=request.change,
+        scale_sigma=request.scale_sigma or 0.0,
+    )
+
+
+def _recipe(
+    request: _Payload,
+    setup: Setup,
+    gains: estimation.Gains | None,
+    essential: estimation.fit.StopRule | None,
+    constraints: Sequence[estimation.possible.Constraint],
+) -> fleet.Recipe:
+    """How the payload was found, for its passport."""
+    return recipe_of(
+        "payload",
+        setup,
+        gains,
+        essential=essential,
+        methods=request.methods,
+        free_friction=request.free_friction,
+        friction_change=request.change,
+        scale_sigma=request.scale_sigma or 0.0,
+        constraints=tuple(constraints),
+        parameters=checksum_of_robot(request),
+    )

@@ -1,0 +1,113 @@
+"""What is said on the error stream: notes, what is being done, and how much of it; names of files are text."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Literal
+
+import rich.progress
+from rich.console import Console
+from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from ...common.letters import one_line, printable
+from ...common.progress import Progress
+
+Manner = Literal["quiet", "plain", "verbose"]
+_manner: ContextVar[Manner] = ContextVar("manner", default="plain")
+
+
+@contextmanager
+def speaking(manner: Manner) -> Iterator[None]:
+    """A run that says nothing, what is worth knowing, or every step with its time."""
+    token = _manner.set(manner)
+    try:
+        yield
+    finally:
+        _manner.reset(token)
+
+
+@contextmanager
+def finished(label: str) -> Iterator[None]:
+    """Say how long it took, where every step is told."""
+    begin = time.monotonic()
+    yield
+    if _manner.get() == "verbose":
+        print(f"dynident: {time.monotonic() - begin:6.1f} s  {label}: done", file=sys.stderr)
+
+
+def quiet() -> bool:
+    """Whether this run prints no screen: files and the exit status tell."""
+    return _manner.get() == "quiet"
+
+
+def say(text: str) -> None:
+    """Print a line about what was done."""
+    if not quiet():
+        print(printable(text))
+
+
+def note(text: str) -> None:
+    """Print a line that is worth knowing."""
+    if not quiet():
+        print(f"dynident: note: {one_line(text)}", file=sys.stderr)
+
+
+@contextmanager
+def status(label: str) -> Iterator[Progress]:
+    """Show what is being done; gives a function that changes the words and tells the share, where it is known."""
+    if _manner.get() != "plain":
+        yield _steps(label)
+        return
+    with _shown() as shown:
+        task = shown.add_task(label, total=None)
+        last: float | None = None
+
+        def progress(words: str, share: float | None = None, /) -> None:
+            nonlocal task, last
+            if (share is None) != (last is None) or (share or 0.0) < (last or 0.0):  # other work: its own time left
+                shown.remove_task(task)
+                task = shown.add_task(words, total=None if share is None else 1.0)
+            last = share
+            shown.update(task, description=words, completed=share)
+
+        yield progress
+
+
+@contextmanager
+def bar(label: str) -> Iterator[Callable[[float], None]]:
+    """Show how much of something is done, and how long the rest takes; gives a function of the finished share."""
+    if _manner.get() != "plain":
+        tell = _steps(label)
+        yield lambda part: tell(f"{label}: done") if part >= 1.0 else None
+        return
+    with status(label) as progress:
+        progress(label, 0.0)
+        yield lambda part: progress(label, part)
+
+
+def _shown() -> rich.progress.Progress:
+    """A line that goes when the work is done, of a terminal; where no share is known its bar only moves."""
+    columns = (SpinnerColumn(), _words(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)  # elsewhere it would leave an empty line
+    return rich.progress.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+
+
+def _words() -> TextColumn:
+    """Words as they are: names of files hold brackets."""
+    return TextColumn("{task.description}", markup=False)
+
+
+def _steps(label: str) -> Progress:
+    """Prints each step with the time since the first, where every step is asked for."""
+    begin, loud = time.monotonic(), _manner.get() == "verbose"
+
+    def tell(words: str, _share: float | None = None, /) -> None:
+        if loud:
+            print(f"dynident: {time.monotonic() - begin:6.1f} s  {one_line(words)}", file=sys.stderr)
+
+    tell(label)
+    return tell

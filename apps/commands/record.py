@@ -1,0 +1,112 @@
+"""``dynident record``: a recording from the robot itself, over the network."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from ...common.errors import InputError
+from .. import live
+from . import ANSWERED
+from .options import HostOptions, Options, option
+from .progress import note, status
+from .values import positive_number
+
+_SECONDS = 30.0
+_MOVING = 0.03
+"""rad/s: a joint that is faster moves."""
+
+
+@dataclass(frozen=True)
+class _Record(Options):
+    """From whom, for how long, and where to."""
+
+    maker: str = option("maker", choices=("ur",), help="whose controller: ur, a Universal Robots one")
+    seconds: float | None = option(
+        type=positive_number, metavar="S", help="how long, in the controller's time [s] (default: 30)"
+    )
+    rate: float | None = option(
+        type=positive_number, metavar="HZ", help="samples a second (default: as fast as the controller can)"
+    )
+    out: str = option(writes="file", required=True, metavar="F", help="file to write: .csv, .csv.gz, .parquet")
+
+
+def run(request: _Record, controller: HostOptions) -> int:
+    """Run it: whatever ends the recording, the file holds what was there."""
+    if not controller.host:
+        raise InputError("give --host, the controller's name or address")
+    live.writer_of(request.out)
+    with controller.client() as client, client.stream(live.FIELDS, request.rate) as stream:
+        absent = [field for field in live.FIELDS if field not in stream.recipe.fields]
+        if absent:
+            note(f"{client.host}: the controller has no {', '.join(absent)}")
+        recorder = live.Recorder(stream.recipe, stream.rate, request.seconds or _SECONDS)
+        fault = _recorded(stream, recorder)
+    if fault and not recorder.count:
+        raise InputError(f"{fault}: nothing was recorded")
+    recorder.write(request.out)
+    _tell(recorder, request.out)
+    if fault:
+        raise InputError(f"{fault}; {request.out} holds the {recorder.seconds:.1f} s before")
+    return ANSWERED
+
+
+def _recorded(stream: live.Stream, recorder: live.Recorder) -> str:
+    """Record until the time is over, the user has enough, or it cannot go on: then why."""
+    with status("recording") as progress, _ended_alike():
+        try:
+            while not recorder.over:
+                new = recorder.add(stream.take())
+                progress(progress_line(recorder, new))
+        except live.LinkError as fault:
+            return str(fault)
+        except KeyboardInterrupt:
+            note(f"stopped after {recorder.seconds:.1f} s")
+    return ""
+
+
+@contextmanager
+def _ended_alike() -> Iterator[None]:
+    """A run that is told to end ends as one that is interrupted: its file is written."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # not the main thread: nobody sends signals here
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def progress_line(recorder: live.Recorder, new: live.Samples) -> str:
+    """What is happening: time, joints that move, size of the currents, and what is wrong."""
+    words = [f"recording {recorder.seconds:.0f} of {recorder.length:g} s"]
+    speeds = new.of(live.SPEED)
+    if speeds:
+        largest = [max(map(abs, joint)) for joint in zip(*speeds, strict=True)]
+        moving = ", ".join(str(j + 1) for j, speed in enumerate(largest) if speed > _MOVING)
+        words.append(f"joint {moving} moves" if moving else "no joint moves")
+        currents = [max(map(abs, joint)) for joint in zip(*new.of(live.CURRENT), strict=True)]
+        words.append(f"currents to {max(currents):.1f} A")
+    words.append(f"moved so far: {', '.join(map(str, recorder.moved)) or 'none'}")
+    if recorder.dropped:
+        words.append(f"{recorder.dropped} samples dropped")
+    return "; ".join(words)
+
+
+def _tell(recorder: live.Recorder, path: str) -> None:
+    """What was recorded, and what is to be known about it."""
+    total = recorder.count + recorder.dropped
+    lost = 100.0 * recorder.dropped / total
+    note(f"{path}: {recorder.count} samples in {recorder.seconds:.1f} s, {recorder.dropped} dropped ({lost:.2g} %)")
+    if recorder.repeated:
+        note(f"{path}: {recorder.repeated} samples came twice and are kept once")
+    usual = 1.0 / recorder.step
+    if not 0.9 < usual / recorder.rate < 1.1:
+        note(f"{path}: {usual:.0f} samples a second came, {recorder.rate:g} were asked for")
+    for time, stop in recorder.stops:
+        note(f"{path}: {stop} after {time:.1f} s")

@@ -1,0 +1,193 @@
+"""``dynident simulate``: recordings of a robot whose parameters are known.
+
+Without noise a recording holds the exact motion and motor torques. What an identification then misses (0.3 % of a
+payload, up to 2 % of dry friction) comes from its filter, and from dry friction that the simulation takes as
+tanh(qd / 0.01 rad/s).
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import __version__, model, trajectories
+from ...common.errors import InputError
+from ...common.files import made_folder
+from .. import logs, report
+from .. import view as views
+from . import ANSWERED
+from .options import Options, RehearsedRobotOptions, ViewOptions, option, print_lines
+from .progress import bar
+from .values import number, share, whole
+
+_SHARE = 0.08
+_POINTS = 16
+
+
+def rate(text: str) -> float:
+    """A rate that a controller may have [Hz]."""
+    value = number(text)
+    if not 20.0 <= value <= 1e4:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a rate from 20 to 10000 Hz")
+    return value
+
+
+def sag(text: str) -> float:
+    """A position error in mrad."""
+    value = number(text)
+    if not 0.0 < value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not above 0 and at most 100 mrad")
+    return value
+
+
+@dataclass(frozen=True)
+class _Simulate(Options):
+    """Motions, what disturbs them, and where the recordings go."""
+
+    trajectory: tuple[str, ...] = option(
+        reads="trajectories",
+        action="append",
+        default=[],
+        metavar="CSV",
+        help="motion to run (t,q1..[,qd1..[,qdd1..]]); repeatable; by default one of 16 random points",
+    )
+    payload: str | None = option(reads="payload", metavar="TOML", help="run each trajectory with this payload too")
+    noise: str = option(
+        default="",
+        metavar="LEVEL",
+        help="none, a share of each joint's torque, or paper or slow (rx90); default: paper for rx90, else 0.08",
+    )
+    gain_error: float = option(
+        type=share, default=0.0, metavar="SHARE", help="of the drive gains, such as 0.02 (default: 0)"
+    )
+    controller: str = option(
+        choices=("integral", "proportional", "gravity"),
+        default="integral",
+        help="its loops: with integral action, without it, or without it and with gravity compensation only "
+        "(default: integral)",
+    )
+    sag: float | None = option(
+        type=sag,
+        metavar="MRAD",
+        help="loops without integral action so soft that the payload pulls the worst joint off its path by this "
+        "(root mean square; default: stiff ones)",
+    )
+    rate: float = option(type=rate, default=250.0, metavar="HZ", help="of the recordings (default: 250)")
+    seed: int = option(type=whole, default=0, help="of all that is drawn (default: 0)")
+    out: str = option(
+        writes="folder", required=True, metavar="DIR", help="folder of the recordings and of truth.toml"
+    )
+
+
+def run(arm: RehearsedRobotOptions, request: _Simulate, view: ViewOptions) -> int:
+    """Run it."""
+    view.check_view()
+    described = arm.load()
+    robot = model.with_stand_in(described)
+    payload = model.read_payload(request.payload) if request.payload else None
+    references = _references(robot, described, request.trajectory, request.seed)
+    disturbances = _disturbances(robot, request.noise, list(references.values()))
+    disturbances = replace(disturbances, gain_error=request.gain_error)
+    tasks = [trajectories.Task(f"{name}_unloaded", reference) for name, reference in references.items()]
+    if payload is not None:
+        tasks += [trajectories.Task(f"{name}_loaded", reference, payload) for name, reference in references.items()]
+    controller = trajectories.simulation.CONTROLLERS[request.controller]
+    if request.sag is not None:
+        if payload is None or controller.integral > 0.0:
+            raise InputError("--sag: give --payload, and --controller proportional or gravity: another never sags")
+        controller = controller.sagging(robot, payload, list(references.values()), 1e-3 * request.sag)
+    with bar("simulating") as progress:
+        experiment = trajectories.run_experiment(
+            robot, tasks, disturbances, request.seed, controller, request.rate, progress
+        )
+    _write(Path(request.out), experiment, controller)
+    view.write_view(lambda: views.view_of(robot, experiment.runs[-1].exact.motion, payload=_shown(payload)))
+    return ANSWERED
+
+
+def _shown(payload: model.InertialParameters | None) -> views.ShownPayload | None:
+    """The payload that was simulated, known exactly."""
+    if payload is None:
+        return None
+    com = payload.com
+    return views.ShownPayload(payload.mass, com, np.column_stack([com, com]), payload.inertia_com)
+
+
+def _references(
+    robot: model.Robot, described: model.Robot, files: Sequence[str], seed: int
+) -> dict[str, trajectories.motions.Plan]:
+    """What to run, by name; motions of files need only keep the limits of the description, not assumed ones."""
+    motions: dict[str, trajectories.motions.Plan] = {}
+    for file in files:
+        name = Path(file).name.removesuffix(".gz").removesuffix(".csv")
+        if name in motions:
+            raise InputError(f"--trajectory: two files are called {name!r}: rename one")
+        trajectory = trajectories.SampledTrajectory(*logs.read_trajectory(file, robot), file)
+        trajectory.check_limits(described)
+        motions[name] = trajectory
+    if motions:
+        return motions
+    try:
+        return {
+            "random": trajectories.plan_point_to_point(
+                robot, trajectories.motions.random_points(robot, _POINTS, seed)
+            )
+        }
+    except ValueError as error:
+        raise InputError(f"{error}: give --trajectory") from None
+
+
+def _disturbances(
+    robot: model.Robot, noise: str, references: Sequence[trajectories.motions.Plan]
+) -> trajectories.Disturbances:
+
+    noise = noise or ("paper" if robot.name == "rx90" else str(_SHARE))
+    if noise == "none":
+        return trajectories.simulation.no_disturbances(robot.n)
+    if noise in ("paper", "slow"):
+        if robot.name != "rx90":
+            raise InputError(f"--noise {noise} is the RX90's: give a share of the torque for {robot.name}")
+        return (
+            trajectories.simulation.RX90_DISTURBANCES
+            if noise == "paper"
+            else trajectories.simulation.RX90_SLOW_NOISE
+        )
+    try:
+        level = share(noise)
+    except argparse.ArgumentTypeError:
+        raise InputError(
+            f"--noise {noise!r}: give none, paper, slow or a share of the torque such as 0.08"
+        ) from None
+    return trajectories.simulation.relative_disturbances(root_mean_square(robot, references), level)
+
+
+def root_mean_square(robot: model.Robot, references: Sequence[trajectories.motions.Plan]) -> Any:
+    """Root mean square torque of each joint [N·m or N], shape (n,)."""
+    simulator, torques = trajectories.Simulator(robot), []
+    for reference in references:
+        t = np.linspace(0.0, reference.duration, 2000)
+        torques.append(simulator.measure(model.Motion(t, *reference.at(t))).torque)
+    return np.sqrt(np.mean(np.concatenate(torques) ** 2, axis=0))
+
+
+def _write(folder: Path, experiment: Any, controller: Any) -> None:
+
+    made_folder(folder)
+    files = [f"{run.task.name}.csv" for run in experiment.runs]
+    for file, run in zip(files, experiment.runs, strict=True):
+        report.recordings.write_recording(folder / file, run.recording)
+    versions = {"dynident": __version__, "casadi": version("casadi"), "numpy": version("numpy")}
+    report.recordings.write_truth(folder / "truth.toml", experiment, controller, files, versions)
+    lines = [
+        f"{folder / file}: {run.exact.motion.t[-1]:.1f} s, tracking error at most "
+        f"{1e3 * run.tracking_error.max():.2f} mrad"
+        for file, run in zip(files, experiment.runs, strict=True)
+    ]
+    truth = f"{folder / 'truth.toml'}: what is true of them"
+    print_lines(*lines, truth, *report.assumed_notes(experiment.robot, *report.recordings.SIMULATED))

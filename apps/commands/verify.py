@@ -1,0 +1,36 @@
+"""``dynident verify``: whether the controller does better with the payload that was entered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .. import report
+from ..logs.following import following_change, read_following
+from . import ANSWERED, DO_NOT_USE
+from .options import ArmOptions, LogOptions, Options, PageOptions, option
+
+
+@dataclass(frozen=True)
+class _Pair(Options):
+    """One motion before and after the payload was entered."""
+
+    before: str = option(
+        reads="before",
+        required=True,
+        metavar="LOG",
+        help="the same motion, with columns qref1.. (commanded positions) or tauref1.. (torque predicted, N·m), or "
+        "what --log-map names; old number in the controller",
+    )
+    after: str = option(reads="after", required=True, metavar="LOG", help="the same with the new number")
+
+
+def run(arm: ArmOptions, pair: _Pair, logs: LogOptions, files: PageOptions) -> int:
+    """Run it."""
+    robot, how = arm.load(), logs.how()
+    gains, _ = logs.gains(robot)
+    before, after = (read_following(path, robot, gains, how) for path in (pair.before, pair.after))
+    change = following_change(before, after, robot.processing.still_speed)
+    files.show(report.following_screen(change))
+    files.write_json(lambda: report.documents.following_document(change))
+    files.write_page(lambda: report.following_page(change, robot, files.provenance({}, pair, arm, logs)))
+    return DO_NOT_USE if change.tells and change.total.clear == "rose" else ANSWERED

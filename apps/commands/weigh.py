@@ -1,0 +1,189 @@
+"""``dynident weigh``: a payload from a short motion of a few joints near a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+from ... import estimation, model
+from ...common.errors import InputError
+from ...common.progress import Progress
+from .. import fleet, report, results
+from .. import view as views
+from . import answered
+from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
+from .options import (
+    FrictionOptions,
+    GainOptions,
+    HostOptions,
+    KnowledgeOptions,
+    Options,
+    PageOptions,
+    PairOptions,
+    PassportOptions,
+    RobotOptions,
+    Setup,
+    ViewOptions,
+    logs_of,
+    option,
+    recipe_of,
+)
+from .progress import status
+from .values import joint_list
+from .weigh_live import LiveOptions, weigh_live
+
+
+@dataclass(frozen=True)
+class _Weigh(FrictionOptions):
+    """Recordings of the short motion, and what it is compared with."""
+
+    WITHOUT: ClassVar[frozenset[str]] = frozenset({"scale_sigma"})
+
+    unloaded: tuple[str, ...] = option(
+        reads="without payload",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="the same motion without the payload: one for all of --loaded, or one for each",
+    )
+    loaded: tuple[str, ...] = option(
+        reads="with payload",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="the motion with the payload; give it again for repeated recordings, in the order they were made",
+    )
+    robot_parameters: str | None = option(
+        reads="robot's parameters", metavar="JSON", help="the --json of 'dynident identify', instead"
+    )
+    moving: tuple[int, ...] | None = option(
+        type=joint_list, metavar="J1,J2,..", help="joints that move; seen by default"
+    )
+    inertia: str | None = option(
+        metavar="box:AxBxC|cylinder:DxL", help="assume this body's inertia if none is measured [mm]"
+    )
+
+
+def run(
+    arm: RobotOptions,
+    request: _Weigh,
+    knowledge: KnowledgeOptions,
+    drives: GainOptions,
+    processing: PairOptions,
+    files: PageOptions,
+    view: ViewOptions,
+    passport: PassportOptions,
+    stream: LiveOptions,
+    controller: HostOptions,
+) -> int:
+    """Run it."""
+    if stream.asked:
+        _refuse_beside_stream(request, processing, files, (knowledge, view, passport))
+        return weigh_live(arm, request, drives, processing, files, stream, controller)
+    _refuse_without_stream(request, stream, controller)
+    view.check_view()
+    constraints = knowledge.constraints()
+    stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
+    stored = stored_robot(request)
+    setup = processing.setup(arm.load(), stored)
+    loaded, unloaded = setup.read(request.loaded), setup.read(request.unloaded)
+    gains = drives.errors(setup, loaded, unloaded, stored, compared=bool(unloaded))
+    with status("reading") as progress:
+        problem, others = _problems(request, setup, loaded, unloaded, stored, progress)
+        progress("estimating")
+        with constraints_solved():
+            answer = estimation.answer_payload(
+                problem, constraints=constraints, gains=gains, stand_in=stand_in, others=others
+            )
+
+    def page(document: results.StoredPayload) -> report.Page:
+        return _page(answer, document, files.provenance(setup.in_words(), request, arm, processing), files.plots)
+
+    show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
+    view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
+    recipe = _recipe(request, setup, gains, constraints, stand_in)
+    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(request)))
+    return answered(answer.verdict.level)
+
+
+def _page(
+    answer: estimation.PayloadAnswer,
+    document: results.StoredPayload,
+    provenance: report.Provenance,
+    plots: str | None,
+) -> report.Page:
+    """The report, or the line that says why there are no figures."""
+    page = report.weigh_page(answer, document, provenance)
+    if plots and not page.drawings():
+        raise InputError("--plots: no joints see the mass, there is nothing to draw")
+    return page
+
+
+def _refuse_beside_stream(
+    request: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
+) -> None:
+    """Refuse options of recordings where samples come one after the other."""
+    named: list[tuple[Options, Sequence[str]]] = [(request, ("loaded", "unloaded", "moving", "inertia"))]
+    named += [(processing, ("max_mismatch",)), (files, ("report", "plots"))]
+    named += [(part, [entry.name for entry in fields(part) if entry.metadata]) for part in others]
+    for part, names in named:
+        for name in names:
+            if getattr(part, name) != ():
+                part.refuse(name, "has no meaning for --live and --replay")
+
+
+def _refuse_without_stream(request: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
+    """Refuse options of a stream where there is none."""
+    for option_name in ("until", "watch"):
+        stream.refuse(option_name, "belongs to --live or --replay")
+    for option_name in ("host", "port"):
+        controller.refuse(option_name, "belongs to --live or --replay")
+    if not request.loaded:
+        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
+    check_compared(request)
+    if not request.robot_parameters:
+        request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")
+
+
+def _problems(
+    request: _Weigh,
+    setup: Setup,
+    loaded: Sequence[model.Recording],
+    unloaded: Sequence[model.Recording],
+    stored: results.StoredRobot | None,
+    progress: Progress,
+) -> tuple[estimation.PayloadProblem, list[estimation.PayloadProblem]]:
+    """What is answered, and what it is compared with: torque differences first, the robot's parameters beside."""
+    robot, processing, problems = setup.robot, setup.processing, []
+    if unloaded:
+        problems.append(
+            estimation.payload.difference_weighing(robot, loaded, unloaded, processing, request.moving, progress)
+        )
+    if stored is not None:
+        problems.append(
+            estimation.payload.known_robot_weighing(
+                robot, loaded, stored.estimate, processing, request.moving, progress, request.change
+            )
+        )
+    return problems[0], problems[1:]
+
+
+def _recipe(
+    request: _Weigh,
+    setup: Setup,
+    gains: estimation.Gains | None,
+    constraints: Sequence[estimation.possible.Constraint],
+    stand_in: estimation.StandIn | None,
+) -> fleet.Recipe:
+    """How the payload was found, for its passport."""
+    return recipe_of(
+        "weigh",
+        setup,
+        gains,
+        friction_change=request.change if request.robot_parameters else 0.0,
+        constraints=tuple(constraints),
+        stand_in=stand_in,
+        moving=request.moving,
+        parameters=checksum_of_robot(request),
+    )

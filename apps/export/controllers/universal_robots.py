@@ -1,0 +1,44 @@
+"""Universal Robots ``set_target_payload``.
+
+set_target_payload(m, cog, inertia): mass [kg]; cog [m] from the tool mount; inertia [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]
+[kg m^2] with origin in the cog and axes aligned with the flange's; left out, it is zero. Components beyond +-133
+kg m^2 and negative moments raise an exception. Source: URScript manual, set_target_payload
+(universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm).
+"""
+
+import numpy as np
+
+from ....common.errors import InputError
+from ...report.numbers import six
+from .form import ControllerFormat, number, numbers
+from .load import ControllerLoad
+
+_MOST = 133.0  # kg m^2, of each component
+
+
+def _write(load: ControllerLoad) -> str:
+    arguments = f"{number(load.mass)}, [{numbers(load.com)}]"
+    if not load.point_mass:
+        arguments += f", [{numbers(six(load.inertia))}]"
+    return f"set_target_payload({arguments})"
+
+
+def check_moments(load: ControllerLoad) -> None:
+    """Refuse components that the controller raises an exception for."""
+    worst = float(np.abs(load.inertia).max())
+    if worst > _MOST:
+        raise InputError(f"the inertia reaches {worst:.4g} kg m^2; set_target_payload refuses more than {_MOST:g}")
+
+
+FORMAT = ControllerFormat(
+    name="ur",
+    title="Universal Robots set_target_payload",
+    reference="inertia matrix about the centre of gravity, axes of the tool flange",
+    order="m, [cog x, y, z], [Ixx, Iyy, Izz, Ixy, Ixz, Iyz], entries of the matrix (Ixy = -integral of x y dm)",
+    units="kg, m, kg m^2",
+    point_mass="the inertia is left out, the controller takes zero",
+    source="URScript manual, set_target_payload",
+    write=_write,
+    comment=("# ", ""),
+    check=check_moments,
+)

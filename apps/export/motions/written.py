@@ -1,0 +1,123 @@
+"""What every motion file starts from: the motion, its robot and the words at its head."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .... import __version__
+from ....common.arrays import Array
+from ....common.errors import InputError
+from ....model import Motion, Robot
+from ....model.robot import SOURCED
+from ....trajectories import BlendedPoints, Design, DesignProblem, JointBounds, Trapezoid, ViaPoints
+from ....trajectories.motions import Plan
+
+DIGITS = 9
+"""Decimals of positions, speeds and accelerations: a nanoradian."""
+_NO_TIME = 1e-6  # s: a last step shorter than this is left out
+
+
+@dataclass(frozen=True)
+class WrittenMotion:
+    """A motion and what its file says about it.
+
+    Attributes:
+        bounds: limits of the joints that it keeps.
+        head: lines of plain ASCII about it.
+    """
+
+    robot: Robot
+    plan: Plan
+    bounds: JointBounds
+    head: tuple[str, ...]
+
+    @property
+    def described(self) -> Robot:
+        """The robot with an acceleration limit for every joint: the description's, else that of the design."""
+        joints = []
+        for joint, acceleration in zip(self.robot.joints, self.bounds.acceleration, strict=True):
+            finite = np.isfinite(joint.limits.acceleration)
+            limits = joint.limits if finite else replace(joint.limits, acceleration=float(acceleration))
+            joints.append(replace(joint, limits=limits))
+        return replace(self.robot, joints=tuple(joints))
+
+    def sampled(self, rate: float) -> Motion:
+        """Samples at ``rate`` [Hz], and one at the very end, where the robot rests."""
+        duration = self.plan.duration
+        t = np.arange(int(duration * rate + 1e-9) + 1) / rate
+        if duration - t[-1] > _NO_TIME:
+            t = np.append(t, duration)
+        return Motion(t, *self.plan.at(t))
+
+    def cycles(self, rate: float) -> Array:
+        """Positions in each cycle of a controller of ``rate`` [Hz], the last one at rest where the motion ends."""
+        return self.plan.at(np.arange(int(np.ceil(self.plan.duration * rate - 1e-9)) + 1) / rate)[0]
+
+
+def listed(values: Array) -> str:
+    """Numbers in brackets with ``DIGITS`` decimals."""
+    return f"[{', '.join(f'{value:.{DIGITS}f}' for value in values)}]"
+
+
+def require_six_turning(robot: Robot, form: str) -> None:
+    """Refuse a robot that a format has no place for.
+
+    Raises:
+        InputError: unless there are six joints that turn.
+    """
+    if robot.n != 6 or not all(joint.revolute for joint in robot.joints):
+        raise InputError(f"{form} is for six joints that turn; robot {robot.name!r} has others")
+
+
+def design_head(design: Design) -> tuple[str, ...]:
+    """Robot, limits, duration, criterion, seed and version of a design."""
+    problem, learnt, bounds = design.problem, design.learnt, design.problem.bounds
+    earlier = f", with {len(problem.earlier)} rows of earlier recordings" if len(problem.earlier) else ""
+    lines = [
+        f"Exciting motion of {problem.robot.title or problem.robot.name} by dynident {__version__}.",
+        f"Duration {design.plan.duration:.6g} s; {_shape(design.plan)}.",
+        f"Criterion {problem.criterion.kind} for {len(problem.names)} parameters{earlier}; seed {design.seed}, "
+        f"{design.starts} starts{', interrupted' if design.interrupted else ''}.",
+        f"Condition number {learnt.condition_number:.4g}, columns scaled {learnt.condition_number_scaled:.4g}, "
+        f"log det {learnt.log_det:.4g}.",
+        f"Position limits [rad or m]: {_numbers(bounds.low)} to {_numbers(bounds.high)}.",
+        f"Speed limits [per s]: {_numbers(bounds.speed)}.",
+        f"Acceleration limits [per s^2]: {_numbers(bounds.acceleration)}.",
+    ]
+    if np.isfinite(bounds.torque).any():
+        lines.append(f"Torque limits [N m or N]: {_numbers(bounds.torque)}.")
+    lines += [f"Nearest to its limit: {limit}." for limit in design.score.limits]
+    lines += assumed_line(problem)
+    return tuple(_ascii(line) for line in lines)
+
+
+def assumed_line(problem: DesignProblem) -> list[str]:
+    """What of the robot was assumed that the motion rests on; no line where nothing was."""
+    assumed = problem.robot.assumed(*rests_on(problem))
+    return [f"Assumed, not published: {', '.join(SOURCED[name] for name in assumed)}."] if assumed else []
+
+
+def rests_on(problem: DesignProblem) -> tuple[str, ...]:
+    """Names of ``model.robot.SOURCED`` that a motion rests on."""
+    return ("position", "speed", "acceleration", *(("torque", "parameters") if problem.torque_limited else ()))
+
+
+def _shape(plan: Plan) -> str:
+    if isinstance(plan, ViaPoints):
+        ramp = ""
+        if isinstance(plan.segment, Trapezoid):
+            ramp = f", trapezoids of speed with ramps of {plan.segment.ramp:g} of each move's time"
+        return f"{len(plan.points)} via points, {'at rest in each' if plan.rests else 'passing'}{ramp}"
+    if isinstance(plan, BlendedPoints):
+        low, high = plan.blends.min(), plan.blends.max()
+        moves = f"{len(plan.points)} via points, passing at constant speed from each to the next"
+        return f"{moves}, parabolic blends of {low:.3g} to {high:.3g} s"
+    return "Fourier series"
+
+
+def _numbers(values: Array) -> str:
+    return ", ".join(f"{value:.5g}" for value in values)
+
+
+def _ascii(line: str) -> str:
+    return line.replace("ä", "ae").encode("ascii", "replace").decode("ascii")

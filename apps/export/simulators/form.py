@@ -1,0 +1,209 @@
+"""What every format has: a head that says what the numbers mean, the marks of the numbers, and what is left out."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+from .... import __version__
+from ....common.letters import printable
+from ....estimation.possible import Labelled, LinkNumbers, WholeRobot
+from ...report.numbers import exact
+from .frames import gravity
+
+_UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}
+_STANDARD_GRAVITY = [0.0, 0.0, -9.81]
+LEGEND = (
+    "Each number has a mark. 'data': they alone determine it; sigma and the 95 % interval (low, high) are theirs. "
+    "'prior': data give only the share of it that is told (0 to 1), within the base parameters that are named, or "
+    "nothing (none). 'rule': it stands at the bound of what can exist, zero, which the data alone would pass. Of "
+    "a prior's number low and high are the least and the largest of links that can exist and fit the data as well, "
+    "within their 95 % (-inf, inf: no bound below 1,000 kg of moving links); none for centres of mass and for "
+    "inertia about them, which are no standard parameters: see MX, XX and the like."
+)
+
+
+@dataclass(frozen=True)
+class SimulatorFormat:
+    """A format that a whole robot can be written in.
+
+    Attributes:
+        name: on the command line.
+        title: whose format it is.
+        ending: of its files.
+        holds: what of drives, limits and the world it has a place for: of ``armature``, ``damping``, ``friction``,
+            ``offset``, ``coupled``, ``spring``, ``speed``, ``torque``, ``gravity``.
+        write: the robot as text, below the lines of the head.
+        remarks: what must be known of the format.
+    """
+
+    name: str
+    title: str
+    ending: str
+    holds: frozenset[str]
+    write: Callable[[WholeRobot, list[str]], str]
+    remarks: tuple[str, ...] = ()
+
+    def text(self, whole: WholeRobot) -> str:
+        """The whole file."""
+        return self.write(whole, self.head(whole))
+
+    def head(self, whole: WholeRobot) -> list[str]:
+        """What must be said beside the numbers."""
+        title = whole.robot.title or whole.robot.name
+        lines = [
+            f"{title} as {self.title} by dynident {__version__}. Numbers: {whole.source}.",
+            f"Prior: {whole.prior}.",
+            LEGEND,
+            *self.notes(whole),
+        ]
+        if whole.groupings:
+            lines.append(f"Base parameters: {'; '.join(whole.groupings)}.")
+        return lines
+
+    def notes(self, whole: WholeRobot) -> list[str]:
+        """What a reader must know of this robot: masses, bounds, and what is left out."""
+        return [*_masses(whole), *_bounds(whole), *_rotors(whole), *self._lost(whole), *self.remarks]
+
+    def _lost(self, whole: WholeRobot) -> Iterator[str]:
+        """What of the robot has no place in the format, a line each."""
+        robot = whole.robot
+        yield from self._lost_drives(whole)
+        yield from self._lost_coupling(whole)
+        if robot.spring is not None and ("spring" not in self.holds or robot.spring.table):
+            law = "a table" if robot.spring.table else "the law of a spring between two pivots"
+            yield f"No place for the spring on {whole.joint_names[robot.spring.joint - 1]} ({law}): add its torque."
+        if "gravity" not in self.holds and gravity(robot) != _STANDARD_GRAVITY:
+            yield f"No place for gravity: set it to {exact(gravity(robot))} m/s^2 in the base's frame."
+        yield from self._lost_limits(whole)
+
+    def _lost_drives(self, whole: WholeRobot) -> Iterator[str]:
+        drives = whole.drives if "coupled" in self.holds else whole.apart
+        for quantity, unit in _UNITS.items():
+            values = [
+                f"{name} {drive[quantity].value:.6g}"
+                for name, drive in zip(whole.joint_names, drives, strict=True)
+                if quantity in drive and drive[quantity].value
+            ]
+            if quantity not in self.holds and values:
+                yield f"No place for {quantity} [{unit}]: {', '.join(values)}."
+
+    def _lost_limits(self, whole: WholeRobot) -> Iterator[str]:
+        robot = whole.robot
+        limited = {
+            "speed": [joint.limits.speed for joint in robot.joints],
+            "acceleration": [joint.limits.acceleration for joint in robot.joints],
+        }
+        for quantity, bounds in limited.items():
+            if quantity not in self.holds and any(map(math.isfinite, bounds)):
+                yield f"No place for limits of {quantity}: {', '.join(f'{bound:.6g}' for bound in bounds)}."
+
+    def _lost_coupling(self, whole: WholeRobot) -> Iterator[str]:
+        coupling = whole.robot.coupling
+        if coupling is None:
+            return
+        names = " and ".join(whole.joint_names[joint - 1] for joint in coupling.joints)
+        if "coupled" not in self.holds:
+            values = ", ".join(f"{quantity} {label.value:.6g}" for quantity, label in whole.coupled.items())
+            yield (
+                f"No place for the drive that turns with the sum of {names} ({values}): each joint has its own "
+                "share, what acts from one on the other is left out, and so is this friction."
+            )
+        elif coupling.coulomb == "paper" and "friction" in whole.coupled:
+            yield (
+                f"No place for the dry friction of the drive that turns with {names} "
+                f"({whole.coupled['friction'].value:.6g}) as the paper prints it: it is left out."
+            )
+
+
+def _masses(whole: WholeRobot) -> Iterator[str]:
+    arm = whole.robot.mass
+    maker = f"; the whole arm weighs {arm:g} kg by its maker, base included" if arm is not None else ""
+    allowed = ""
+    if whole.ranges is not None:
+        low, high = whole.ranges.total
+        most = f"at most {high:.4g} kg" if math.isfinite(high) else "no largest"
+        allowed = f"; the data allow at least {low:.4g} kg and {most}"
+    yield f"Moving links weigh {whole.mass:.4g} kg together{allowed}{maker}."
+    yield from (f"{text}: no link of a real arm does." for text in whole.heavier_than_the_arm())
+    least = min(whole.links, key=lambda link: float(link.moments[0]))
+    yield (
+        f"Least principal moment of inertia: {least.moments[0]:.3g} kg m^2 ({least.link}); nearest to the edge of "
+        f"the possible: {(edge := min(whole.links, key=lambda link: link.margin)).link}, A + B - C is "
+        f"{100.0 * edge.margin:.2g} % of the sum."
+    )
+
+
+def _bounds(whole: WholeRobot) -> Iterator[str]:
+    if at_bound := whole.at_bound():
+        yield (
+            f"At their bound, zero: {', '.join(at_bound)}. Torques hardly show it, but a simulated motion runs "
+            "away where a joint moves without the rotor or friction that it has in truth: record that joint faster "
+            "or longer, or enter what its maker says."
+        )
+    if negative := whole.negative():
+        yield f"Negative in the source, which no drive is, and written as zero: {', '.join(negative)}."
+
+
+def _rotors(whole: WholeRobot) -> Iterator[str]:
+    drives = whole.robot.drives
+    if not drives.rotor_inertia:
+        why = "torque sensors behind the gears do not show them" if drives.side == "link" else "the model has none"
+        yield f"Rotor inertias (armature) are left out: {why}. Enter the maker's, or motions will be too lively."
+    without = [name for name, d in zip(whole.joint_names, whole.drives, strict=True) if "damping" not in d]
+    if without:
+        yield f"Friction is left out, for nothing is known of it: {', '.join(without)}."
+
+
+def written(label: Labelled | None) -> float:
+    """A drive's number as it is written: never negative, zero where there is none."""
+    return max(label.value, 0.0) if label is not None else 0.0
+
+
+def drive_value(drive: Mapping[str, Labelled], quantity: str) -> float:
+    """``written`` for a drive's number by its word."""
+    return written(drive.get(quantity))
+
+
+def fields(label: Labelled) -> dict[str, str]:
+    """A mark as words by key; ``none`` where there is nothing to say."""
+    low, high = label.interval or (None, None)
+    return {
+        "value": exact(label.value),
+        "mark": label.mark,
+        "share": f"{math.floor(1000.0 * label.origin.share) / 1000.0:.3f}",  # 1 is for what the data determine
+        "sigma": _short(label.sigma),
+        "low": _short(low),
+        "high": _short(high),
+        "within": ",".join(label.origin.base) or "none",
+    }
+
+
+def mark_lines(numbers: Mapping[str, Labelled]) -> Iterator[str]:
+    """One line a number: name, value, mark, share of the data, sigma, low, high, base parameters."""
+    for name, label in numbers.items():
+        yield " ".join([name, *fields(label).values()])
+
+
+def link_marks(link: LinkNumbers, drive: Mapping[str, Labelled]) -> dict[str, Labelled]:
+    """Numbers of a link and of the drive before it, then its standard parameters."""
+    return {**link.numbers, **drive, **link.parameters}
+
+
+def _short(value: float | None) -> str:
+    return "none" if value is None else f"{value:.6g}"
+
+
+def attributes(values: Mapping[str, str]) -> str:
+    """Attributes of an XML element."""
+    return " ".join(f"{name}={quoteattr(value)}" for name, value in values.items())
+
+
+def comment(lines: Iterable[str]) -> list[str]:
+    """An XML comment a line, which ends no comment."""
+    return [f"<!-- {plain(line)} -->" for line in lines]
+
+
+def plain(text: str) -> str:
+    """Text on one line that ends no comment."""
+    return printable(" ".join(text.split())).replace("--", "- -").replace("--", "- -")

@@ -1,0 +1,162 @@
+"""Passports side by side: whether they say the same, and what differs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...estimation.fit.estimate import Estimate
+from ...estimation.fit.robust import student95
+from .answers import TINY, answered, free_estimate
+from .passport import Passport
+
+CHANCE = 1e-3
+"""Probability that two passports of one and the same thing are said to contradict each other."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What two estimates of the same parameters differ by.
+
+    Attributes:
+        names: of the parameters, c.
+        change: second minus first, shape (c,).
+        sigma: its standard deviations, shape (c,).
+        degrees_of_freedom: of both together, the fewer.
+    """
+
+    names: tuple[str, ...]
+    change: Array
+    sigma: Array
+    degrees_of_freedom: float
+
+    @property
+    def sigmas(self) -> Array:
+        """Change in units of its standard deviation, shape (c,)."""
+        return np.asarray(self.change / np.where(self.sigma > 0.0, self.sigma, np.inf))
+
+    @property
+    def bound(self) -> float:
+        """Sigmas that no parameter exceeds but with probability ``CHANCE``, all of them together (Bonferroni)."""
+        return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / len(self.names)))
+
+    @property
+    def contradicting(self) -> tuple[str, ...]:
+        """Parameters that differ beyond ``bound``, the worst first."""
+        size = np.abs(self.sigmas)
+        return tuple(self.names[k] for k in np.argsort(-size, kind="stable") if size[k] > self.bound)
+
+    def words(self, name: str) -> str:
+        """One parameter's change."""
+        k = self.names.index(name)
+        return f"{name} by {self.change[k]:+.3g} ± {self.sigma[k]:.2g} ({abs(self.sigmas[k]):.1f} sigma)"
+
+
+def difference(first: Estimate, second: Estimate) -> Difference:
+    """What two independent estimates of the same parameters differ by.
+
+    Raises:
+        InputError: if they are of different parameters.
+    """
+    if first.names != second.names:
+        raise InputError("the passports show different parameters: nothing can be compared")
+    degrees = min(first.degrees_of_freedom, second.degrees_of_freedom)
+    return Difference(
+        first.names, second.values - first.values, np.hypot(first.sigma, second.sigma), max(degrees, 1.0)
+    )
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Parameters by several recordings, one beside the other.
+
+    Attributes:
+        sources: names of the recordings, k.
+        names: of the parameters, c.
+        values: k x c.
+        sigma: own standard deviations, k x c.
+        pooled: values by all of them, weighted by their variances, shape (c,).
+        pooled_sigma: standard deviations of those, with the scatter where it is more than they say, shape (c,).
+        scatter: chi2 of the values about the pooled one over its degrees of freedom, shape (c,).
+        degrees_of_freedom: the fewest of the recordings.
+    """
+
+    sources: tuple[str, ...]
+    names: tuple[str, ...]
+    values: Array
+    sigma: Array
+    pooled: Array
+    pooled_sigma: Array
+    scatter: Array
+    degrees_of_freedom: float
+
+    @property
+    def interval95(self) -> Array:
+        """95 % intervals of the pooled values, c x 2."""
+        half = student95(self.degrees_of_freedom) * self.pooled_sigma
+        return np.column_stack([self.pooled - half, self.pooled + half])
+
+    @property
+    def apart(self) -> Array:
+        """Each recording's value less what all others say, in sigmas of the difference, k x c."""
+        weights = 1.0 / self.sigma**2
+        total, rest = weights.sum(axis=0), weights.sum(axis=0) - weights
+        others = (total * (weights * self.values).sum(axis=0) / total - weights * self.values) / rest
+        return np.asarray((self.values - others) / np.sqrt(self.sigma**2 + 1.0 / rest))
+
+    @property
+    def bound(self) -> float:
+        """Sigmas that none exceeds but with probability ``CHANCE``, all together (Bonferroni)."""
+        return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / self.values.size))
+
+    @property
+    def odd(self) -> tuple[tuple[str, str, float], ...]:
+        """Recordings that differ from the others beyond ``bound``: recording, parameter, sigmas; the worst first.
+
+        Of each parameter the worst one: what it pulls along is not told.
+        """
+        apart = self.apart
+        worst = [(int(np.argmax(np.abs(apart[:, c]))), c) for c in range(len(self.names))]
+        far = [(self.sources[k], self.names[c], float(apart[k, c])) for k, c in worst]
+        return tuple(
+            sorted(
+                (deviation for deviation in far if abs(deviation[2]) > self.bound),
+                key=lambda deviation: -abs(deviation[2]),
+            )
+        )
+
+
+def compared(passports: Sequence[Passport]) -> Compared:
+    """Parameters by several passports, side by side.
+
+    Raises:
+        InputError: if they are of other robots or recipes, or there are fewer than two.
+    """
+    if len(passports) < 2:
+        raise InputError("one recording: give two or more to compare")
+    for second in passports[1:]:
+        passports[0].check_alike(second)
+    estimates = [free_estimate(answered(passport)) for passport in passports]
+    return side_by_side([passport.name for passport in passports], estimates)
+
+
+def side_by_side(sources: Sequence[str], estimates: Sequence[Estimate]) -> Compared:
+    """Independent estimates of the same parameters, and what they say together.
+
+    Raises:
+        InputError: if they are of different parameters.
+    """
+    first = estimates[0]
+    if any(estimate.names != first.names for estimate in estimates):
+        raise InputError("the recordings show different parameters: nothing can be compared")
+    values = np.array([estimate.values for estimate in estimates])
+    sigma = np.maximum(np.array([estimate.sigma for estimate in estimates]), TINY)
+    weights = 1.0 / sigma**2
+    pooled_values = (weights * values).sum(axis=0) / weights.sum(axis=0)
+    scatter = (weights * (values - pooled_values) ** 2).sum(axis=0) / (len(values) - 1)
+    wide = np.sqrt(np.maximum(scatter, 1.0) / weights.sum(axis=0))
+    degrees = min(estimate.degrees_of_freedom for estimate in estimates)
+    return Compared(tuple(sources), first.names, values, sigma, pooled_values, wide, scatter, degrees)

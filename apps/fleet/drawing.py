@@ -1,0 +1,70 @@
+"""Recordings that never were: reduced equations drawn on a real motion's factors, with parameters of one's own."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ...common.arrays import Array
+from ...estimation.equations.equations import Equations, merged
+from ...estimation.equations.leave_one_out import WithoutEach
+from ...estimation.fit.least_squares import weighted
+from .answers import compared_sigma
+from .nights import robust_sigma
+from .passport import Log, RobotPassport
+
+
+def noise_of(passport: RobotPassport) -> Array:
+    """Standard deviation of white noise on each joint's equations that spreads estimates as a recording's errors.
+
+    The residual's own, times what the jackknife finds beyond the formula on the whole, shape (n,).
+    """
+    equations = passport.equations
+    estimate = weighted(equations)
+    ratio = compared_sigma(estimate, robust_sigma(equations)) / estimate.sigma
+    rows = np.maximum(np.array(equations.rows, dtype=float), 1.0)
+    return np.asarray(equations.error_norms(estimate.values) / np.sqrt(rows) * float(np.median(ratio)))
+
+
+def drawn(
+    passport: RobotPassport,
+    values: Array,
+    noise: Array,
+    draw: np.random.Generator,
+    name: str,
+    about: Mapping[str, str],
+) -> RobotPassport:
+    """A passport as that motion would give it on another night.
+
+    Args:
+        passport: whose motion, robot and recipe.
+        values: the base parameters then, shape (c,).
+        noise: of each joint's equations, shape (n,); see ``noise_of``.
+        draw: what draws.
+        name: of the log that never was.
+        about: its arm, day, temperature and told payload.
+    """
+    parts = passport.equations.leave_one_out
+    blocks = parts.blocks if isinstance(parts, WithoutEach) else (passport.equations,)
+    drawn_blocks = [_drawn_block(block, values, noise, draw) for block in blocks]
+    equations = replace(
+        merged(drawn_blocks), leave_one_out=WithoutEach(drawn_blocks), block_length=passport.equations.block_length
+    )
+    log = Log("without payload", name, f"{draw.integers(2**63):064x}")
+    return replace(passport, equations=equations, logs=(log,), about=dict(about))
+
+
+def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.Generator) -> Equations:
+    """One block of time: white noise stays white in a factor's rows; what is left over goes to its last row."""
+    factors = []
+    for factor, rows, sigma in zip(block.factors, block.rows, noise, strict=True):
+        drawn_rows, y = np.array(factor), factor[:, :-1] @ values
+        there = min(len(y), rows)  # of fewer rows than the factor has the rest is empty
+        y[:there] += sigma * draw.standard_normal(there)
+        over = rows - len(y)
+        if over > 0:
+            y[-1] = np.hypot(y[-1] - factor[-1, :-1] @ values, sigma * np.sqrt(draw.chisquare(over)))
+            y[-1] += factor[-1, :-1] @ values
+        drawn_rows[:, -1] = y
+        factors.append(drawn_rows)
+    return replace(block, factors=tuple(factors))

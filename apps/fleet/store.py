@@ -1,0 +1,156 @@
+"""A folder of passports: one a recording, written whole or not at all, the same whoever reduced them."""
+
+import csv
+import hashlib
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from ...common.errors import InputError
+from ...common.files import csv_table, made_folder, write_bytes, write_text
+from ...common.schema import read_json, read_text
+from ...model import Robot
+from .catalog import KNOWN
+from .files import read_passport
+from .passport import Passport, Recipe
+
+_ABOUT, _INDEX, _REFUSED, _PASSPORTS = "store.json", "index.csv", "refused", "passports"
+_COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "passport"), ("file", "reason")
+
+_AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
+
+
+class Row(NamedTuple):
+    """A recording of a store: its log, what is known of it, and its passport's name."""
+
+    file: str
+    sha256: str
+    about: Mapping[str, str]
+    passport: str
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder of passports of one type of robot, made by one recipe."""
+
+    root: Path
+
+    @staticmethod
+    def made(root: str | Path, robot: Robot, recipe: Recipe) -> "Store":
+        """The store at a place, made if there is none.
+
+        Raises:
+            InputError: if it is of another robot or recipe, or cannot be made.
+        """
+        labels = {"robot": robot.name, "fingerprint": robot.fingerprint, "recipe": recipe.fingerprint}
+        store = Store(Path(root))
+        path = store.root / _ABOUT
+        if path.exists():
+            there = read_json(path, dict[str, str], "give another folder")
+            if there != labels:
+                kind = "recipe" if there.get("fingerprint") == labels["fingerprint"] else "robot"
+                raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
+        elif store.root.is_dir() and any(store.root.iterdir()):
+            raise InputError(f"{root}: is a folder of other things: give a new one")
+        made_folder(store.root / _PASSPORTS)
+        if not path.exists():
+            write_text(path, json.dumps(labels, indent=1) + "\n")
+        return store
+
+    @staticmethod
+    def opened(root: str | Path) -> "Store":
+        """A store that is there.
+
+        Raises:
+            InputError: if none is, or it was never finished.
+        """
+        store = Store(Path(root))
+        if not (store.root / _ABOUT).exists():
+            raise InputError(f"{root}: no store: give the --store of 'dynident fleet reduce'")
+        if not (store.root / _INDEX).exists():
+            raise InputError(f"{root}: reduced in part: run 'dynident fleet reduce' again, what is done is kept")
+        return store
+
+    def path(self, key: str) -> Path:
+        """Where a passport is."""
+        return self.root / _PASSPORTS / f"{key}.npz"
+
+    def put(self, key: str, content: bytes) -> None:
+        """Write a passport.
+
+        Raises:
+            InputError: if it cannot be written.
+        """
+        write_bytes(self.path(key), content)
+
+    def finish(self, rows: Mapping[str, Row], refused: Mapping[str, str]) -> None:
+        """Write what is in it, by the logs' names, and what was refused, and why."""
+        listed = [
+            [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.passport]
+            for _, row in sorted(rows.items())
+        ]
+        write_text(self.root / _INDEX, csv_table(_COLUMNS, listed))
+        reasons = [[file, reason] for file, reason in sorted(refused.items())]
+        write_text(self.root / f"{_REFUSED}.csv", csv_table(_REASONS, reasons))
+        write_parquet(self.root / f"{_REFUSED}.parquet", _REASONS, reasons)
+
+    def rows(self) -> tuple[Row, ...]:
+        """The recordings, in the order of their files; none as long as it was never finished."""
+        return tuple(
+            Row(row["file"], row["sha256"], {name: row[name] for name in KNOWN if row[name]}, row["passport"])
+            for row in _rows(self.root / _INDEX, _COLUMNS)
+        )
+
+    def refused(self) -> dict[str, str]:
+        """Logs that were refused, and why."""
+        return {row["file"]: row["reason"] for row in _rows(self.root / f"{_REFUSED}.csv", _REASONS)}
+
+    def passports(self) -> Iterator[tuple[Row, Passport]]:
+        """Each recording with its passport, every byte checked."""
+        for row in self.rows():
+            yield row, read_passport(self.path(row.passport))
+
+
+def _rows(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
+    """Rows of a table of the store; none where it was never written.
+
+    Raises:
+        InputError: if it is not as it was written.
+    """
+    if not path.exists():
+        return []
+    table = csv.DictReader(io.StringIO(read_text(path), newline=""))
+    try:
+        rows = list(table)
+    except csv.Error as error:
+        raise InputError(f"{path}: {error}: {_AGAIN}") from None
+    if list(table.fieldnames or ()) != list(columns) or any(None in (*row, *row.values()) for row in rows):
+        raise InputError(f"{path}: not as it was written: {_AGAIN}")
+    return rows
+
+
+def key_of(sha256: str, about: Mapping[str, str], recipe: Recipe) -> str:
+    """Name of a passport: by the log's bytes, what is known of it, and the recipe."""
+    identity = json.dumps([sha256, sorted(about.items()), recipe.fingerprint])
+    return hashlib.sha256(identity.encode()).hexdigest()[:32]
+
+
+def write_parquet(path: Path, names: Sequence[str], rows: Sequence[Sequence[str | float]]) -> bool:
+    """Write a table as Parquet where pyarrow is there; whether it is.
+
+    Raises:
+        InputError: if it cannot be written.
+    """
+    try:
+        import pyarrow.parquet
+    except ModuleNotFoundError:
+        return False
+    kind = None if rows else pyarrow.string()
+    columns = [pyarrow.array([row[k] for row in rows], kind) for k in range(len(names))]
+    content = io.BytesIO()
+    pyarrow.parquet.write_table(pyarrow.table(columns, names=list(names)), content)
+    write_bytes(path, content.getvalue())
+    return True

@@ -1,0 +1,181 @@
+"""Whether the controller does better with the number it was given: what it missed before and after.
+
+A payload that is right lets the controller predict more of the torque, so that less is left to its feedback: the
+following error falls. The torque itself does not tell: the same motion needs the same one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.arrays import Array
+from ...common.errors import InputError
+from ...estimation.fit.robust import student95
+from ...estimation.signals.alignment import aligned
+from ...estimation.signals.pieces import cut, pieces
+from ...estimation.signals.rows import moving_parts
+from ...model import Motion, Recording, Robot
+from .columns import Naming
+from .map import LogMap
+from .opening import opened
+from .read import read_beside, read_recording
+
+Missed = Literal["following error", "unpredicted torque", "torque"]
+"""Commanded less measured position; measured torque less that which the controller predicted; the torque itself,
+where the log holds neither."""
+_REFERENCES: tuple[tuple[str, Missed], ...] = (
+    ("position_reference", "following error"),
+    ("torque_reference", "unpredicted torque"),
+)
+_BLOCK = 1.0  # s: errors of neighbouring samples are alike
+_FEWEST = 4  # blocks
+_MOVES = 1e-2  # rad or m: a joint that spans less is held
+_ALL = "all joints"
+
+
+@dataclass(frozen=True, eq=False)
+class Following:
+    """What a controller missed in one recording.
+
+    Attributes:
+        kind: what ``missed`` is.
+        recording: time and positions; in the place of torques what was missed [rad or m, N·m or N], N x n.
+    """
+
+    kind: Missed
+    recording: Recording
+
+
+class Change(NamedTuple):
+    """Root mean square of a joint, or of all, before and after, and by what share it fell, with 95 % interval."""
+
+    name: str
+    before: float
+    after: float
+    fall: float
+    interval: tuple[float, float]
+
+    @property
+    def clear(self) -> Literal["fell", "rose", "no clear change"]:
+        """Which side of zero the interval lies on."""
+        low, high = self.interval
+        return "fell" if low > 0.0 else "rose" if high < 0.0 else "no clear change"
+
+
+@dataclass(frozen=True)
+class FollowingChange:
+    """Before and after a payload was entered in the controller.
+
+    Attributes:
+        kind: what is compared.
+        joints: each joint that moves.
+        total: all of them.
+        lag: what the second recording's clock shows more [s].
+    """
+
+    kind: Missed
+    joints: tuple[Change, ...]
+    total: Change
+    lag: float
+
+    @property
+    def tells(self) -> bool:
+        """Whether what is compared tells anything of the number entered."""
+        return self.kind != "torque"
+
+
+def read_following(
+    path: str | Path, robot: Robot, drive_gains: Sequence[float] | None = None, log_map: LogMap | None = None
+) -> Following:
+    """Read a log with what the controller wanted beside the usual columns.
+
+    By standard names: ``qref1..n`` in the unit of the positions, or ``tauref1..n`` in N·m or N; else those that the
+    log map names by ``position_reference`` or ``torque_reference``.
+
+    Raises:
+        InputError: if it cannot be read, or holds a reference of some joints only.
+    """
+    log_map = log_map or LogMap()
+    raw = opened(path, robot, log_map)
+    for quantity, kind in _REFERENCES:
+        names = Naming(raw, log_map, robot).columns(quantity)
+        there = [name for name in names if name in raw.names]
+        if not there and not getattr(log_map, quantity):
+            continue
+        _check_all_there(path, names, there)
+        recording, values = read_beside(path, robot, drive_gains, log_map, quantity)
+        error = values - recording.q if kind == "following error" else recording.torque - values
+        recording = replace(recording, torque=error, qd=None, fingerprint="")
+        stretches = pieces(recording.t, robot.processing.cutoff, recording.source)
+        if len(stretches.rows) > 1:
+            raise InputError(f"{path}: {stretches.notes[-1]}: give a log without gaps")
+        return Following(kind, next(cut(recording, stretches)))
+    return Following("torque", read_recording(path, robot, drive_gains, log_map))
+
+
+def _check_all_there(path: str | Path, names: Sequence[str], there: Sequence[str]) -> None:
+    """Refuse a reference of some joints only."""
+    if len(there) < len(names):
+        missing = ", ".join(name for name in names if name not in there)
+        beside = f" beside {there[0]}: log it of every joint" if there else ""
+        raise InputError(f"{path}: column {missing} missing{beside}")
+
+
+def following_change(
+    before: Following, after: Following, still_speed: float = 2e-3, max_mismatch: float = 0.05
+) -> FollowingChange:
+    """Compare what was missed on one and the same motion.
+
+    Args:
+        before: with the old number in the controller.
+        after: with the new one.
+        still_speed: a joint below it stands still [rad/s or m/s].
+        max_mismatch: largest difference of position between both [rad or m].
+
+    Raises:
+        InputError: if the logs hold different references or motions, or are too short.
+    """
+    if before.kind != after.kind:
+        raise InputError(
+            f"{before.recording.source} holds the {before.kind}, {after.recording.source} the {after.kind}: log "
+            "the same columns in both"
+        )
+    pair = aligned(before.recording, after.recording, None, max_mismatch)
+    t = pair.loaded.t
+    too_short = f"{after.recording.source}: less than {_FEWEST} s of common motion: give the whole recordings"
+    if len(t) < 2:
+        raise InputError(too_short)
+    qd: Array = np.gradient(pair.loaded.q, t, axis=0)
+    moving = moving_parts(Motion(t, pair.loaded.q, qd, np.zeros_like(qd)), still_speed)
+    q = pair.loaded.q[moving]
+    spans = q.max(axis=0) - q.min(axis=0) if len(q) else np.zeros(pair.loaded.q.shape[1])
+    joints = [int(j) for j in np.flatnonzero(spans > _MOVES)]
+    edges = np.arange(t[0], t[-1], _BLOCK)
+    block = np.searchsorted(edges, t[moving], side="right")
+    if not joints or len(np.unique(block)) < _FEWEST:
+        raise InputError(too_short)
+    squares = [np.square(recording.torque[moving]) for recording in (pair.unloaded, pair.loaded)]
+    each = [_change(f"joint {j + 1}", squares[0][:, [j]], squares[1][:, [j]], block) for j in joints]
+    total = _change(_ALL, squares[0][:, joints], squares[1][:, joints], block)
+    return FollowingChange(after.kind, tuple(each), total, pair.lag)
+
+
+def _change(name: str, before: Array, after: Array, block: NDArray[np.intp]) -> Change:
+    """Share by which the root mean square fell; the interval by leaving out blocks of time."""
+    blocks = np.unique(block)
+    sums = np.array([[x[block == b].sum() for x in (before, after)] for b in blocks])
+    if not (sums.sum(axis=0) > 0.0).all():
+        raise InputError(f"{name}: nothing was missed at all: the reference is the measurement itself")
+    left = sums.sum(axis=0) - sums
+    logs = 0.5 * np.log(left[:, 1] / left[:, 0])
+    count = len(blocks)
+    value = 0.5 * float(np.log(sums[:, 1].sum() / sums[:, 0].sum()))
+    sigma = float(np.sqrt((count - 1.0) / count * np.sum((logs - logs.mean()) ** 2)))
+    half = student95(count - 1) * sigma
+    rms = [float(np.sqrt(x.mean())) for x in (before, after)]
+    ends = (1.0 - float(np.exp(value + half)), 1.0 - float(np.exp(value - half)))
+    return Change(name, rms[0], rms[1], 1.0 - float(np.exp(value)), ends)

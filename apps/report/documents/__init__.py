@@ -1,0 +1,5 @@
+"""What ``--json`` writes: documents made from answers; each key is declared once, with the type it is read by."""
+
+from ....common.lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__, __file__)

@@ -1,0 +1,159 @@
+"""Documents of ``fleet``."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+
+from ....common.schema import Document
+from ....model import Robot
+from ....model.names import parameter_kind
+from ...fleet import Fleet
+from ...fleet.alarms import Alarm
+from ...fleet.reduction import Reduced
+from ...fleet.series import RELATIVE
+from ...fleet.simulated import Event, Scenario, TrueArm
+from ...fleet.trends import Drift
+from ...results.parts import Number
+from ..recordings import SIMULATED
+from .passport import OddDocument
+
+
+class RefusedDocument(Document, frozen=True):
+    """A log without a passport, and why."""
+
+    file: str
+    reason: str
+
+
+class ReducedDocument(Document, frozen=True):
+    """What a run of ``fleet reduce`` did: recordings reduced now, those that were there, and what was refused."""
+
+    store: str
+    new: int
+    known: int
+    refused: tuple[RefusedDocument, ...]
+    workers_lost: int
+
+
+def reduced_document(reduced: Reduced) -> ReducedDocument:
+    """What ``dynident fleet reduce --json`` writes."""
+    refused = _refused(reduced.refused)
+    return ReducedDocument(str(reduced.store.root), reduced.new, reduced.known, refused, reduced.crashes)
+
+
+def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
+    return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
+
+
+class TrueNightDocument(Document, frozen=True):
+    """A day of a simulated arm: carried untold [kg], its log, and the friction as it was."""
+
+    day: str
+    temperature: float
+    carried: float
+    log: str
+    friction: dict[str, float]
+
+
+class TrueArmDocument(Document, frozen=True):
+    """A simulated arm: its standard parameters at 20 deg C, what happens to it (null: nothing), and its days."""
+
+    arm: str
+    robot: str
+    parameters: dict[str, float]
+    event: Event | None
+    nights: tuple[TrueNightDocument, ...]
+
+
+class TruthDocument(Document, frozen=True):
+    """A simulated fleet as it was: settings by the options' names, and every arm of every type."""
+
+    settings: dict[str, float | str]
+    assumed: dict[str, dict[str, str]]
+    arms: tuple[TrueArmDocument, ...]
+
+
+def truth_document(scenario: Scenario, types: Sequence[tuple[Robot, Sequence[TrueArm]]]) -> TruthDocument:
+    """What ``dynident fleet simulate`` writes as truth.json; ``types``: robots with their arms."""
+    settings = {name: str(value) if name == "first" else value for name, value in asdict(scenario).items()}
+    assumed = {robot.name: robot.assumed(*SIMULATED) for robot, _ in types}
+    return TruthDocument(settings, assumed, tuple(_true_arm(robot, arm) for robot, arms in types for arm in arms))
+
+
+def _true_arm(robot: Robot, arm: TrueArm) -> TrueArmDocument:
+    nights = tuple(
+        TrueNightDocument.of(
+            night, friction={name: x for name, x in night.parameters.items() if parameter_kind(name) in RELATIVE}
+        )
+        for night in arm.nights
+    )
+    return TrueArmDocument(arm.name, robot.name, dict(arm.parameters), arm.event, nights)
+
+
+class NightDocument(Document, frozen=True):
+    """A quantity of an arm on its last night, its standard deviation, and its usual value."""
+
+    arm: str
+    quantity: str
+    day: str
+    value: Number
+    sigma: Number
+    usual: Number
+
+
+class ScatterDocument(Document, frozen=True):
+    """How a quantity varies from day to day without any change; a step beyond ``bound`` sigmas is an alarm."""
+
+    quantity: str
+    sigma: float
+    memory: float
+    per_kelvin: float
+    per_kelvin_sigma: float
+    bound: float
+
+
+class ExchangeDocument(Document, frozen=True):
+    """Recordings of another robot than their arm: of a day ``alone``, or since it; ``like``: perhaps this arm's."""
+
+    arm: str
+    day: str
+    alone: bool
+    chi2: float
+    degrees: int
+    like: str
+
+
+class FleetDocument(Document, frozen=True):
+    """What a fleet's nights say."""
+
+    arms: tuple[str, ...]
+    first_day: str
+    alarms: tuple[Alarm, ...]
+    last: tuple[NightDocument, ...]
+    scatter: tuple[ScatterDocument, ...]
+    drifts: tuple[Drift, ...]
+    odd: tuple[OddDocument, ...]
+    exchanges: tuple[ExchangeDocument, ...]
+    refused: tuple[RefusedDocument, ...]
+
+
+def fleet_document(fleet: Fleet, refused: Mapping[str, str]) -> FleetDocument:
+    """What ``dynident fleet report --json`` writes."""
+    usual = {(series.arm, series.quantity): series.usual for series in fleet.series}
+    return FleetDocument(
+        arms=tuple(arm.name for arm in fleet.arms),
+        first_day=fleet.first,
+        alarms=fleet.alarms,
+        last=tuple(
+            NightDocument(arm.name, name, arm.nights[-1].day, *number, usual[arm.name, name])
+            for arm in fleet.arms
+            for name, number in arm.nights[-1].numbers.items()
+        ),
+        scatter=tuple(
+            ScatterDocument.of(scatter, quantity=name, bound=fleet.bounds[name])
+            for name, scatter in fleet.scatter.items()
+        ),
+        drifts=fleet.drifts,
+        odd=tuple(OddDocument(*odd) for odd in fleet.twins.odd) if fleet.twins is not None else (),
+        exchanges=tuple(map(ExchangeDocument.of, fleet.exchanges)),
+        refused=_refused(refused),
+    )

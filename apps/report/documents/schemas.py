@@ -1,0 +1,51 @@
+"""JSON Schema of every document, for programs that read them."""
+
+from pathlib import Path
+
+import msgspec
+
+from ....common.files import write_bytes
+from ....common.schema import Document, json_schema
+from ...results import StoredGains, StoredPayload, StoredRobot
+from .check import CheckDocument, FollowingDocument, RobotCheckDocument
+from .design import DesignDocument, NearDocument
+from .fleet import FleetDocument, ReducedDocument, TruthDocument
+from .live import LiveDocument
+from .passport import ComparedDocument, PassportDocument
+from .rollout import RolloutsDocument
+
+DOCUMENTS: dict[str, type[Document]] = {
+    "identify": StoredRobot,
+    "payload": StoredPayload,
+    "weigh": StoredPayload,
+    "weigh_live": LiveDocument,
+    "gains": StoredGains,
+    "design": DesignDocument,
+    "near": NearDocument,
+    "rollout": RolloutsDocument,
+    "fleet_report": FleetDocument,
+    "fleet_reduce": ReducedDocument,
+    "fleet_simulate": TruthDocument,
+    "passport": PassportDocument,
+    "compare": ComparedDocument,
+    "check": CheckDocument,
+    "verify": FollowingDocument,
+    "robot_check": RobotCheckDocument,
+}
+"""Each command's document by the command's name."""
+
+
+def schema_text(name: str) -> bytes:
+    """The JSON Schema of a command's document, as its file holds it."""
+    text = msgspec.json.encode(json_schema(DOCUMENTS[name]), order="sorted")
+    return msgspec.json.format(text, indent=1) + b"\n"
+
+
+def write_schemas(folder: str | Path) -> None:
+    """Write the JSON Schema of every document into a folder."""
+    for name in DOCUMENTS:
+        write_bytes(Path(folder) / f"{name}.schema.json", schema_text(name))
+
+
+if __name__ == "__main__":
+    write_schemas(Path(__file__).parents[3] / "docs" / "schemas")

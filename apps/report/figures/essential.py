@@ -1,0 +1,100 @@
+"""The path of backward elimination."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ....estimation import SigmaBound, SigmaRatio
+from ....estimation.fit import Elimination
+from ..blocks import Drawing
+from .canvas import Axes, Figure, lines_above, log_scale, names_below, panels
+
+_MOST_RATIO = 1.15
+"""Above this ratio steps cancel what carries the arm; two of them are shown beyond where elimination ended."""
+
+_MOST_SHOWN = 1e12
+"""Larger numbers are left out."""
+
+
+def essential_figure(elimination: Elimination, title: str, labels: Mapping[str, str] | None = None) -> Drawing:
+    """Error ratio and largest relative sigma against the parameters eliminated, in their order.
+
+    Legible without colour: filled markers are steps that were taken, open ones those that were not.
+
+    Args:
+        labels: name of a parameter -> how the figure calls it ("MX2" -> "MX2R").
+    """
+    essential, count = len(elimination.essential), len(elimination.path.order)
+    text = (
+        f"{essential} of {count} parameters are essential: {elimination.rule.description}. With them the error's "
+        f"standard deviation is {elimination.sigma_ratio:.4f} times that with all; the largest relative standard "
+        f"deviation is {100.0 * elimination.largest_relative_sigma:.3g} %."
+    )
+    caption = (
+        "Parameters are eliminated from left to right, each time the one with the largest relative standard "
+        "deviation. Filled marks are steps that were taken."
+    )
+    return Drawing("essential_path", caption, text, lambda: _drawn(elimination, title, labels or {}))
+
+
+def _drawn(elimination: Elimination, title: str, labels: Mapping[str, str]) -> Figure:
+    path, gone = elimination.path, len(elimination.eliminated)
+    shown = min(max(int(np.sum(path.sigma_ratio <= _MOST_RATIO)), gone + 2), len(path.order))
+    names = ["none", *(labels.get(name, name) for name in path.order[: shown - 1])]
+    edges = (1.0, 0.1, 0.4, 0.4 + 0.07 * max(map(len, names)))
+    figure, axes = panels((max(6.0, 0.19 * shown + 1.5), 5.2), 2, 1, edges)
+    above, below = axes[:, 0]
+    _curve(above, path.sigma_ratio[:shown], gone)
+    above.set_ylabel("error sigma, ratio\nto all parameters")
+    _curve(below, 100.0 * path.largest_relative_sigma[:shown], gone)
+    below.set_ylabel("largest relative\nsigma [%]")
+    rule = elimination.rule
+    if isinstance(rule, SigmaRatio):
+        _limit(above, rule.limit, f"limit {rule.limit:g}")
+    elif isinstance(rule, SigmaBound):
+        _limit(below, 100.0 * rule.limit, f"limit {100.0 * rule.limit:g} %")
+    above.legend(loc="upper left")
+    log_scale(below)
+    above.set_xticks([])
+    lines_above(above, shown)
+    names_below(below, names, 7)
+    below.set_xlabel("eliminated, in this order")
+    figure.suptitle(f"{title}: {len(elimination.essential)} of {len(path.order)} parameters essential")
+    return figure
+
+
+def _limit(axis: Axes, value: float, label: str) -> None:
+    axis.axhline(value, color="black", linestyle="--", linewidth=1.0)
+    axis.annotate(
+        label,
+        (0.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(4, 3),
+        textcoords="offset points",
+        ha="left",
+    )
+
+
+def _curve(axis: Axes, values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], gone: int) -> None:
+    """Line with filled markers up to ``gone`` and open ones after it."""
+    steps = np.arange(len(values))
+    # Data without noise reach any number: what no axis can show is left out.
+    finite = np.where((values > 0.0) & (values < _MOST_SHOWN), values, np.nan)
+    visible = finite[np.isfinite(finite)]
+    if len(visible) and np.ptp(visible) == 0.0:
+        axis.set_ylim(0.5 * visible[0], 2.0 * visible[0])
+    axis.plot(steps, finite, color="0.5", linewidth=1.0)
+    in_path = steps <= gone
+    axis.plot(steps[in_path], finite[in_path], "o", color="black", markersize=4, label="taken")
+    axis.plot(
+        steps[~in_path],
+        finite[~in_path],
+        "o",
+        color="black",
+        markerfacecolor="white",
+        markersize=4,
+        label="not taken",
+    )
+    axis.axvline(gone + 0.5, color="black", linestyle=":", linewidth=1.2)
+    axis.set_xlim(-1.0, len(values))
+    axis.grid(visible=True, alpha=0.3)

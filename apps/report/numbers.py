@@ -1,0 +1,60 @@
+"""Numbers with as many digits as their uncertainty allows, or all of them, and a matrix's entries in order."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...common.arrays import Array
+from .blocks import Cell, Spread
+
+_UNKNOWN = 4  # decimals where no uncertainty is known
+_MOST = 9
+
+
+def interval_digits(width: float) -> int:
+    """Decimals that show two digits of half an interval of that width."""
+    if not np.isfinite(width) or width <= 0.0:
+        return _UNKNOWN
+    return min(max(0, 1 - int(np.floor(np.log10(width / 2.0)))), _MOST)
+
+
+def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
+    """Value and interval as texts, to the same place; a dash where there is no interval."""
+    if not np.isfinite([low, high]).all():
+        return f"{value + 0.0:.4g}", "-"
+    digits = interval_digits(high - low)
+    # Zero has no sign.
+    texts = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
+    return texts[0], f"{texts[1]} to {texts[2]}"
+
+
+def with_sigma(value: float, sigma: float) -> Cell:
+    """Two digits of sigma, the value to the same place."""
+    if not np.isfinite(sigma) or sigma <= 0.0:
+        return f"{value:.6g}"
+    digits = min(max(0, 1 - int(np.floor(np.log10(sigma)))), _MOST)
+    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")
+
+
+def percent(share: float) -> str:
+    """A share in percent, three digits; a dash where there is none."""
+    return f"{100.0 * share:.3g} %" if np.isfinite(share) else "-"
+
+
+def or_dash(value: float, form: str) -> str:
+    """A number in that form; a dash where there is none."""
+    return format(value, form) if np.isfinite(value) else "-"
+
+
+def exact(values: ArrayLike, separator: str = " ") -> str:
+    """Numbers with all their digits, for a program to read."""
+    return separator.join(repr(float(value) + 0.0) for value in np.ravel(values))
+
+
+def six(J: Array) -> Array:
+    """xx, yy, zz, xy, xz, yz of a symmetric matrix: the order of Universal Robots, MuJoCo and Drake."""
+    return np.array([*np.diag(J), J[0, 1], J[0, 2], J[1, 2]])
+
+
+def inertia_entries(J: Array) -> dict[str, str]:
+    """Entries ixx, ixy, ixz, iyy, iyz, izz of an inertia matrix, as URDF and SDFormat call them."""
+    return {f"i{'xyz'[i]}{'xyz'[k]}": exact(J[i, k]) for i, k in zip(*np.triu_indices(3), strict=True)}

@@ -1,0 +1,61 @@
+"""What a report was made from: command, files with checksums, date, versions."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+from ... import __version__
+from ...common.errors import InputError
+
+
+class SourceFile(NamedTuple):
+    """A file that was read: what for, its name and the SHA-256 checksum of its bytes."""
+
+    role: str
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What is needed to repeat a result.
+
+    Attributes:
+        command: that made it, as typed.
+        files: that were read.
+        versions: of the packages that decide the numbers.
+        settings: of processing, in words.
+    """
+
+    command: str
+    date: datetime
+    files: tuple[SourceFile, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def day(self) -> str:
+        """Date and time, to the minute."""
+        return self.date.strftime("%Y-%m-%d %H:%M UTC")
+
+    @property
+    def foot(self) -> str:
+        """The last line of a page."""
+        return f"dynident {__version__}, {self.day}"
+
+
+def now() -> datetime:
+    """The time in UTC, or that of SOURCE_DATE_EPOCH, by which the same input gives the same file.
+
+    Raises:
+        InputError: if that variable is no number of seconds.
+    """
+    fixed = os.environ.get("SOURCE_DATE_EPOCH")
+    if not fixed:
+        return datetime.now(UTC)
+    try:
+        return datetime.fromtimestamp(int(fixed), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"SOURCE_DATE_EPOCH {fixed!r} is not a time: give seconds since 1970") from None

@@ -1,0 +1,75 @@
+"""Writes simulated recordings as CSV, and what is true of them as TOML."""
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from ...common.files import write_text
+from ...common.toml import toml_text
+from ...model import Recording
+from ...trajectories import Controller, Experiment
+
+SIMULATED = ("position", "speed", "acceleration", "torque", "parameters")
+"""Names of ``model.robot.SOURCED`` that a simulation rests on."""
+
+
+def recording_text(recording: Recording) -> str:
+    """Time, positions and torques as CSV, in the columns that ``dynident payload`` and ``identify`` read."""
+    n = recording.q.shape[1]
+    header = ["t", *(f"{kind}{j}" for kind in ("q", "tau") for j in range(1, n + 1))]
+    text = io.StringIO()
+    table = np.column_stack([recording.t, recording.q, recording.torque])
+    np.savetxt(text, table, delimiter=",", header=",".join(header), comments="", fmt="%.12g")
+    return text.getvalue()
+
+
+def write_recording(path: str | Path, recording: Recording) -> None:
+    """Write a recording as CSV; see ``recording_text``."""
+    write_text(path, recording_text(recording))
+
+
+def write_truth(
+    path: str | Path,
+    experiment: Experiment,
+    controller: Controller,
+    files: Sequence[str],
+    versions: Mapping[str, str],
+) -> None:
+    """Write what the recordings were made from, so that a result can be compared and the experiment repeated.
+
+    Args:
+        path: file.
+        controller: that ran it.
+        files: name of each run's recording.
+        versions: of the programs that made it.
+    """
+    robot, errors = experiment.robot, experiment.errors
+    assumed = robot.assumed(*SIMULATED)
+    loads = [run.task.payload for run in experiment.runs if run.task.payload is not None]
+    truth = {
+        "robot": robot.name,
+        "robot_fingerprint": robot.fingerprint,
+        "payload_frame": robot.payload_frame,
+        "seed": experiment.seed,
+        "versions": versions,
+        **({"assumed": assumed} if assumed else {}),
+        "parameters": robot.parameters,
+        **({"payload": loads[0].named()} if loads else {}),
+        "controller": asdict(controller),
+        "disturbances": asdict(experiment.disturbances),
+        "drawn": {"drive_gains": errors.gains.tolist(), "ripple_phases": errors.phases.tolist()},
+        "runs": [
+            {
+                "file": file,
+                "trajectory": run.task.name,
+                "payload": run.task.payload is not None,
+                "tracking_error": run.tracking_error.tolist(),
+                "mean_friction": run.friction,
+            }
+            for file, run in zip(files, experiment.runs, strict=True)
+        ],
+    }
+    write_text(path, "# What dynident simulated. SI units. The payload is in payload_frame.\n\n" + toml_text(truth))

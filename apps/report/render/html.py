@@ -1,0 +1,163 @@
+"""A page as one self-contained HTML file, and its figures as files."""
+
+from collections.abc import Sequence
+from functools import singledispatch
+from importlib import resources
+from pathlib import Path
+
+from ....common.files import made_folder, write_text
+from ..blocks import (
+    Animation,
+    Banner,
+    Block,
+    Cell,
+    Code,
+    Column,
+    Details,
+    Drawing,
+    Notes,
+    Page,
+    Pair,
+    Remarks,
+    Section,
+    Table,
+    Text,
+)
+from ..figures.canvas import save_figure
+from .markup import Html, joined, tag
+from .svg import inline_svg, without_namespaces
+
+_ENDINGS = ("png", "svg", "pdf")
+_WIDE = 7.5  # inches: a wider figure scrolls where the screen is narrow
+
+
+def write_report(path: str | Path, page: Page) -> None:
+    """Write the page in one step."""
+    write_text(path, page_html(page))
+
+
+def write_plots(folder: str | Path, page: Page) -> None:
+    """Write the page's figures as PNG, SVG and PDF, what moves as SVG; the folder is made if missing."""
+    folder = made_folder(folder)
+    for block in page.blocks():
+        if isinstance(block, Drawing):
+            for ending in _ENDINGS:
+                save_figure(block.figure, folder / f"{block.name}.{ending}")
+        elif isinstance(block, Animation):
+            write_text(folder / f"{block.name}.svg", block.draw(block.name))
+
+
+def page_html(page: Page) -> str:
+    """The file's text."""
+    links = (tag("li", tag("a", section.title, href=f"#{section.name}")) for section in page.sections)
+    contents = tag("nav", tag("ol", *links), aria_label="contents")
+    lead = joined(tag("h1", page.title), tag("p", page.subtitle, class_="sub"), blocks_html(page.lead))
+    main = tag("main", joined(lead, contents, *map(_section, page.sections)))
+    head = joined(
+        Html('<meta charset="utf-8">'),
+        Html('<meta name="viewport" content="width=device-width, initial-scale=1">'),
+        Html('<meta name="color-scheme" content="light dark">'),
+        Html('<link rel="icon" href="data:,">'),
+        tag("title", page.title),
+        Html(f"<style>\n{_asset('style.css')}</style>"),
+    )
+    script = Html(f"<script>\n{_asset('copy.js')}</script>")
+    body = joined(main, tag("footer", tag("p", page.foot)), script)
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>\n{head}\n</head>\n<body>\n{body}\n</body>\n</html>\n'
+
+
+def _section(section: Section) -> Html:
+    return tag("section", joined(tag("h2", section.title), blocks_html(section.blocks)), id=section.name)
+
+
+def _asset(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def blocks_html(blocks: Sequence[Block]) -> Html:
+    """Blocks, one after the other."""
+    return joined(*map(block_html, blocks))
+
+
+@singledispatch
+def block_html(block: Block) -> Html:
+    """One block."""
+    raise TypeError(f"{type(block).__name__} is no block of a page")
+
+
+@block_html.register
+def _(block: Text) -> Html:
+    if block.kind == "heading":
+        return tag("h3", block.words)
+    return tag("p", block.words, **({"class_": "note"} if block.kind == "note" else {}))
+
+
+@block_html.register(Notes)
+@block_html.register(Remarks)
+def _(block: Notes | Remarks) -> Html:
+    return tag("ul", *(tag("li", line) for line in block.lines)) if block.lines else Html()
+
+
+@block_html.register
+def _(block: Banner) -> Html:
+    """Render a banner, whose border differs in line as well as in colour."""
+    return tag("div", tag("p", block.words), class_=f"verdict {block.level}", role="status")
+
+
+@block_html.register
+def _(block: Code) -> Html:
+    button = tag("button", "Copy", type="button", data_copy=block.name, hidden="hidden")
+    return tag("div", button, tag("pre", tag("code", block.text, id=block.name), tabindex="0"), class_="block")
+
+
+@block_html.register
+def _(block: Details) -> Html:
+    opened = {"open": "open"} if block.opened else {}
+    return tag("details", joined(tag("summary", block.summary), blocks_html(block.blocks)), **opened)
+
+
+@block_html.register
+def _(block: Pair) -> Html:
+    return tag("div", tag("div", blocks_html(block.left)), tag("div", blocks_html(block.right)), class_="first")
+
+
+@block_html.register
+def _(block: Drawing) -> Html:
+    wide = " wide" if block.figure.get_figwidth() > _WIDE else ""
+    framed = tag("div", inline_svg(block), class_="drawing" + wide, tabindex="0", role="group",
+                 aria_label=f"figure {block.name}")  # fmt: skip
+    return tag("figure", framed, tag("figcaption", block.caption), id=f"figure-{block.name}")
+
+
+@block_html.register
+def _(block: Animation) -> Html:
+    return tag("div", without_namespaces(block.draw(f"moving-{block.name}")), class_="drawing moving")
+
+
+@block_html.register
+def _(block: Table) -> Html:
+    head = tag("tr", *(_cell("th", column.heading, column, scope="col") for column in block.columns))
+    bodies = [tag("tbody", *_rows(block, section)) for section in block.sections]
+    table = tag("table", tag("caption", block.title), tag("thead", head), *bodies)
+    if block.style == "quantities":
+        return tag("div", table, class_="scroll quantities")
+    kind = "scroll plain" if block.style == "plain" else "scroll"
+    # It scrolls where the screen is narrow.
+    return tag("div", table, class_=kind, tabindex="0", role="region", aria_label=block.title)
+
+
+def _rows(table: Table, section: Sequence[tuple[Cell, ...]]) -> list[Html]:
+    rows = []
+    for k, (name, *cells) in enumerate(section):
+        written = [_cell("th", str(name), table.columns[0], scope="row")]
+        if table.style == "quantities":
+            *cells, words = cells
+        written += [_cell("td", str(cell), column) for cell, column in zip(cells, table.columns[1:], strict=False)]
+        if table.style == "quantities" and k == 0:
+            written.append(tag("td", str(words), class_="words", rowspan=str(len(section))))
+        rows.append(tag("tr", *written))
+    return rows
+
+
+def _cell(name: str, text: str, column: Column, **attributes: str) -> Html:
+    return tag(name, text, **({"class_": "number"} if column.numeric else {}), **attributes)

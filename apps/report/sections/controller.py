@@ -1,0 +1,85 @@
+"""What to type into the controller: a few formats, each to be opened and copied."""
+
+from dataclasses import replace
+
+from ....common.errors import InputError
+from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
+from ...results import StoredPayload
+from ..blocks import Block, Code, Details, Text
+from ..numbers import six
+
+_SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
+"""The formats in the page; 'dynident export' writes more."""
+_MAKERS = {"abb": "abb", "kuka": "kuka", "universal robots": "ur", "fanuc": "fanuc", "yaskawa": "yaskawa",
+           "motoman": "yaskawa", "stäubli": "staubli", "staubli": "staubli", "franka": "franka"}  # fmt: skip
+"""Word in a robot's title -> its format."""
+
+
+def controller_blocks(document: StoredPayload, name: str, title: str) -> list[Block]:
+    """The recommended payload in the formats of controllers; the robot's own maker's is open.
+
+    Args:
+        document: what ``dynident payload --json`` writes.
+        name: what the formats call its source.
+        title: of the robot, in which its maker is looked for.
+    """
+    try:
+        load = load_of_document(document, name)
+    except InputError as error:
+        return [Text(f"No controller takes this payload: {error}.")]
+    if load.verdict == "do_not_use":
+        return [Text("Nothing is given here: the numbers must not be used. Read the reasons and record again.")]
+    at_flange = load.in_flange()
+    if at_flange is None:
+        return _elsewhere(load)
+    # The reasons stand beside it.
+    load = replace(at_flange, reasons=())
+    maker = next((form for word, form in _MAKERS.items() if word in title.lower()), None)
+    only = Text("Mass and centre of mass only: the inertia was not measured well enough.", "note")
+    return [
+        *([only] if load.point_mass else []),
+        *([_format(FORMATS[maker], load, True)] if maker else []),
+        _others(load, maker),
+    ]
+
+
+def _others(load: ControllerLoad, maker: str | None) -> Details:
+    """Formats of other makers."""
+    formats: list[Block] = [_format(FORMATS[form], load, False) for form in _SHOWN if form != maker]
+    more = ", ".join(form for form in FORMATS if form not in _SHOWN)
+    note = Text(f"'dynident export --to' also writes {more}.", "note")
+    return Details("Other controllers and files" if maker else "Controllers and files", [*formats, note], not maker)
+
+
+def _elsewhere(load: ControllerLoad) -> list[Block]:
+    """A payload in another frame than the flange."""
+    return [
+        Text(
+            f"The payload is known in {load.frame}, not in the flange that controllers ask for. Its numbers there:"
+        ),
+        Code("controller-plain", _plain_text(load)),
+        Text(
+            "'dynident export payload.json --to NAME --flange-frame X Y Z RX RY RZ' writes them for a "
+            "controller, given the flange's pose in that frame."
+        ),
+    ]
+
+
+def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Details:
+    try:
+        text = form.text(load)
+    except InputError as error:
+        return Details(form.title, [Text(f"This controller would refuse it: {error}.")])
+    apart = form.comment is None and not form.head_inside
+    head = [Text(line, "note") for line in form.head(load)] if apart else []
+    return Details(form.title, [*head, Code(f"controller-{form.name}", text.rstrip("\n"))], opened)
+
+
+def _plain_text(load: ControllerLoad) -> str:
+    x, y, z = (f"{value + 0.0:.5f}" for value in load.com)
+    lines = [f"mass {load.mass:.4f} kg", f"centre of mass {x} {y} {z} m"]
+    if not load.point_mass:
+        names = ("xx", "yy", "zz", "xy", "xz", "yz")
+        lines.append("inertia at the centre of mass, kg m^2, axes of that frame:")
+        lines += [f"  {name} {value + 0.0:.6f}" for name, value in zip(names, six(load.inertia), strict=True)]
+    return "\n".join(lines)

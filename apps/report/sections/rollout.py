@@ -1,0 +1,107 @@
+"""How far an identified robot's motion strays from recordings: open loop by horizon, and a replay of the path."""
+
+from collections.abc import Sequence
+from math import pi
+from pathlib import PurePath
+
+from ...rollout import CONSTANT, GROWTH_TIME, IDENTIFIED, Rollout
+from ..blocks import Block, Notes, Page, Remarks, Screen, Section, Table, Text, columns
+from ..figures.rollout import rollout_figure
+from ..provenance import Provenance
+from .data import report_page
+
+_GROWS = 10.0
+"""An error of the start that grows by more within half a second hides what the parameters do."""
+_WORDS = (
+    "Open loop: from many moments of the recording the identified robot is moved by the measured torques alone. "
+    "Replay: a controller takes it along the measured path; its torque is compared with the measured one, slow "
+    "rows left out. Friction is smoothed near rest, so that joints creep where the real ones stick."
+)
+
+
+def rollout_screen(rollouts: Sequence[Rollout]) -> Screen:
+    """Errors by horizon and the replay of the first recording, a line of each other; then all of them."""
+    first, *others = rollouts
+    blocks: list[Block] = [_tables(first)[0], Notes(rollout_notes(first)), Remarks([*map(rollout_line, others)])]
+    return Screen(blocks, rollout_blocks(rollouts), "every recording, starts at rest")
+
+
+def rollout_blocks(rollouts: Sequence[Rollout]) -> list[Block]:
+    """Tables of every recording, and their notes."""
+    blocks: list[Block] = []
+    for rollout in rollouts:
+        blocks += [*_tables(rollout), Notes([*rollout_notes(rollout), ""])]
+    return blocks
+
+
+def rollout_line(rollout: Rollout) -> str:
+    """Error after the longest horizon and the replay, in one line."""
+    seconds, (unit, size) = rollout.horizons[-1], _unit(rollout)
+    resting = bool(rollout.resting.all())
+    errors = (rollout.spread(by, seconds, resting) for by in (IDENTIFIED, CONSTANT))
+    ours, constant = (f"{spread.median / size:.2g}" if spread else "-" for spread in errors)
+    return (
+        f"Motion of {PurePath(rollout.source).name}: {ours} {unit} off after {seconds:g} s (constant speed "
+        f"{constant}); replayed, torques {100.0 * rollout.replay.relative:.2g} % off."
+    )
+
+
+def rollout_notes(rollout: Rollout) -> list[str]:
+    """The replay, and whether open loop can judge anything."""
+    replay, (unit, size) = rollout.replay, _unit(rollout)
+    joints = " ".join(f"{100.0 * share:.1f}" for share in replay.joints)
+    lines = [
+        f"Replay: torque {100.0 * replay.relative:.2g} % from the measured one (joints {joints} %), path kept to "
+        f"{replay.strayed / size:.2g} {unit}."
+    ]
+    if rollout.growth > _GROWS:
+        lines.append(
+            f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s: open loop judges "
+            "nothing here, whatever the parameters; go by the replay."
+        )
+    elif rollout.growth == rollout.growth:
+        lines.append(f"An error of the start grows {rollout.growth:.2g}-fold within {GROWTH_TIME:g} s.")
+    if rollout.diverged:
+        lines.append(f"{rollout.diverged} of {len(rollout.resting)} starts of the identified robot ran away.")
+    return lines
+
+
+def rollout_section(rollouts: Sequence[Rollout]) -> Section:
+    """Tables and figures of every recording."""
+    blocks: list[Block] = [Text(_WORDS)]
+    for k, rollout in enumerate(rollouts, start=1):
+        blocks += [*_tables(rollout), rollout_figure(rollout, f"rollout_{k}", _unit(rollout))]
+        blocks.append(Notes(rollout_notes(rollout)))
+    return Section("rollout", "Predicted motion", blocks)
+
+
+def rollout_page(rollouts: Sequence[Rollout], title: str, provenance: Provenance) -> Page:
+    """The report of ``rollout``; ``title``: of the robot."""
+    head = f"Predicted motion of the {title}"
+    subtitle = f"Of recordings that were not fitted, {provenance.day}"
+    first = rollouts[0]
+    lead: list[Block] = [*_tables(first), Notes(rollout_notes(first))]
+    return report_page(head, subtitle, lead, [rollout_section(rollouts)], [], provenance)
+
+
+def _tables(rollout: Rollout) -> list[Table]:
+    resting = int(rollout.resting.sum())
+    kinds = ((False, len(rollout.resting) - resting, "in motion"), (True, resting, "at rest"))
+    return [_table(rollout, at_rest, f"{count} starts {where}") for at_rest, count, where in kinds if count]
+
+
+def _table(rollout: Rollout, resting: bool, starts: str) -> Table:
+    unit, size = _unit(rollout)
+    names = [IDENTIFIED, *(by for by in rollout.errors if by != IDENTIFIED)]
+    rows = []
+    for seconds in rollout.horizons:
+        spreads = [rollout.spread(by, seconds, resting) for by in names]
+        cells = [f"{error / size:.3g}" for spread in spreads if spread is not None for error in spread]
+        rows.append((f"{seconds:g} s", *cells))
+    headings = [heading for by in names for heading in (by, "90 %")]
+    title = f"{PurePath(rollout.source).name}: error [{unit}], median and 90 % of {starts}"
+    return Table(title, columns(("after",), headings), rows, style="tight")
+
+
+def _unit(rollout: Rollout) -> tuple[str, float]:
+    return ("deg", pi / 180.0) if rollout.turning else ("rad or m", 1.0)

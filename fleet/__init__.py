@@ -1,5 +1,0 @@
-"""Many recordings: numbers with a passport, reduced in parallel, stored, compared."""
-
-from ..common.lazy import attach
-
-__getattr__, __dir__, __all__ = attach(__name__, __file__)
