@@ -6,9 +6,7 @@ import inspect
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
 from fnmatch import fnmatch
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,103 +16,16 @@ import pytest
 from dynident.model import load_robot
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("common", "model", "estimation", "trajectories", "live", "fleet", "report")
-HANDS = ("__main__.py", "cli.py", "commands")
-"""What hands values from room to room."""
-MAY_IMPORT: dict[str, set[str]] = {
-    "common": set(),
-    "model": {"common"},
-    "estimation": {"common", "model"},
-    "trajectories": {"common", "model"},
-    "live": {"common"},
-    "fleet": {"common", "model", "estimation"},
-    "report": {"common", "model", "estimation", "trajectories", "fleet"},
-    "__init__.py": {"common", "model", "estimation", "trajectories"},
-} | {name: set(ROOMS) for name in HANDS}
+ROOMS = ("common", "model", "estimation", "trajectories", "apps")
 FILES = sorted(
-    [*ROOT.glob("*.py"), *(path for room in (*ROOMS, "commands") for path in (ROOT / room).rglob("*.py"))],
+    [*ROOT.glob("*.py"), *(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))],
 )
 PACKAGES = sorted({"dynident", *(".".join(("dynident", *path.parent.relative_to(ROOT).parts)) for path in FILES)})
 PUBLIC = [f"dynident.{room}" for room in ("model", "estimation", "trajectories")]
 
 
-def names(paths: list[Path]) -> list[str]:
-    return [path.relative_to(ROOT).as_posix() for path in paths]
-
-
-def place(path: Path) -> str:
-    """The room of a file, or the file itself at the top."""
-    return path.relative_to(ROOT).parts[0]
-
-
-PLACES = sorted({place(path) for path in FILES})
-
-
-@cache
-def imported(path: Path) -> tuple[tuple[int, tuple[str, ...]], ...]:
-    """Level (0: absolute) and full module path of every import, in functions and type checks too."""
-    return tuple(imports_of(ast.parse(path.read_text(encoding="utf-8")), path))
-
-
-def imports_of(tree: ast.Module, path: Path) -> Iterator[tuple[int, tuple[str, ...]]]:
-    """Level and full module path of every import in the tree of a file."""
-    here = path.relative_to(ROOT).parent.parts
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from ((0, tuple(alias.name.split("."))) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            yield 0, tuple((node.module or "").split("."))
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level <= len(here) + 1, f"{path} imports from above the package"
-            base = (*here[: len(here) + 1 - node.level], *(node.module.split(".") if node.module else ()))
-            yield from ((node.level, (*base, alias.name)) for alias in node.names)
-
-
 def project() -> dict[str, Any]:
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-
-
-@pytest.mark.parametrize("room", PLACES)
-def test_imports_go_one_way(room: str) -> None:
-    """Model imports no room; estimation and trajectories only model; report is imported by the hands alone."""
-    strangers = set(ROOMS) - {room} - MAY_IMPORT[room]
-    assert not [
-        (path.name, module)
-        for path in FILES
-        if place(path) == room
-        for level, module in imported(path)
-        if level and module[0] in strangers
-    ]
-
-
-@pytest.mark.parametrize("room", PLACES)
-def test_rooms_import_each_other_relatively(room: str) -> None:
-    packages = {"dynident", "tests", *ROOMS}
-    assert not [
-        (path.name, module)
-        for path in FILES
-        if place(path) == room
-        for level, module in imported(path)
-        if level == 0 and module[0] in packages
-    ]
-
-
-def test_nobody_imports_the_hands() -> None:
-    users = {
-        place(path)
-        for path in FILES
-        for level, module in imported(path)
-        if level and module[0] in ("cli", "commands")
-    }
-    assert users == set(HANDS)
-
-
-def test_import_checker_sees_what_it_should() -> None:
-    """The two tests above would pass without a word if it saw nothing."""
-    rooms = {module[0] for path in FILES for level, module in imported(path) if level}
-    assert set(ROOMS) <= rooms
-    heavy = {module[0] for path in FILES for level, module in imported(path) if not level}
-    assert {"numpy", "casadi", "scipy", "matplotlib"} <= heavy
 
 
 def test_every_package_is_listed() -> None:
@@ -134,10 +45,7 @@ def test_every_part_is_seen_as_one_package() -> None:
 def test_every_data_file_is_listed() -> None:
     listed = project()["tool"]["setuptools"]["package-data"]
     data = [
-        path
-        for room in (*ROOMS, "commands")
-        for path in (ROOT / room).rglob("*.*")
-        if path.suffix not in (".py", ".pyi", ".pyc")
+        path for room in ROOMS for path in (ROOT / room).rglob("*.*") if path.suffix not in (".py", ".pyi", ".pyc")
     ]
     assert {"rx90.toml", "tx40.toml", "ur10e.toml", "paper_tables.toml"} <= {path.name for path in data}
     for path in [*data, ROOT / "py.typed"]:
@@ -170,7 +78,7 @@ def test_every_public_name(module: str) -> None:
 STUBS = [path for room in ROOMS for path in (ROOT / room).rglob("__init__.pyi")]
 
 
-@pytest.mark.parametrize("stub", STUBS, ids=names(STUBS))
+@pytest.mark.parametrize("stub", STUBS, ids=str)
 def test_no_file_is_called_as_a_name_beside_it(stub: Path) -> None:
     """Once imported, a file would stand in the place of the name that its room offers."""
     beside = {path.stem for path in stub.parent.glob("*.py")} | {
@@ -264,16 +172,6 @@ def test_rooms_are_found_in_the_package_only() -> None:
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import estimation"
     answer = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert "attempted relative import beyond top-level package" in answer.stderr
-
-
-def test_tests_mirror_the_rooms() -> None:
-    folders = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests").rglob("test_*.py")}
-    assert {Path("model"), Path("estimation"), Path("trajectories"), Path("report")} <= folders
-    for folder in folders:
-        room = folder in map(Path, ("docs", "frozen", "mutations")) or (ROOT / folder / "__init__.py").is_file()
-        assert room, f"tests/{folder} mirrors no room"
-    stems = [path.stem for path in (ROOT / "tests").rglob("test_*.py")]
-    assert len(set(stems)) == len(stems), "a test file's name says which it is"
 
 
 def test_version_is_told_once() -> None:

@@ -17,5 +17,5 @@ def test_each_document_has_one_and_the_page_links_it() -> None:
 
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_it_is_current(name: str) -> None:
-    """If not: python -m dynident.report.documents.schemas."""
+    """If not: python -m dynident.apps.report.documents.schemas."""
     assert json.loads((FOLDER / f"{name}.schema.json").read_bytes()) == json.loads(schema_text(name))

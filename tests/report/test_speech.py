@@ -128,4 +128,4 @@ def test_no_answer_imports_the_report() -> None:
     code = "from dynident.estimation import PayloadAnswer, Identification\nimport sys\nprint(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
     assert "dynident.common.speech" in loaded
-    assert not [name for name in loaded if name.startswith("dynident.report")]
+    assert not [name for name in loaded if name.startswith("dynident.apps.report")]

@@ -115,7 +115,7 @@ def test_no_report_without_being_asked(short_logs: Path, tmp_path: Path, monkeyp
     def refused(*_: object) -> None:
         raise AssertionError("the page was made")
 
-    monkeypatch.setattr("dynident.report.payload_page", refused)
+    monkeypatch.setattr("dynident.apps.report.payload_page", refused)
     command = payload_command(short_logs, tmp_path / "x.html", tmp_path / "x")
     assert main(command[:-4]) == 0
     assert not list(tmp_path.iterdir())
