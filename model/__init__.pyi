@@ -20,6 +20,8 @@ from .base.grouping import closed_form_base_parameters as closed_form_base_param
 from .base.local_transfers import local_transfer_base_parameters as local_transfer_base_parameters
 from .base.parameters import BaseParameters as BaseParameters
 from .base.rank import base_parameters as base_parameters
+from .base.regressors import base_regressor as base_regressor
+from .base.regressors import essential_regressor as essential_regressor
 from .codegen import generate_code as generate_code
 from .drives import Coupling as Coupling
 from .drives import Drives as Drives
@@ -44,8 +46,6 @@ from .motion import Motion as Motion
 from .motion import Processing as Processing
 from .motion import Recording as Recording
 from .pose import Pose as Pose
-from .regressors import base_regressor as base_regressor
-from .regressors import essential_regressor as essential_regressor
 from .regressors import payload_regressor as payload_regressor
 from .regressors import regressor as regressor
 from .regressors import standard_columns as standard_columns

@@ -14,6 +14,7 @@ from . import dynamics
 from . import regressors as regressor
 from .base.parameters import BaseParameters
 from .base.rank import base_parameters
+from .base.regressors import base_regressor
 from .kernel.c_scalar import c_body
 from .names import parameter_kind
 from .regressors import payload_columns, standard_columns
@@ -57,7 +58,7 @@ _EXPORTS: dict[str, Callable[[Robot], _Export]] = {
     "gravity": _standard(dynamics.gravity),
     "forward_dynamics": _standard(dynamics.forward_dynamics),
     "standard_regressor": _standard(regressor.standard_regressor),
-    "base_regressor": _base(regressor.base_regressor),
+    "base_regressor": _base(base_regressor),
     "payload_regressor": _payload,
 }
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from .base.parameters import BaseParameters
 from .drives import drive_terms
 from .kinematics import LinkMotion, base_motion, joint_axis, joint_transform, next_motion, spin_matrix
 from .robot import INERTIAL, Robot
@@ -33,23 +32,6 @@ def standard_regressor(robot: Robot) -> ca.Function:
 def payload_regressor(robot: Robot) -> ca.Function:
     """``payload_regressor(q, qd, qdd) -> Phi_L``, n x 10, payload in the frame of the last link (22)."""
     return regressor(robot, payload_columns(robot), "payload_regressor")
-
-
-def base_regressor(robot: Robot, base: BaseParameters) -> ca.Function:
-    """``base_regressor(q, qd, qdd) -> Phi``, n x N_b, columns as ``base.columns`` (13)."""
-    return regressor(robot, base.columns, "base_regressor")
-
-
-def essential_regressor(robot: Robot, base: BaseParameters, names: Sequence[str]) -> ca.Function:
-    """``essential_regressor(q, qd, qdd) -> Phi``, n x ``len(names)``: some columns of the base regressor.
-
-    Raises:
-        KeyError: for a name that is not in ``base.columns``.
-    """
-    for name in names:
-        if name not in base.columns:
-            raise KeyError(f"{name!r} is not a base parameter of robot {robot.name!r}")
-    return regressor(robot, names, "essential_regressor")
 
 
 def regressor(robot: Robot, columns: Sequence[str], name: str = "regressor") -> ca.Function:

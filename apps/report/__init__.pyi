@@ -2,7 +2,6 @@ from . import blocks as blocks
 from . import documents as documents
 from . import figures as figures
 from . import npz as npz
-from . import numbers as numbers
 from . import provenance as provenance
 from . import recordings as recordings
 from . import render as render

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from ..numbers import interval_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -218,3 +221,11 @@ def _within(blocks: Iterable[Block]) -> Iterator[Block]:
             yield from _within((*block.left, *block.right))
         elif isinstance(block, Details):
             yield from _within(block.blocks)
+
+
+def with_sigma(value: float, sigma: float) -> Cell:
+    """Two digits of sigma, the value to the same place."""
+    if not isfinite(sigma) or sigma <= 0.0:
+        return f"{value:.6g}"
+    digits = interval_digits(2.0 * sigma)
+    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")

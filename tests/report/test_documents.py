@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from dynident.apps.commands.demo.comparison import short_value
 from dynident.apps.commands.demo.paper import paper_tables
+from dynident.apps.report.blocks import with_sigma
 from dynident.apps.report.documents import free_estimate
-from dynident.apps.report.numbers import with_sigma
 from dynident.apps.report.sections.payload import payload_table, sigma_notes
 from dynident.common.schema import write_json
 from dynident.estimation import PAYLOAD, Estimate

@@ -7,7 +7,7 @@ RotationalInertia.
 """
 
 from ....model import InertialParameters
-from ...report.numbers import exact, six
+from ...numbers import exact, six
 from .form import ControllerFormat
 from .load import ControllerLoad
 

@@ -11,7 +11,7 @@ from ....common.arrays import Array
 from ....common.errors import InputError
 from ....model import InertialParameters, Pose
 from ....model.inertia import ten_parameters
-from ...report.numbers import interval_digits
+from ...numbers import interval_digits
 from .rotation import principal_axes
 
 _FLANGES = ("tool0", "flange")

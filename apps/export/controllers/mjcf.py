@@ -6,7 +6,7 @@ body/inertial.
 """
 
 from ....common.errors import InputError
-from ...report.numbers import exact, six
+from ...numbers import exact, six
 from .form import ControllerFormat
 from .load import ControllerLoad
 

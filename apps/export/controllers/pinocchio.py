@@ -5,7 +5,7 @@ the frame's axes. (The order of its dynamic parameters and of Symmetric3 is anot
 Source: Pinocchio, InertiaTpl (include/pinocchio/spatial/inertia.hpp).
 """
 
-from ...report.numbers import exact
+from ...numbers import exact
 from .form import ControllerFormat
 from .load import ControllerLoad
 

@@ -7,7 +7,7 @@ field ``payload``, a geometry_msgs/Inertia. Source: docs.ros.org/en/jazzy/p/ur_m
 UniversalRobots/Universal_Robots_ROS2_Driver, pull request 1811.
 """
 
-from ...report.numbers import six
+from ...numbers import six
 from .form import ControllerFormat, number
 from .load import ControllerLoad
 from .universal_robots import check_moments

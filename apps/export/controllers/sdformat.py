@@ -5,7 +5,7 @@ the inertia matrix there. Without them SDFormat takes 1 kg m^2, so a point mass 
 sdformat.org/spec, link/inertial (element descriptions in sdf/1.x/inertial.sdf), and gz-math, Inertial.
 """
 
-from ...report.numbers import exact, inertia_entries
+from ...numbers import exact, inertia_entries
 from .form import ControllerFormat
 from .load import ControllerLoad
 

@@ -9,7 +9,7 @@ kg m^2 and negative moments raise an exception. Source: URScript manual, set_tar
 import numpy as np
 
 from ....common.errors import InputError
-from ...report.numbers import six
+from ...numbers import six
 from .form import ControllerFormat, number, numbers
 from .load import ControllerLoad
 

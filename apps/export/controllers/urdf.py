@@ -5,7 +5,7 @@ entries of the inertia matrix there in the axes of the flange (ixy = -integral o
 specification, wiki.ros.org/urdf/XML/link, and wiki.ros.org/urdf/Tutorials (inertia, sign of products).
 """
 
-from ...report.numbers import exact, inertia_entries
+from ...numbers import exact, inertia_entries
 from .form import ControllerFormat
 from .load import ControllerLoad
 

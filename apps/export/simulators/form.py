@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 from .... import __version__
 from ....common.letters import printable
 from ....estimation.possible import Labelled, LinkNumbers, WholeRobot
-from ...report.numbers import exact
+from ...numbers import exact
 from .frames import gravity
 
 _UNITS = {"armature": "kg m^2 or kg", "damping": "N·m·s/rad or N·s/m", "friction": "N·m or N", "offset": "N·m or N"}

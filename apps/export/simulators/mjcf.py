@@ -15,7 +15,7 @@ import numpy as np
 from ....common.arrays import Array
 from ....estimation.possible import Labelled, WholeRobot
 from ....model import InertialParameters, Joint, Pose
-from ...report.numbers import exact, six
+from ...numbers import exact, six
 from ..controllers.rotation import quaternion
 from . import frames
 from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines

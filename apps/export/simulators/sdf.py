@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 from ....estimation.possible import Labelled, WholeRobot
 from ....model import InertialParameters
-from ...report.numbers import exact, inertia_entries
+from ...numbers import exact, inertia_entries
 from . import frames
 from .form import SimulatorFormat, comment, drive_value, link_marks
 from .urdf import DYNIDENT, drive_attributes, link_comment, mark_elements

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 from ....estimation.possible import Labelled, WholeRobot
 from ....model import InertialParameters, Pose
-from ...report.numbers import exact, inertia_entries
+from ...numbers import exact, inertia_entries
 from . import frames
 from .form import SimulatorFormat, attributes, comment, drive_value, fields, link_marks, mark_lines
 

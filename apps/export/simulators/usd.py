@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from ....common.arrays import Array
 from ....estimation.possible import Labelled, WholeRobot
 from ....model import InertialParameters, Pose
-from ...report.numbers import exact
+from ...numbers import exact
 from ..controllers.rotation import principal_axes, quaternion
 from . import frames
 from .form import SimulatorFormat, drive_value, fields, link_marks, plain

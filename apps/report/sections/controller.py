@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from ....common.errors import InputError
 from ...export.controllers import FORMATS, ControllerFormat, ControllerLoad, load_of_document
+from ...numbers import six
 from ...results import StoredPayload
 from ..blocks import Block, Code, Details, Text
-from ..numbers import six
 
 _SHOWN = ("abb", "kuka", "ur", "fanuc", "yaskawa", "staubli", "franka", "urdf")
 """The formats in the page; 'dynident export' writes more."""

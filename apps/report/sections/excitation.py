@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from ....estimation.fit import Excitation
+from ...numbers import percent
 from ..blocks import Details, Section, Table, Text, columns
 from ..figures.excitation import excitation_figure
-from ..numbers import percent
 
 
 def excitation_section(excitation: Excitation | None, labels: Mapping[str, str]) -> Section:

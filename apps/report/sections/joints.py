@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ....estimation.payload import ByJoints, JointShare, JointsMass
+from ...numbers import with_interval
 from ..blocks import Block, Cell, Section, Spread, Table, Text, columns
-from ..numbers import with_interval
 
 
 def by_joints_table(by_joints: ByJoints) -> Table:

@@ -11,11 +11,10 @@ from ....estimation.payload import PayloadEstimate
 from ....model import INERTIAL
 from ...export.controllers.load import is_flange
 from ...results import StoredPayload
-from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns
+from ..blocks import Block, Cell, Notes, Page, Pair, Section, Table, Text, columns, with_sigma
 from ..figures.by_joints import joints_figure
 from ..figures.flange import flange_figure
 from ..figures.methods import methods_figure
-from ..numbers import with_sigma
 from ..provenance import Provenance
 from .controller import controller_blocks
 from .data import report_page

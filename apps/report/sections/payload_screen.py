@@ -7,8 +7,8 @@ from ....estimation import PayloadAnswer
 from ....estimation.diagnosis import worst_joint
 from ....estimation.payload import METHOD_NAMES
 from ...export.controllers.load import is_flange
+from ...numbers import interval_digits, with_interval
 from ..blocks import Block, Column, Notes, Remarks, Screen, Table, columns
-from ..numbers import interval_digits, with_interval
 from .essential import elimination_notes
 from .gain_errors import gain_error_notes
 from .joints import by_joints_table

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...numbers import with_interval
 from ..blocks import Column, Table
-from ..numbers import with_interval
 
 _ENTRIES = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
 """Places of the six entries in the matrix, moments first."""

@@ -8,8 +8,8 @@ from ....common.arrays import Array
 from ....estimation import PayloadAnswer
 from ....estimation.payload import ConstrainedPayload
 from ....model import INERTIAL
+from ...numbers import interval_digits, or_dash, with_interval
 from ..blocks import Block, Notes, Section, Table, Text, columns
-from ..numbers import interval_digits, or_dash, with_interval
 from .gain_errors import gain_error_notes
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m²") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}

@@ -10,9 +10,23 @@ from ....estimation.fit import Excitation
 from ....estimation.possible import CONFLICT, PossibleRobot, PriorRobot
 from ....model import INERTIAL
 from ....model.names import parameter_kind
+from ...numbers import percent
 from ...rollout import Rollout
-from ..blocks import Banner, Block, Cell, Column, Notes, Page, Remarks, Screen, Section, Table, Text, columns
-from ..numbers import percent, with_sigma
+from ..blocks import (
+    Banner,
+    Block,
+    Cell,
+    Column,
+    Notes,
+    Page,
+    Remarks,
+    Screen,
+    Section,
+    Table,
+    Text,
+    columns,
+    with_sigma,
+)
 from ..provenance import Provenance
 from .data import report_page
 from .essential import elimination_notes, essential_section

@@ -8,12 +8,12 @@ from ....estimation.diagnosis import Finding, worst_joint
 from ....estimation.payload import OFFSET_SHARE, RIPPLE_CHANCE, ShortMotion
 from ....model import INERTIAL
 from ...export.controllers.load import is_flange
+from ...numbers import or_dash
 from ...results import StoredPayload
 from ..blocks import Block, Column, Notes, Page, Pair, Section, Table, Text, columns
 from ..figures.by_joints import joints_figure
 from ..figures.flange import flange_figure
 from ..figures.repeats import repeats_figure
-from ..numbers import or_dash
 from ..provenance import Provenance
 from .controller import controller_blocks
 from .data import report_page

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dynident.apps.numbers import with_interval
 from dynident.apps.report.blocks import Block, Drawing, Notes, Page, Section, Table, Text, columns
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.apps.report.figures.torques import prediction_figure, worst_joint_figure
-from dynident.apps.report.numbers import with_interval
 from dynident.apps.report.provenance import Provenance, SourceFile
 from dynident.apps.report.render.html import block_html, page_html, write_plots
 from dynident.apps.report.render.markup import Html, tag

@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...common.arrays import Array
-from .blocks import Cell, Spread
+from ..common.arrays import Array
 
 _UNKNOWN = 4  # decimals where no uncertainty is known
 _MOST = 9
@@ -25,14 +24,6 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
     # Zero has no sign.
     texts = [f"{round(number, digits) + 0.0:.{digits}f}" for number in (value, low, high)]
     return texts[0], f"{texts[1]} to {texts[2]}"
-
-
-def with_sigma(value: float, sigma: float) -> Cell:
-    """Two digits of sigma, the value to the same place."""
-    if not np.isfinite(sigma) or sigma <= 0.0:
-        return f"{value:.6g}"
-    digits = min(max(0, 1 - int(np.floor(np.log10(sigma)))), _MOST)
-    return Spread(f"{value:.{digits}f}", f"{sigma:.{digits}f}")
 
 
 def percent(share: float) -> str:
