@@ -13,7 +13,6 @@ from . import passport as passport
 from . import reduction as reduction
 from . import results as results
 from . import series as series
-from . import simulated as simulated
 from . import store as store
 from . import trends as trends
 from . import worker as worker

@@ -37,7 +37,6 @@ LINES = {
     "record": f"ur {PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
     "fleet report": "nightly --json b.json",
-    "fleet simulate": "six_axis.toml --arms 2 --days 2 --rate 50 --points 4 --out out",
     "compare": "first.csv second.csv --robot rx90 --json b.json",
     "passport show": "first.npz --json b.json",
     "passport merge": "first.npz second.npz --out merged.npz",

@@ -10,7 +10,6 @@ from .design import design_document as design_document
 from .design import near_document as near_document
 from .fleet import fleet_document as fleet_document
 from .fleet import reduced_document as reduced_document
-from .fleet import truth_document as truth_document
 from .gains import gains_document as gains_document
 from .live import change_document as change_document
 from .live import live_document as live_document

@@ -9,7 +9,7 @@ from ....common.schema import Document, json_schema
 from ...results import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .design import DesignDocument, NearDocument
-from .fleet import FleetDocument, ReducedDocument, TruthDocument
+from .fleet import FleetDocument, ReducedDocument
 from .live import LiveDocument
 from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
@@ -25,7 +25,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "rollout": RolloutsDocument,
     "fleet_report": FleetDocument,
     "fleet_reduce": ReducedDocument,
-    "fleet_simulate": TruthDocument,
     "passport": PassportDocument,
     "compare": ComparedDocument,
     "check": CheckDocument,
