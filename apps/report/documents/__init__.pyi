@@ -6,6 +6,7 @@ from .check import check_document as check_document
 from .check import following_document as following_document
 from .check import pose_document as pose_document
 from .check import robot_check_document as robot_check_document
+from .compare import compared_document as compared_document
 from .design import design_document as design_document
 from .design import near_document as near_document
 from .fleet import fleet_document as fleet_document
@@ -14,8 +15,6 @@ from .gains import gains_document as gains_document
 from .live import change_document as change_document
 from .live import live_document as live_document
 from .parts import elimination_document as elimination_document
-from .passport import compared_document as compared_document
-from .passport import passport_document as passport_document
 from .payload import free_estimate as free_estimate
 from .payload import payload_document as payload_document
 from .robot import constrained_document as constrained_document

@@ -8,11 +8,11 @@ from ...fleet.alarms import Alarm
 from ...fleet.reduction import Reduced
 from ...fleet.trends import Drift
 from ...results.parts import Number
-from .passport import OddDocument
+from .compare import OddDocument
 
 
 class RefusedDocument(Document, frozen=True):
-    """A log without a passport, and why."""
+    """A log that is not in the store, and why."""
 
     file: str
     reason: str
