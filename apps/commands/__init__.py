@@ -19,7 +19,6 @@ COMMANDS = {
     "apply": "write an identified payload into the controller, over the network",
     "compare": "recordings of one robot side by side: which is the odd one, and in what",
     "fleet": "many recordings of many robots: reduced in parallel, and what changed",
-    "passport": "what a passport holds; several merged, or compared",
     "check": "look at logs: what was understood, what looks wrong",
     "export": "write an identified payload for a controller or a simulator",
     "robot": "show a robot, make a new one, check its kinematics by a recording",

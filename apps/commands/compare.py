@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ... import estimation
+from ...common.errors import InputError
 from ...common.files import checksum
 from .. import fleet, report
 from . import ANSWERED
-from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, option, recipe_of
+from .options import Options, ProcessingOptions, ResultOptions, RobotOptions, option
 from .progress import bar
 
 
@@ -20,18 +21,27 @@ class _Logs(Options):
         "logs", reads="without payload", nargs="+", metavar="LOG", help="recordings of one robot without payload"
     )
 
+    def check(self) -> None:
+        """Refuse a single recording, and one that is given twice."""
+        if len(self.logs) < 2:
+            raise InputError("one recording: give two or more to compare")
+        first = dict[str, str]()
+        for path in self.logs:
+            if first.setdefault(checksum(path), path) != path or self.logs.count(path) > 1:
+                raise InputError(f"{path} is given twice: a recording counts once")
+
 
 def run(arm: RobotOptions, request: _Logs, processing: ProcessingOptions, files: ResultOptions) -> int:
     """Run it."""
+    request.check()
     setup = processing.setup(arm.load())
-    recipe, passports = recipe_of("identify", setup, setup.identified), []
+    results = []
     with bar("identifying") as progress:
         for k, path in enumerate(request.logs, 1):
-            result = estimation.identify(setup.robot, setup.read([path]), setup.processing, gains=recipe.gains)
-            log = fleet.Log("without payload", path, checksum(path))
-            passports.append(fleet.robot_passport(result, recipe, [log]))
+            result = estimation.identify(setup.robot, setup.read([path]), setup.processing, gains=setup.identified)
+            results.append(result)
             progress(k / len(request.logs))
-    compared = fleet.compared(passports)
+    compared = fleet.compared(request.logs, results)
     files.show(report.compared_screen(compared))
     files.write_json(lambda: report.documents.compared_document(compared))
     return ANSWERED

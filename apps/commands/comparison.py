@@ -8,7 +8,6 @@ from typing import Protocol
 
 from ... import estimation
 from ...common.errors import InputError
-from ...common.files import checksum
 from .. import report, results
 from .options import PageOptions, Setup
 
@@ -34,11 +33,6 @@ def check_compared(request: Compared) -> None:
 def stored_robot(request: Compared) -> results.StoredRobot | None:
     """The robot of an earlier run, where one is named."""
     return results.read_stored_robot(request.robot_parameters) if request.robot_parameters else None
-
-
-def checksum_of_robot(request: Compared) -> str:
-    """Checksum of the file of the earlier run, empty if none is named."""
-    return checksum(request.robot_parameters) if request.robot_parameters else ""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""``dynident fleet reduce``: recordings to a store of passports, in parallel."""
+"""``dynident fleet reduce``: recordings to a store of equations, in parallel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Reduce(Options):
     logs: tuple[str, ...] = option(
         "logs", nargs="*", metavar="LOG", help="logs without payload: files, folders, globs, URLs with fsspec"
     )
-    store: str = option(writes="folder", required=True, metavar="DIR", help="folder of the passports")
+    store: str = option(writes="folder", required=True, metavar="DIR", help="folder of the reduced recordings")
     table: str | None = option(
         either="known",
         reads="table of logs",
@@ -55,7 +55,7 @@ def run(
     if request.scheduler is None:
         request.refuse("batch", "belongs to --scheduler: a process takes one recording at a time")
     setup, entries = processing.setup(arm.load()), request.entries()
-    recipe = recipe_of("identify", setup, drives.errors(setup, [], []))
+    recipe = recipe_of(setup, drives.errors(setup, [], []))
     address = None if request.scheduler == _LOCAL else request.scheduler
     cluster = (
         fleet.engine.dask_executor(address, request.workers)

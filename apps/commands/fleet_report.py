@@ -1,4 +1,4 @@
-"""``dynident fleet report``: what changed in a fleet, by the passports of its nights."""
+"""``dynident fleet report``: what changed in a fleet, by the recordings of its nights."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def run(request: _Store, files: PageOptions) -> int:
 
 
 def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
-    """Each arm by its passports, one arm in memory at a time.
+    """Each arm by its recordings, one arm in memory at a time.
 
     Raises:
         InputError: if the store is empty, or does not say whose the recordings are.
@@ -60,13 +60,9 @@ def _arms(store: fleet.Store) -> list[fleet.nights.Arm]:
     arms, done = [], 0
     with bar("reading nights") as progress:
         for _, arm_rows in groupby(rows, key=lambda row: row.about.get("arm", "")):
-            passports = []
-            for row in arm_rows:
-                passport = fleet.read_passport(store.path(row.passport))
-                assert isinstance(passport, fleet.RobotPassport)
-                passports.append(passport)
-            arms.append(fleet.nights.arm_of(passports))
-            done += len(passports)
+            recordings = [store.read(row.key) for row in arm_rows]
+            arms.append(fleet.nights.arm_of(recordings))
+            done += len(recordings)
             progress(done / len(rows))
     return arms
 

@@ -8,20 +8,17 @@ from dataclasses import dataclass
 from ... import estimation, model
 from ...common.errors import InputError
 from ...common.progress import Progress
-from .. import fleet, report
+from .. import report
 from .. import rollout as rollouts
 from . import answered
 from .options import (
     EssentialOptions,
     GainOptions,
     Options,
-    PassportOptions,
     ProcessingOptions,
     RobotOptions,
     TableOptions,
-    logs_of,
     option,
-    recipe_of,
 )
 from .progress import note, status
 from .values import number
@@ -155,7 +152,6 @@ def run(
     drives: GainOptions,
     processing: ProcessingOptions,
     files: TableOptions,
-    passport: PassportOptions,
 ) -> int:
     """Run it."""
     setup = processing.setup(arm.load())
@@ -182,8 +178,6 @@ def run(
     files.write_tables(
         screen, lambda: estimation.answers.identification_system(result, recordings, setup.processing)
     )
-    recipe = recipe_of("identify", setup, gains, essential=essential.rule())
-    passport.write(lambda: fleet.robot_passport(result, recipe, logs_of(request)))
     return answered(result.verdict.level)
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from ... import estimation, model
 from ...common.errors import InputError
 from ...common.progress import Progress
-from .. import fleet, report, results
+from .. import report, results
 from .. import view as views
 from . import answered
-from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
+from .comparison import check_compared, constraints_solved, show_payload, stored_robot
 from .options import (
     EssentialOptions,
     FramedRobotOptions,
@@ -19,13 +19,10 @@ from .options import (
     GainOptions,
     KnowledgeOptions,
     PairOptions,
-    PassportOptions,
     Setup,
     TableOptions,
     ViewOptions,
-    logs_of,
     option,
-    recipe_of,
 )
 from .progress import status
 from .values import method, relative
@@ -102,7 +99,6 @@ def run(
     processing: PairOptions,
     files: TableOptions,
     view: ViewOptions,
-    passport: PassportOptions,
 ) -> int:
     """Run it."""
     view.check_view()
@@ -129,8 +125,6 @@ def run(
         screen, lambda: estimation.answers.payload_system(problem, loaded, unloaded, setup.processing)
     )
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
-    recipe = _recipe(request, setup, gain_errors, rule, constraints)
-    passport.write(lambda: fleet.payload_passport(answer, (), recipe, logs_of(request)))
     return answered(answer.verdict.level)
 
 
@@ -187,26 +181,4 @@ def _problem(
         robust=True,
         friction_change=request.change,
         scale_sigma=request.scale_sigma or 0.0,
-    )
-
-
-def _recipe(
-    request: _Payload,
-    setup: Setup,
-    gains: estimation.Gains | None,
-    essential: estimation.fit.StopRule | None,
-    constraints: Sequence[estimation.possible.Constraint],
-) -> fleet.Recipe:
-    """How the payload was found, for its passport."""
-    return recipe_of(
-        "payload",
-        setup,
-        gains,
-        essential=essential,
-        methods=request.methods,
-        free_friction=request.free_friction,
-        friction_change=request.change,
-        scale_sigma=request.scale_sigma or 0.0,
-        constraints=tuple(constraints),
-        parameters=checksum_of_robot(request),
     )

@@ -9,10 +9,10 @@ from typing import ClassVar
 from ... import estimation, model
 from ...common.errors import InputError
 from ...common.progress import Progress
-from .. import fleet, report, results
+from .. import report, results
 from .. import view as views
 from . import answered
-from .comparison import check_compared, checksum_of_robot, constraints_solved, show_payload, stored_robot
+from .comparison import check_compared, constraints_solved, show_payload, stored_robot
 from .options import (
     FrictionOptions,
     GainOptions,
@@ -21,13 +21,10 @@ from .options import (
     Options,
     PageOptions,
     PairOptions,
-    PassportOptions,
     RobotOptions,
     Setup,
     ViewOptions,
-    logs_of,
     option,
-    recipe_of,
 )
 from .progress import status
 from .values import joint_list
@@ -73,13 +70,12 @@ def run(
     processing: PairOptions,
     files: PageOptions,
     view: ViewOptions,
-    passport: PassportOptions,
     stream: LiveOptions,
     controller: HostOptions,
 ) -> int:
     """Run it."""
     if stream.asked:
-        _refuse_beside_stream(request, processing, files, (knowledge, view, passport))
+        _refuse_beside_stream(request, processing, files, (knowledge, view))
         return weigh_live(arm, request, drives, processing, files, stream, controller)
     _refuse_without_stream(request, stream, controller)
     view.check_view()
@@ -102,8 +98,6 @@ def run(
 
     show_payload(answer, setup, files, page, measured=stand_in is not None and answer.stand_in is None)
     view.write_view(lambda: views.view_of_answer(setup.robot, loaded[0], answer))
-    recipe = _recipe(request, setup, gains, constraints, stand_in)
-    passport.write(lambda: fleet.payload_passport(answer, others, recipe, logs_of(request)))
     return answered(answer.verdict.level)
 
 
@@ -167,23 +161,3 @@ def _problems(
             )
         )
     return problems[0], problems[1:]
-
-
-def _recipe(
-    request: _Weigh,
-    setup: Setup,
-    gains: estimation.Gains | None,
-    constraints: Sequence[estimation.possible.Constraint],
-    stand_in: estimation.StandIn | None,
-) -> fleet.Recipe:
-    """How the payload was found, for its passport."""
-    return recipe_of(
-        "weigh",
-        setup,
-        gains,
-        friction_change=request.change if request.robot_parameters else 0.0,
-        constraints=tuple(constraints),
-        stand_in=stand_in,
-        moving=request.moving,
-        parameters=checksum_of_robot(request),
-    )

@@ -1,4 +1,4 @@
-"""Many recordings: numbers with a passport, reduced in parallel, stored, compared."""
+"""Many recordings: reduced in parallel, stored, compared."""
 
 from ...common.lazy import attach
 

@@ -1,4 +1,4 @@
-"""Passports side by side: whether they say the same, and what differs."""
+"""Recordings side by side: whether they say the same, and what differs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,65 +8,13 @@ from scipy.special import stdtrit
 
 from ...common.arrays import Array
 from ...common.errors import InputError
+from ...estimation.answers.identification import Identification
 from ...estimation.fit.estimate import Estimate
 from ...estimation.fit.robust import student95
-from .answers import TINY, answered, free_estimate
-from .passport import Passport
+from .answers import TINY, free_estimate
 
 CHANCE = 1e-3
-"""Probability that two passports of one and the same thing are said to contradict each other."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """What two estimates of the same parameters differ by.
-
-    Attributes:
-        names: of the parameters, c.
-        change: second minus first, shape (c,).
-        sigma: its standard deviations, shape (c,).
-        degrees_of_freedom: of both together, the fewer.
-    """
-
-    names: tuple[str, ...]
-    change: Array
-    sigma: Array
-    degrees_of_freedom: float
-
-    @property
-    def sigmas(self) -> Array:
-        """Change in units of its standard deviation, shape (c,)."""
-        return np.asarray(self.change / np.where(self.sigma > 0.0, self.sigma, np.inf))
-
-    @property
-    def bound(self) -> float:
-        """Sigmas that no parameter exceeds but with probability ``CHANCE``, all of them together (Bonferroni)."""
-        return float(stdtrit(max(self.degrees_of_freedom, 1.0), 1.0 - 0.5 * CHANCE / len(self.names)))
-
-    @property
-    def contradicting(self) -> tuple[str, ...]:
-        """Parameters that differ beyond ``bound``, the worst first."""
-        size = np.abs(self.sigmas)
-        return tuple(self.names[k] for k in np.argsort(-size, kind="stable") if size[k] > self.bound)
-
-    def words(self, name: str) -> str:
-        """One parameter's change."""
-        k = self.names.index(name)
-        return f"{name} by {self.change[k]:+.3g} ± {self.sigma[k]:.2g} ({abs(self.sigmas[k]):.1f} sigma)"
-
-
-def difference(first: Estimate, second: Estimate) -> Difference:
-    """What two independent estimates of the same parameters differ by.
-
-    Raises:
-        InputError: if they are of different parameters.
-    """
-    if first.names != second.names:
-        raise InputError("the passports show different parameters: nothing can be compared")
-    degrees = min(first.degrees_of_freedom, second.degrees_of_freedom)
-    return Difference(
-        first.names, second.values - first.values, np.hypot(first.sigma, second.sigma), max(degrees, 1.0)
-    )
+"""Probability that recordings of one and the same thing are said to differ."""
 
 
 @dataclass(frozen=True)
@@ -129,18 +77,13 @@ class Compared:
         )
 
 
-def compared(passports: Sequence[Passport]) -> Compared:
-    """Parameters by several passports, side by side.
+def compared(sources: Sequence[str], results: Sequence[Identification]) -> Compared:
+    """Parameters of one robot by several recordings, side by side; ``sources``: their names.
 
     Raises:
-        InputError: if they are of other robots or recipes, or there are fewer than two.
+        InputError: if the recordings show different parameters.
     """
-    if len(passports) < 2:
-        raise InputError("one recording: give two or more to compare")
-    for second in passports[1:]:
-        passports[0].check_alike(second)
-    estimates = [free_estimate(answered(passport)) for passport in passports]
-    return side_by_side([passport.name for passport in passports], estimates)
+    return side_by_side(sources, list(map(free_estimate, results)))
 
 
 def side_by_side(sources: Sequence[str], estimates: Sequence[Estimate]) -> Compared:

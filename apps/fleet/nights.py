@@ -18,7 +18,7 @@ from ...model.names import FRICTION, parameter_kind
 from ...model.regressors import payload_columns
 from .answers import TINY, compared_sigma
 from .identity import Exchange, exchange_of
-from .passport import RobotPassport
+from .stored import Stored
 
 MASS = "mass"
 """The payload's mass less what the controller was told [kg], as a quantity of a night."""
@@ -69,21 +69,22 @@ class Arm:
     exchange: Exchange | None = None
 
 
-def arm_of(passports: Sequence[RobotPassport]) -> Arm:
-    """An arm by its passports, which name it and the day.
+def arm_of(recordings: Sequence[Stored]) -> Arm:
+    """An arm by its recordings, which name it and the day.
 
     Raises:
         InputError: if one does not, or a recording does not determine what is asked of it.
     """
-    for passport in passports:
-        if not {"arm", "day"} <= set(passport.about):
-            raise InputError(f"{passport.name}: its arm and day are not known: give --pattern or --table to reduce")
-    ordered = sorted(passports, key=lambda passport: passport.about["day"])
-    masses = [float(passport.about.get("payload", "0")) for passport in ordered]
+    for recording in recordings:
+        if not {"arm", "day"} <= set(recording.about):
+            name = recording.name
+            raise InputError(f"{name}: its arm and day are not known: give --pattern or --table to reduce")
+    ordered = sorted(recordings, key=lambda recording: recording.about["day"])
+    masses = [float(recording.about.get("payload", "0")) for recording in ordered]
     usual = Counter(masses).most_common(1)[0][0]
-    same = [passport.equations for passport, mass in zip(ordered, masses, strict=True) if mass == usual]
+    same = [recording.equations for recording, mass in zip(ordered, masses, strict=True) if mass == usual]
     whole = weighted(merged(replace(equations, leave_one_out=()) for equations in same))
-    nights = tuple(night_of(passport, whole, mass, usual) for passport, mass in zip(ordered, masses, strict=True))
+    nights = tuple(night_of(recording, whole, mass, usual) for recording, mass in zip(ordered, masses, strict=True))
     last = weighted(same[-1])
     excess = compared_sigma(last, robust_sigma(same[-1])) / np.maximum(last.sigma, TINY)
     wide = replace(whole, covariance=whole.covariance * np.outer(excess, excess))
@@ -95,35 +96,35 @@ def bodies_of(estimate: Estimate) -> Estimate:
     return estimate.part([name for name in estimate.names if parameter_kind(name) not in FRICTION])
 
 
-def _exchange(passports: Sequence[RobotPassport], whole: Estimate, excess: Array) -> Exchange | None:
+def _exchange(recordings: Sequence[Stored], whole: Estimate, excess: Array) -> Exchange | None:
     """Recordings that are of another robot, whatever is carried and however the drives are scaled."""
-    first = passports[0]
+    first = recordings[0]
     nights, inertial = [], [k for k, name in enumerate(whole.names) if parameter_kind(name) not in FRICTION]
-    for passport in passports:
-        night = weighted(passport.equations)
+    for recording in recordings:
+        night = weighted(recording.equations)
         nights.append(bodies_of(replace(night, covariance=night.covariance * np.outer(excess, excess))))
     scaled = [
         whole.covariance @ (weight**2 * factor[:, :-1].T @ (factor[:, :-1] @ whole.values))
         for factor, weight in zip(first.equations.factors, whole.weights, strict=True)
     ]
     explained = np.column_stack([first.base.effect_of(payload_columns(first.robot)), *scaled])[inertial]
-    return exchange_of(first.about["arm"], [passport.about["day"] for passport in passports], nights, explained)
+    return exchange_of(first.about["arm"], [recording.about["day"] for recording in recordings], nights, explained)
 
 
-def night_of(passport: RobotPassport, whole: Estimate, stated_mass: float, usual: float) -> Night:
+def night_of(recording: Stored, whole: Estimate, stated_mass: float, usual: float) -> Night:
     """One recording: friction and a change of payload together, then each drive's scale beside its friction.
 
     Args:
-        passport: of the recording.
+        recording: of the recording.
         whole: the arm's base parameters by all recordings that were told ``usual``.
         stated_mass: mass that the controller was told [kg].
         usual: that it was told most often [kg].
     """
-    names, equations = whole.names, passport.equations
+    names, equations = whole.names, recording.equations
     frictions = [k for k, name in enumerate(names) if parameter_kind(name) in FRICTION]
     rest = np.array(whole.values)
     rest[frictions] = 0.0
-    change = passport.base.effect_of(payload_columns(passport.robot))
+    change = recording.base.effect_of(payload_columns(recording.robot))
     own = np.eye(len(names))[:, frictions]
     columns = [*(names[k] for k in frictions), *PAYLOAD]
     both = _measured(equations.substituted(columns, np.column_stack([own, change]), rest))
@@ -132,13 +133,13 @@ def night_of(passport: RobotPassport, whole: Estimate, stated_mass: float, usual
     numbers[MASS] = Measured(usual + mass - stated_mass, sigma)
     if abs(mass) > _CLEARLY * sigma:  # what hangs there is no drive's scale
         rest = rest + change @ np.array([both[name].value for name in PAYLOAD])
-    for j in range(passport.robot.n):
+    for j in range(recording.robot.n):
         own_columns = [k for k in frictions if np.abs(equations.factors[j][:, k]).max(initial=0.0) > 0.0]
         M = np.column_stack([rest, np.eye(len(names))[:, own_columns]])
         alone = equations.of_joint(j).substituted(["scale", *(names[k] for k in own_columns)], M, rest)
         numbers[f"scale {j + 1}"] = _measured(alone)["scale"]
-    temperature = float(passport.about.get("temperature", "nan"))
-    return Night(passport.about["arm"], passport.about["day"], temperature, stated_mass, numbers)
+    temperature = float(recording.about.get("temperature", "nan"))
+    return Night(recording.about["arm"], recording.about["day"], temperature, stated_mass, numbers)
 
 
 def _measured(equations: Equations) -> dict[str, Measured]:

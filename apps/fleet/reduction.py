@@ -1,4 +1,4 @@
-"""A fleet's recordings, each reduced to its passport, by whatever executor there is."""
+"""A fleet's recordings, each reduced to its equations, by whatever executor there is."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor
@@ -10,10 +10,9 @@ from ...common.files import checksum
 from ...model import Robot
 from ..logs.map import LogMap
 from .catalog import Entry, same_time
-from .files import packed
-from .passport import Recipe
 from .results import results_of
 from .store import Row, Store, key_of
+from .stored import Recipe, packed
 from .worker import Done, Plan, Task, local
 
 
@@ -22,10 +21,10 @@ class Reduced:
     """What a run did.
 
     Attributes:
-        store: where the passports are.
+        store: where the equations are.
         new: recordings that were reduced now.
         known: that were in the store already.
-        refused: logs without a passport, and why.
+        refused: logs that are not in the store, and why.
         crashes: how often workers were lost and replaced.
     """
 
@@ -47,7 +46,7 @@ def reduce_fleet(
     batch: int = 1,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Reduced:
-    """Reduce recordings to passports in a store; what is there already is left as it is.
+    """Reduce recordings to equations in a store; what is there already is left as it is.
 
     Killed at any moment and started again it ends in the same store, byte for byte. Workers need this package and
     the logs; only this process writes.
@@ -55,7 +54,7 @@ def reduce_fleet(
     Args:
         entries: logs, with what is known of them or by their paths alone; see ``catalog``.
         robot: the type, with the structure that is asked for.
-        store: folder of the passports.
+        store: its folder.
         recipe: settings; the robot's own by default.
         executor: of ``concurrent.futures`` or of its form (Dask's ``client.get_executor()``); processes of this
             machine by default.
@@ -66,7 +65,7 @@ def reduce_fleet(
     Raises:
         InputError: if the store is another's or cannot be written, or the workers are lost; what is done stays.
     """
-    recipe = recipe or Recipe("identify", robot.processing)
+    recipe = recipe or Recipe(robot.processing)
     plan, place = Plan(packed((robot, recipe)), log_map or LogMap()), Store.made(store, robot, recipe)
     before = {row.file: row for row in place.rows()}
     tasks, refused = _tasks(list(map(_entry, entries)), recipe, before)
@@ -90,7 +89,7 @@ def _list_anew(place: Store, good: Sequence[Task], before: Mapping[str, Row], re
 def _kept(
     results: Iterator[Done | str], place: Store, count: int, progress: Callable[[float], None]
 ) -> tuple[dict[str, str], int]:
-    """Put what is done into the store; why there is no passport, by its name, and how often workers were lost.
+    """Put what is done into the store; why there is none, by its name, and how often workers were lost.
 
     Raises:
         InputError: if the workers are lost for good.

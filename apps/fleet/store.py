@@ -1,10 +1,10 @@
-"""A folder of passports: one a recording, written whole or not at all, the same whoever reduced them."""
+"""A folder of equations: a file a recording, written whole or not at all, the same whoever reduced them."""
 
 import csv
 import hashlib
 import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -14,27 +14,26 @@ from ...common.files import csv_table, made_folder, write_bytes, write_text
 from ...common.schema import read_json, read_text
 from ...model import Robot
 from .catalog import KNOWN
-from .files import read_passport
-from .passport import Passport, Recipe
+from .stored import Recipe, Stored, unpacked
 
-_ABOUT, _INDEX, _REFUSED, _PASSPORTS = "store.json", "index.csv", "refused", "passports"
-_COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "passport"), ("file", "reason")
+_ABOUT, _INDEX, _REFUSED, _EQUATIONS = "store.json", "index.csv", "refused", "equations"
+_COLUMNS, _REASONS = ("file", "sha256", *KNOWN, "key"), ("file", "reason")
 
 _AGAIN = "delete it and run 'dynident fleet reduce' again, what is done is kept"
 
 
 class Row(NamedTuple):
-    """A recording of a store: its log, what is known of it, and its passport's name."""
+    """A recording of a store: its log, what is known of it, and its file's name."""
 
     file: str
     sha256: str
     about: Mapping[str, str]
-    passport: str
+    key: str
 
 
 @dataclass(frozen=True)
 class Store:
-    """A folder of passports of one type of robot, made by one recipe."""
+    """A folder of reduced recordings of one type of robot, made by one recipe."""
 
     root: Path
 
@@ -55,7 +54,7 @@ class Store:
                 raise InputError(f"{root}: a store of another {kind} ({there.get('robot')}): give another folder")
         elif store.root.is_dir() and any(store.root.iterdir()):
             raise InputError(f"{root}: is a folder of other things: give a new one")
-        made_folder(store.root / _PASSPORTS)
+        made_folder(store.root / _EQUATIONS)
         if not path.exists():
             write_text(path, json.dumps(labels, indent=1) + "\n")
         return store
@@ -75,11 +74,11 @@ class Store:
         return store
 
     def path(self, key: str) -> Path:
-        """Where a passport is."""
-        return self.root / _PASSPORTS / f"{key}.npz"
+        """Where a recording's equations are."""
+        return self.root / _EQUATIONS / f"{key}.bin"
 
     def put(self, key: str, content: bytes) -> None:
-        """Write a passport.
+        """Write a recording's equations.
 
         Raises:
             InputError: if it cannot be written.
@@ -89,7 +88,7 @@ class Store:
     def finish(self, rows: Mapping[str, Row], refused: Mapping[str, str]) -> None:
         """Write what is in it, by the logs' names, and what was refused, and why."""
         listed = [
-            [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.passport]
+            [row.file, row.sha256, *(row.about.get(name, "") for name in KNOWN), row.key]
             for _, row in sorted(rows.items())
         ]
         write_text(self.root / _INDEX, csv_table(_COLUMNS, listed))
@@ -100,7 +99,7 @@ class Store:
     def rows(self) -> tuple[Row, ...]:
         """The recordings, in the order of their files; none as long as it was never finished."""
         return tuple(
-            Row(row["file"], row["sha256"], {name: row[name] for name in KNOWN if row[name]}, row["passport"])
+            Row(row["file"], row["sha256"], {name: row[name] for name in KNOWN if row[name]}, row["key"])
             for row in _rows(self.root / _INDEX, _COLUMNS)
         )
 
@@ -108,10 +107,19 @@ class Store:
         """Logs that were refused, and why."""
         return {row["file"]: row["reason"] for row in _rows(self.root / f"{_REFUSED}.csv", _REASONS)}
 
-    def passports(self) -> Iterator[tuple[Row, Passport]]:
-        """Each recording with its passport, every byte checked."""
-        for row in self.rows():
-            yield row, read_passport(self.path(row.passport))
+    def read(self, key: str) -> Stored:
+        """A recording's equations.
+
+        Raises:
+            InputError: if they are not as they were written.
+        """
+        path = self.path(key)
+        try:
+            return unpacked(path.read_bytes(), Stored)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
 
 
 def _rows(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
@@ -133,7 +141,7 @@ def _rows(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
 
 
 def key_of(sha256: str, about: Mapping[str, str], recipe: Recipe) -> str:
-    """Name of a passport: by the log's bytes, what is known of it, and the recipe."""
+    """Name of a recording's file: by the log's bytes, what is known of it, and the recipe."""
     identity = json.dumps([sha256, sorted(about.items()), recipe.fingerprint])
     return hashlib.sha256(identity.encode()).hexdigest()[:32]
 

@@ -1,4 +1,4 @@
-"""What a worker does: a recording to the bytes of its passport, or why there is none."""
+"""What a worker does: a recording to the bytes of its equations, or why there is none."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -13,21 +13,19 @@ from ...estimation.answers.identification import identify
 from ...model import Robot
 from ..logs.map import LogMap
 from ..logs.read import read_recordings
-from .answers import robot_passport
 from .catalog import Entry, other_day
-from .files import passport_bytes, unpacked
-from .passport import Log, Recipe
+from .stored import Recipe, Stored, packed, unpacked
 
 
 class Plan(NamedTuple):
-    """What a worker needs beside a log, alike for all: ``content`` holds robot and recipe, see ``files.packed``."""
+    """What a worker needs beside a log, alike for all: ``content`` is ``stored.packed`` robot and recipe."""
 
     content: bytes
     log_map: LogMap
 
 
 class Task(NamedTuple):
-    """One recording: its log, the log's checksum, and its passport's name."""
+    """One recording: its log, the log's checksum, and its name in the store."""
 
     entry: Entry
     sha256: str
@@ -35,7 +33,7 @@ class Task(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What became of one: its passport's bytes, or why there is none."""
+    """What became of one: its equations' bytes, or why there is none."""
 
     key: str
     content: bytes
@@ -67,7 +65,7 @@ def local(path: str) -> Iterator[str]:
 
 
 def reduce_batch(plan: Plan, batch: Sequence[Task]) -> list[Done]:
-    """What a worker does: each recording to the bytes of its passport, or why there is none."""
+    """What a worker does: each recording to the bytes of its equations, or why there is none."""
     robot, recipe = _unpacked(plan.content)
     return [_reduced(robot, recipe, plan.log_map, task) for task in batch]
 
@@ -75,8 +73,7 @@ def reduce_batch(plan: Plan, batch: Sequence[Task]) -> list[Done]:
 @lru_cache(maxsize=4)
 def _unpacked(content: bytes) -> tuple[Robot, Recipe]:
     """Robot and recipe, put together once a worker."""
-    robot, recipe = unpacked(content)
-    return robot, recipe
+    return unpacked(content, tuple[Robot, Recipe])
 
 
 def _reduced(robot: Robot, recipe: Recipe, log_map: LogMap, task: Task) -> Done:
@@ -88,9 +85,9 @@ def _reduced(robot: Robot, recipe: Recipe, log_map: LogMap, task: Task) -> Done:
             pieces = read_recordings(path, robot, recipe.drive_gains, log_map, recipe.processing)
             if wrong := other_day(entry.about, pieces[0].origin):
                 return Done(task.key, b"", wrong)
-            result = identify(robot, pieces, recipe.processing, essential=recipe.essential, gains=recipe.gains)
-            log = Log("without payload", entry.path, task.sha256)
-            return Done(task.key, passport_bytes(robot_passport(result, recipe, [log], entry.about)), "")
+            result = identify(robot, pieces, recipe.processing, gains=recipe.gains)
+            stored = Stored.of(entry.path, robot, result.base, result.problem, entry.about)
+            return Done(task.key, packed(stored), "")
     except (InputError, OSError) as error:
         return Done(task.key, b"", " ".join(str(error).split()))
     except Exception as fault:  # one bad log stops nobody; it is named, and so is the fault

@@ -31,6 +31,7 @@ from .render.latex import latex_tables as latex_tables
 from .render.terminal import print_blocks as print_blocks
 from .render.terminal import print_screen as print_screen
 from .render.terminal import screen_text as screen_text
+from .sections.compare import compared_screen as compared_screen
 from .sections.description import assumed_notes as assumed_notes
 from .sections.description import robot_description as robot_description
 from .sections.design import criterion_text as criterion_text
@@ -52,8 +53,6 @@ from .sections.near import near_page as near_page
 from .sections.near import near_screen as near_screen
 from .sections.near import second_pose_note as second_pose_note
 from .sections.near import visibility_table as visibility_table
-from .sections.passport import compared_screen as compared_screen
-from .sections.passport import passport_screen as passport_screen
 from .sections.payload import payload_notes as payload_notes
 from .sections.payload import payload_page as payload_page
 from .sections.payload_screen import payload_screen as payload_screen

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from dynident.apps import fleet
 from dynident.apps.logs.read import read_recording
-from dynident.common.files import checksum
 from dynident.estimation import identify
 from dynident.estimation.fit import weighted
 from dynident.model import load_robot
+from dynident.tests.fleet.drawing import drawn, noise_of
 
 AMPERES = "--unloaded ur_currents_unloaded.csv --loaded ur_currents_loaded.csv"
 PAIR = "--unloaded rx_arm_unloaded.csv --loaded rx_arm_loaded.csv"
@@ -37,11 +37,7 @@ LINES = {
     "record": f"ur {PLAYED} --seconds 0.1 --out b.csv",
     "fleet reduce": "first.csv --robot rx90 --store store --json b.json",
     "fleet report": "nightly --json b.json",
-    "fleet simulate": "six_axis.toml --arms 2 --days 2 --rate 50 --points 4 --out out",
     "compare": "first.csv second.csv --robot rx90 --json b.json",
-    "passport show": "first.npz --json b.json",
-    "passport merge": "first.npz second.npz --out merged.npz",
-    "passport compare": "first.npz second.npz --json b.json",
     "check": "--robot rx90 --json b.json rx_arm_unloaded.csv",
     "export": "rx_payload.json --to ur --flange-frame 0 0 0 0 0 0",
     "robot list": "",
@@ -67,8 +63,8 @@ def put_payloads(folder: Path) -> None:
         (folder / f"{name}.json").write_text(json.dumps(document))
 
 
-def make_passports(folder: Path) -> None:
-    """Three passports of one robot: of a recording, of it with other noise, and with still other noise."""
+def make_recordings(folder: Path) -> None:
+    """Three recordings of one robot, with other noise each, and a store."""
     robot, rows = load_robot("rx90"), np.loadtxt(folder / "rx_arm_unloaded.csv", delimiter=",", skiprows=1)
     header = (folder / "rx_arm_unloaded.csv").read_text().partition("\n")[0]
     (folder / "robots.csv").write_text("file,arm\nfirst.csv,left\n")
@@ -78,23 +74,18 @@ def make_passports(folder: Path) -> None:
             folder / f"{name}.csv", rows + np.pad(noise, ((0, 0), (rows.shape[1] - 6, 0))), delimiter=",",
             header=header, comments="", fmt="%.9g",
         )  # fmt: skip
-        log = fleet.Log("without payload", f"{name}.csv", checksum(folder / f"{name}.csv"))
-        result = identify(robot, [read_recording(folder / f"{name}.csv", robot)])
-        passport = fleet.robot_passport(result, fleet.Recipe("identify", robot.processing), [log])
-        fleet.write_passport(folder / f"{name}.npz", passport)
-    make_store(folder, passport)
+    result = identify(robot, [read_recording(folder / "third.csv", robot)])
+    make_store(folder, fleet.Stored.of("third.csv", robot, result.base, result.problem, {}))
 
 
-def make_store(folder: Path, passport: fleet.RobotPassport) -> None:
-    """A store of two arms and three nights, drawn on a passport's motion."""
-    store, draw = fleet.Store.made(folder / "nightly", passport.robot, passport.recipe), np.random.default_rng(0)
-    values, rows = weighted(passport.equations).values, {}
+def make_store(folder: Path, recording: fleet.Stored) -> None:
+    """A store of two arms and three nights, drawn on a recording's motion."""
+    recipe = fleet.Recipe(recording.robot.processing)
+    store, draw = fleet.Store.made(folder / "nightly", recording.robot, recipe), np.random.default_rng(0)
+    values, noise, rows = weighted(recording.equations).values, noise_of(recording), {}
     for arm in ("left", "right"):
         for night in range(1, 4):
-            about, name = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}.csv"
-            night_passport = fleet.drawing.drawn(
-                passport, values, fleet.drawing.noise_of(passport), draw, name, about
-            )
-            rows[name] = fleet.store.Row(name, night_passport.logs[0].sha256, about, f"{arm}{night}")
-            store.put(f"{arm}{night}", fleet.passport_bytes(night_passport))
+            about, key = {"arm": arm, "day": f"2026-01-0{night}"}, f"{arm}{night}"
+            store.put(key, fleet.stored.packed(drawn(recording, values, noise, draw, f"{key}.csv", about)))
+            rows[f"{key}.csv"] = fleet.store.Row(f"{key}.csv", "0" * 64, about, key)
     store.finish(rows, {})

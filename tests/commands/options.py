@@ -17,7 +17,6 @@ from dynident.tests.commands.shared_options import (
     LOGS,
     MOTIONS,
     PAGE,
-    PASSPORT,
     PROCESSING,
     ROBOT,
     STAND_IN,
@@ -27,7 +26,7 @@ from dynident.tests.commands.shared_options import (
 )
 
 OPTIONS: dict[str, dict[str, str]] = {
-    "weigh": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | PASSPORT | {
+    "weigh": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | PAGE | VIEW | {
         "--json": "--json a.json",
         "--loaded": "--loaded rx_arm_loaded.csv",
         "--unloaded": "--unloaded rx_arm_unloaded.csv",
@@ -50,7 +49,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--after": "--after before.csv",
         "--json": "--json a.json",
     },
-    "payload": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | PASSPORT | {
+    "payload": ROBOT | LOGS | CURRENTS | PROCESSING | KNOWN | GAINS | STOPS | TABLES | PAGE | VIEW | {
         "--tool-frame": "--tool-frame 0,0,0.05,0,0,30",
         "--unloaded": "--unloaded rx_near_unloaded.csv",
         "--loaded": "--loaded rx_near_loaded.csv",
@@ -62,7 +61,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--max-mismatch": "--max-mismatch 1e-9",
         "--validate": "--validate rx_near_unloaded.csv",
     },
-    "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | PASSPORT | {
+    "identify": ROBOT | LOGS | CURRENTS | PROCESSING | GAINS | STOPS | TABLES | PAGE | {
         "--data": "--data rx_near_unloaded.csv",
         "--validate": "--validate rx_near_unloaded.csv",
         "--constrained": "--constrained none",
@@ -116,38 +115,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--parquet": "--parquet tables",
         "--json": "--json a.json",
     },
-    "fleet simulate": {
-        "robots": "rx90",
-        "--out": "--out other",
-        "--equations": "--equations",
-        "--arms": "--arms 3",
-        "--days": "--days 3",
-        "--first": "--first 2026-02-01",
-        "--coulomb": "--coulomb 5%",
-        "--viscous": "--viscous 5%",
-        "--memory": "--memory 0.2",
-        "--per-kelvin": "--per-kelvin 2%",
-        "--apart": "--apart 10%",
-        "--worn": "--worn 0",
-        "--wear": "--wear 20%",
-        "--laden": "--laden 0",
-        "--load": "--load 2",
-        "--replaced": "--laden 0 | --replaced 1",
-        "--missing": "--missing 60%",
-        "--damaged": "--damaged 60%",
-        "--noise": "--noise 0.1",
-        "--points": "--points 5",
-        "--rate": "--rate 60",
-        "--seed": "--seed 1",
-    },
     "compare": ROBOT | LOGS | CURRENTS | PROCESSING | {"logs": "third.csv", "--json": "--json a.json"},
-    "passport show": {"file": "=--json b.json | second.npz", "--json": "--json a.json"},
-    "passport merge": {
-        "files": "third.npz",
-        "--out": "--out other.npz",
-        "--json": "--json a.json",
-    },
-    "passport compare": {"files": "third.npz", "--json": "--json a.json"},
     "check": ROBOT | LOGS | CURRENTS | PROCESSING | PAGE | {
         "logs": "rx_near_unloaded.csv",
         "--data": "--data rx_near_unloaded.csv",
@@ -198,8 +166,6 @@ OPTIONS: dict[str, dict[str, str]] = {
     **dict.fromkeys(("robot mjcf", "robot usd", "robot urdf", "robot sdf"), ROBOT | {
         "--robot": "--robot rx90",
         "--robot-parameters": "--robot rx90 | --robot-parameters earlier.json",
-        "--passport": "--robot rx90 | --passport first.npz",
-        "--prior-mass": "--robot rx90 --passport first.npz | --prior-mass 40",
         "--into": "--into six_axis.urdf",
                 "--gauge": "--gauge prior",
         "--despite-verdict": "--robot heavy.toml | --despite-verdict",
@@ -284,5 +250,5 @@ OPTIONS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 for _name, _entries in OPTIONS.items():
     _entries |= {"--config": "--config loud.toml", "--quiet": "--quiet", "--verbose": "--verbose"}
-    if _name == "demo" or ("--json" in _entries and _name != "passport merge"):
+    if _name == "demo" or "--json" in _entries:
         _entries["--details"] = "--details"

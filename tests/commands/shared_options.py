@@ -37,7 +37,6 @@ LINKS = {name: ROBOT[name] for name in ("--robot", "--base", "--tip")}
 GAINS = {"--gain-sigma": "--gain-sigma 2%", "--gain-sigma-common": "--gain-sigma-common 1%"}
 STOPS = {"--essential-ratio": "--essential-ratio 1.2", "--essential-sigma": "--essential-sigma 10%"}
 TABLES = {"--json": "--json a.json", "--csv": "--csv a.csv", "--latex": "--latex a.tex", "--npz": "--npz a.npz"}
-PASSPORT = {"--passport": "--passport a.npz"}
 PAGE = {"--report": "--report a.html", "--plots": "--plots figures"}
 VIEW = {"--view": "--view a.html", "--show": "--show"}
 LIMITS = {

@@ -19,7 +19,7 @@ from dynident.apps.commands.options import reading
 from dynident.apps.report.render.terminal import COLUMNS
 from dynident.apps.report.render.terminal import LINES as LINES_OF_SCREEN
 from dynident.cli import _parser, main
-from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
+from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.runs import unread
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import folder_of_inputs
@@ -55,7 +55,7 @@ def folder() -> Iterator[Path]:
         for name in ("before", "after"):
             shutil.copy(here / "rx_near_loaded.csv", here / f"{name}.csv")
         run([*words("identify"), "--json", "earlier.json"])
-        make_passports(here)
+        make_recordings(here)
         yield here
 
 
@@ -264,7 +264,6 @@ LISTINGS = ("apply", "robot list", "robot show", "codegen")
 LIGHT = (
     "verify",
     "export",
-    "passport show",
     "robot show",
     "robot new",
     "robot urdf",

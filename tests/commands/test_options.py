@@ -20,7 +20,7 @@ from dynident.apps.report.blocks import Drawing
 from dynident.apps.report.figures.canvas import new_figure
 from dynident.cli import _parser, main
 from dynident.model import INERTIAL
-from dynident.tests.commands.lines import LINES, PORTS, make_passports, put_payloads
+from dynident.tests.commands.lines import LINES, PORTS, make_recordings, put_payloads
 from dynident.tests.commands.options import OPTIONS
 from dynident.tests.frozen.freeze import settings
 from dynident.tests.frozen.inputs import EXAMPLES, folder_of_inputs
@@ -104,7 +104,7 @@ def inputs() -> Iterator[Path]:
             (folder / f"ur_again_{name}.csv").write_text("".join(rows[:-3]))
         shutil.copy(EXAMPLES / "robots/six_axis.urdf", folder)
         main(["identify", *LINES["identify"].split(), "--json", "earlier.json"])
-        make_passports(folder)
+        make_recordings(folder)
         (folder / "heavy.toml").write_text(HEAVY)
         yield folder
 

@@ -1,4 +1,4 @@
-"""Numbers of options arrive where they decide: in recipes of passports, in goals and loads of motions."""
+"""Numbers of options arrive where they decide: in goals and loads of motions."""
 
 import argparse
 from pathlib import Path
@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident import model
-from dynident.apps.commands import near, payload, weigh
+from dynident.apps.commands import near
 from dynident.apps.commands.near_options import NearOptions
 from dynident.apps.commands.options import GoalOptions, LimitOptions, Setup
 from dynident.apps.logs.map import LogMap
 from dynident.apps.report.sections.near import ladder_tables
 from dynident.cli import _parser, main
 from dynident.common.errors import InputError
-from dynident.estimation import KnownMass, StandIn
 from dynident.trajectories import NearMotion, PayloadSet
 from dynident.trajectories.design import Rung
 
@@ -25,33 +24,6 @@ NEAR = "near --robot rx90 --pose 0,-90,90,0,0,0 --joints 2,3,5,6 --torque-limits
 
 def parsed(line: str) -> argparse.Namespace:
     return _parser(line.split()).parse_args(line.split())
-
-
-@pytest.mark.parametrize(
-    ("line", "name", "value"),
-    [
-        (PAYLOAD, "methods", None),
-        (f"{PAYLOAD} --method difference", "methods", (3,)),
-        (f"{PAYLOAD} --free-friction", "free_friction", True),
-        (f"{PAYLOAD} --friction-change 7%", "friction_change", 0.07),
-        (f"{PAYLOAD} --scale-sigma 2%", "scale_sigma", 0.02),
-        (PAYLOAD, "scale_sigma", 0.0),
-        (PAYLOAD, "drive_gains", (2.0,) * 6),
-        (PAYLOAD, "constraints", (KnownMass(3.0, 0.1),)),
-    ],
-)
-def test_the_recipe_of_a_payload(line: str, name: str, value: object) -> None:
-    request = payload._Payload.of(parsed(line))
-    recipe = payload._recipe(request, SETUP, None, None, [KnownMass(3.0, 0.1)])
-    assert getattr(recipe, name) == value
-
-
-def test_the_recipe_of_a_weighing() -> None:
-    request = weigh._Weigh.of(parsed("weigh --robot rx90 --unloaded u.csv --loaded l.csv --moving 2,3,5"))
-    stand_in = StandIn.parse("box:100x100x100")
-    recipe = weigh._recipe(request, SETUP, None, [KnownMass(3.0, 0.1)], stand_in)
-    assert (recipe.moving, recipe.stand_in, recipe.constraints) == ((2, 3, 5), stand_in, (KnownMass(3.0, 0.1),))
-    assert recipe.friction_change == 0.0, "a difference of torques frees friction"
 
 
 @pytest.mark.parametrize(("option", "rate"), [("", 100.0), ("--independent-rate 40", 40.0)])

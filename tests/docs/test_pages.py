@@ -20,7 +20,6 @@ LONG = {
         "export",
         "fleet",
         "known-mass",
-        "passport",
         "rollout",
         "unknown-payload",
     ),
@@ -87,7 +86,7 @@ def test_commands_in_the_text_exist(page: Path, capsys: pytest.CaptureFixture[st
     outside = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     for text in re.findall(r"`dynident ([^`]+)`", outside):
         words = text.split()
-        names = words[: 2 if words[0] in ("robot", "fleet", "passport") else 1]
+        names = words[: 2 if words[0] in ("robot", "fleet") else 1]
         with pytest.raises(SystemExit) as stop:
             main([*names, "--help"] if not names[0].startswith("-") else names)
         assert stop.value.code == 0, text

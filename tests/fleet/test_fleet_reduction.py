@@ -16,7 +16,7 @@ from dynident.tests.fleet.night_logs import GOOD, ROBOT, Lost, contents, entries
 def test_good_ones_are_in_and_each_wrong_one_is_named(store: Path) -> None:
     opened = fleet.Store.opened(store)
     assert [row.file for row in opened.rows()] == sorted(GOOD)
-    assert [passport.about["arm"] for _, passport in opened.passports()] == ["a", "a", "b"]
+    assert [opened.read(row.key).about["arm"] for row in opened.rows()] == ["a", "a", "b"]
     refused = opened.refused()
     assert sorted(refused) == ["b/2026-01-02.csv", "b/2026-01-03.csv", "b/2026-13-01.csv", "other.csv",
                                "turned/2026-01-01.csv"]  # fmt: skip
@@ -45,7 +45,7 @@ def test_a_full_disk_stops_it_whole(store: Path, tmp_path: Path, monkeypatch: py
     place, write = tmp_path / "full", files._write
 
     def full(path: Path, content: bytes) -> None:
-        if path.suffix == ".npz" and list(path.parent.glob("*.npz")):
+        if path.suffix == ".bin" and list(path.parent.glob("*.bin")):
             raise OSError(28, "No space left on device")
         write(path, content)
 
@@ -53,7 +53,7 @@ def test_a_full_disk_stops_it_whole(store: Path, tmp_path: Path, monkeypatch: py
     with pytest.raises(InputError, match="No space left on device"):
         fleet.reduce_fleet(entries(), ROBOT, place)
     monkeypatch.setattr(files, "_write", write)
-    assert len(list((place / "passports").iterdir())) == 1
+    assert len(list((place / "equations").iterdir())) == 1
     fleet.reduce_fleet(entries(), ROBOT, place)
     assert contents(place) == contents(store)
 
@@ -92,7 +92,7 @@ def test_a_clock_of_another_day_is_named(logs: Path, tmp_path: Path, day: str, g
 def test_another_robot_or_recipe_needs_another_store(store: Path) -> None:
     with pytest.raises(InputError, match="another robot"):
         fleet.reduce_fleet([GOOD[0]], load_robot("ur10e"), store)
-    recipe = fleet.Recipe("identify", ROBOT.processing, essential=None, log_map="x")
+    recipe = fleet.Recipe(ROBOT.processing, log_map="x")
     with pytest.raises(InputError, match="another recipe"):
         fleet.reduce_fleet([GOOD[0]], ROBOT, store, recipe)
 

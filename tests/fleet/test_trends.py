@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynident.apps import fleet, report
-from dynident.apps.fleet import Log, Recipe, RobotPassport
+from dynident.apps.fleet import Stored
 from dynident.apps.fleet.alarms import alarm_of, bound_of, steps_of
-from dynident.apps.fleet.drawing import drawn, noise_of
 from dynident.apps.fleet.nights import MASS, arm_of
 from dynident.apps.fleet.series import LAST, Scatter, Series, scatter_of
 from dynident.apps.fleet.trends import drift_of, fleet_of
@@ -20,6 +19,7 @@ from dynident.estimation import identify
 from dynident.estimation.fit import weighted
 from dynident.model import load_robot
 from dynident.model.regressors import payload_columns
+from dynident.tests.fleet.drawing import drawn, noise_of
 from dynident.tests.frozen.inputs import unpack
 from scipy.stats import norm
 
@@ -27,22 +27,20 @@ NIGHTS = 14
 
 
 @pytest.fixture(scope="module")
-def passport(tmp_path_factory: pytest.TempPathFactory) -> RobotPassport:
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Stored:
     place = tmp_path_factory.mktemp("given")
     unpack(place)
     robot = load_robot("rx90")
     result = identify(robot, [read_recording(place / "rx_arm_unloaded.csv", robot)])
-    return fleet.robot_passport(
-        result, Recipe("identify", robot.processing), [Log("without payload", "a.csv", "0" * 64)]
-    )
+    return Stored.of("a.csv", robot, result.base, result.problem, {})
 
 
 @pytest.fixture(scope="module")
-def history(passport: RobotPassport) -> fleet.Fleet:
+def history(recording: Stored) -> fleet.Fleet:
     """Three arms: friction of joint 2 larger by half since three nights; a payload that was not told; neither."""
-    draw, base = np.random.default_rng(3), passport.base
-    values, noise = weighted(passport.equations).values, 0.2 * noise_of(passport)
-    lump = base.effect_of(payload_columns(passport.robot))[:, 9]
+    draw, base = np.random.default_rng(3), recording.base
+    values, noise = weighted(recording.equations).values, 0.2 * noise_of(recording)
+    lump = base.effect_of(payload_columns(recording.robot))[:, 9]
     arms = []
     for arm in ("worn", "laden", "still"):
         nights = []
@@ -59,7 +57,7 @@ def history(passport: RobotPassport) -> fleet.Fleet:
                 "temperature": f"{20 + night % 4}",
                 "payload": mass,
             }
-            nights.append(drawn(passport, now_values, noise, draw, f"{arm}{night}", about))
+            nights.append(drawn(recording, now_values, noise, draw, f"{arm}{night}", about))
         arms.append(arm_of(nights[::-1]))
     return fleet_of(arms)
 
@@ -91,15 +89,15 @@ def test_the_page_names_it(history: fleet.Fleet, tmp_path: Path) -> None:
     assert len(document.last) == len(history.series)
 
 
-def test_drawn_equations_spread_as_their_covariance(passport: RobotPassport) -> None:
+def test_drawn_equations_spread_as_their_covariance(recording: Stored) -> None:
     """Mean and standard deviation of the estimates of drawn recordings, against the formula's."""
-    draw, values, noise = np.random.default_rng(0), weighted(passport.equations).values, noise_of(passport)
+    draw, values, noise = np.random.default_rng(0), weighted(recording.equations).values, noise_of(recording)
     weights = 1.0 / noise
-    passports = [drawn(passport, values, noise, draw, "x", {}) for _ in range(60)]
-    estimates = [weighted(sample.equations, weights) for sample in passports]
+    recordings = [drawn(recording, values, noise, draw, "x", {}) for _ in range(60)]
+    estimates = [weighted(sample.equations, weights) for sample in recordings]
     spread = np.std([estimate.values for estimate in estimates], axis=0, ddof=1) / estimates[0].sigma
     sigma = float(np.sqrt(np.mean(spread**2)))
-    rows, effective, c = passport.equations.equations, sum(passport.equations.effective_rows), len(values)
+    rows, effective, c = recording.equations.equations, sum(recording.equations.effective_rows), len(values)
     assert abs(sigma / np.sqrt((effective - c) / (rows - c)) - 1.0) < 0.1
     off = (np.mean([estimate.values for estimate in estimates], axis=0) - values) / estimates[0].sigma
     assert np.abs(off).max() < 5.0 / np.sqrt(60.0)
@@ -196,10 +194,10 @@ def test_a_bound_is_exceeded_as_often_as_stated(own: float, memory: float) -> No
     assert bound < norm.isf(0.5 * rate / LAST)  # which is Bonferroni's
 
 
-def test_an_arm_without_a_name_or_day_is_refused(passport: RobotPassport) -> None:
+def test_an_arm_without_a_name_or_day_is_refused(recording: Stored) -> None:
     with pytest.raises(InputError, match="arm and day are not known"):
-        arm_of([passport])
-    alone = fleet_of([arm_of([replace(passport, about={"arm": "a", "day": "2026-01-01"})])])
+        arm_of([recording])
+    alone = fleet_of([arm_of([replace(recording, about={"arm": "a", "day": "2026-01-01"})])])
     assert not alone.alarms
     assert alone.twins is None
 

@@ -148,11 +148,6 @@ RUNS = (
         "{arm}_unloaded.csv --store store --json a.json",
         ("a.json", "store/refused.csv"),
     ),
-    Run(
-        "fleet_simulate",
-        "fleet simulate six_axis.toml --arms 2 --days 3 --rate 50 --points 4 --missing 20% --out out",
-        ("out/truth.json", "out/six_axis/truth.csv", "out/six_axis/robots.csv"),
-    ),
     Run("robot_show_tx40", "robot show --robot tx40"),
     Run("error_unknown_robot", "check --robot rx91 rx_arm_loaded.csv"),
     Run("error_other_motion", "weigh --robot rx90 --unloaded rx_near_unloaded.csv --loaded rx_arm_loaded.csv"),

@@ -28,7 +28,6 @@ COMMANDS = (
     "score --robot tx40.toml tx_arm_loaded.csv --torque-limits none --json out.json",
     "verify --robot tx40.toml --before tx_arm_unloaded.csv --after tx_arm_loaded.csv --json out.json",
     "fleet reduce six_arm_unloaded.csv --robot six_axis.toml --decimate 4 --store store --json out.json",
-    "fleet simulate six_axis.toml --arms 2 --days 2 --rate 50 --points 4 --out made",
     "compare six_arm_unloaded.csv six_arm_loaded.csv --robot six_axis.toml --json out.json",
 )
 MASSES = {"tx_arm_loaded.csv": 1.6, "six_arm_loaded.csv": 2.5, "ur_near_loaded.csv": 6.2}

@@ -1,19 +1,12 @@
-"""Every key of the documents on fleets, passports and recordings side by side is the value that it comes from."""
+"""Every key of the documents on fleets and recordings side by side is the value that it comes from."""
 
-from dataclasses import asdict
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
-from dynident.apps.fleet import Log
 from dynident.apps.fleet.alarms import Alarm
-from dynident.apps.fleet.answers import Shown
-from dynident.apps.fleet.simulated import Event, Scenario, TrueArm, TrueNight
 from dynident.apps.fleet.trends import Drift
 from dynident.apps.report import documents
-from dynident.estimation.diagnosis.finding import Verdict
-from dynident.model import load_robot
 from dynident.tests.report import made
 from dynident.tests.report.every_key import same
 
@@ -73,44 +66,3 @@ def test_fleet_report() -> None:
         "refused": [{"file": "a.csv", "reason": "none"}],
     }  # fmt: skip
     same(documents.fleet_document(reported, {"a.csv": "none"}), expected)
-
-
-def test_fleet_simulate() -> None:
-    """Settings by the options' names; friction of each day beside the arm's own parameters."""
-    scenario = Scenario(arms=2, days=1, seed=7)
-    night = TrueNight("2026-01-01", 21.5, 1.25, "cut", {"XX1": 1.5, "FS1": 2.5, "FV1": 3.5})
-    own = {"XX1": 1.25, "FS1": 2.25, "FV1": 3.25}
-    arm = TrueArm("left", Event("wear", "2026-01-01", "FS1", 0.3), own, (night,))
-    robot = load_robot("rx90")
-    expected = {
-        "settings": {**asdict(scenario), "first": "2026-01-01"},
-        "assumed": {"rx90": robot.assumed("position", "speed", "acceleration", "torque", "parameters")},
-        "arms": [{
-            "arm": "left", "robot": "rx90", "parameters": own,
-            "event": {"what": "wear", "day": "2026-01-01", "quantity": "FS1", "size": 0.3},
-            "nights": [{
-                "day": "2026-01-01", "temperature": 21.5, "carried": 1.25, "log": "cut",
-                "friction": {"FS1": 2.5, "FV1": 3.5},
-            }],
-        }],
-    }  # fmt: skip
-    same(documents.truth_document(scenario, [(robot, [arm])]), expected)
-
-
-def test_passport_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    passport: Any = SimpleNamespace(
-        recipe=SimpleNamespace(kind="weigh", fingerprint="c0"), robot=SimpleNamespace(name="arm"),
-        robot_fingerprint="b0", logs=(Log("held out", "a.csv", "d0"),), versions={"numpy": "2"},
-        about={"day": "2026-01-01"},
-    )  # fmt: skip
-    answer: Any = SimpleNamespace(headline="1.2 kg", verdict=Verdict("use", ()))
-    numbers = lambda _: (Shown("mass", 1.25, 1.0, 1.5),)  # noqa: E731
-    monkeypatch.setattr(documents.passport, "numbers_of", numbers)
-    expected = {
-        "kind": "weigh", "robot": "arm", "robot_fingerprint": "b0", "recipe_fingerprint": "c0",
-        "logs": [{"role": "held out", "name": "a.csv", "sha256": "d0"}], "versions": {"numpy": "2"},
-        "about": {"day": "2026-01-01"}, "headline": "1.2 kg",
-        "parameters": [{"name": "mass", "value": 1.25, "interval95": [1.0, 1.5]}],
-        "verdict": {"level": "use", "reasons": []},
-    }  # fmt: skip
-    same(documents.passport_document(passport, answer), expected)

@@ -5,8 +5,8 @@ from .knowledge import FrictionOptions, GainOptions, KnowledgeOptions
 from .limits import LimitOptions
 from .motion_files import MotionFiles
 from .outputs import PageOptions, ResultOptions, TableOptions, ViewOptions, print_lines
-from .passports import PassportOptions, logs_of, recipe_of
 from .reading import Options, add_command, in_si, option
+from .recipes import recipe_of
 from .recordings import EssentialOptions, FilterOptions, LogOptions, PairOptions, ProcessingOptions, Setup
 from .robots import ArmOptions, FramedRobotOptions, HostOptions, RehearsedRobotOptions, RobotOptions
 from .shapes import ShapeOptions
@@ -28,7 +28,6 @@ __all__ = [
     "Options",
     "PageOptions",
     "PairOptions",
-    "PassportOptions",
     "ProcessingOptions",
     "RehearsedRobotOptions",
     "ResultOptions",
@@ -39,7 +38,6 @@ __all__ = [
     "ViewOptions",
     "add_command",
     "in_si",
-    "logs_of",
     "option",
     "print_lines",
     "recipe_of",

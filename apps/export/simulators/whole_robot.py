@@ -3,12 +3,10 @@
 from collections.abc import Mapping
 
 from ....common.errors import InputError
-from ....estimation.answers.identification import Identification
 from ....estimation.fit.estimate import Estimate
 from ....estimation.possible.cone import SolverError
 from ....estimation.possible.labelled import WholeRobot
 from ....estimation.possible.labelling import whole_robot
-from ....estimation.possible.prior import robot_prior, solve_constrained_prior
 from ....estimation.possible.ranges import parameter_ranges
 from ....model import BaseParameters, Robot, base_parameters
 from ...results.stored import StoredRobot
@@ -37,30 +35,6 @@ def stored_whole_robot(robot: Robot, stored: StoredRobot, path: str) -> WholeRob
     words = f"{len(base.columns)} base parameters identified ({path})"
     return identified_whole_robot(
         robot, base, stored.estimate, nearest.standard, nearest.chi2_rise, nearest.source, words
-    )
-
-
-def pooled_whole_robot(result: Identification, prior_mass: float | None, source: str) -> WholeRobot:
-    """The robot nearest to its prior by an identification that is there as a whole, as of several recordings.
-
-    Args:
-        prior_mass: of the moving links [kg]; by the robot's own file without it.
-        source: where the numbers come from, in words.
-
-    Raises:
-        InputError: if there is no prior.
-        SolverError: if no robot that can exist is near the data.
-    """
-    prior = robot_prior(result.robot, prior_mass)
-    nearest = solve_constrained_prior(result.robot, result.base, result.estimate, prior)
-    return identified_whole_robot(
-        result.robot,
-        result.base,
-        result.estimate,
-        nearest.parameters,
-        nearest.chi2_rise,
-        prior.source,
-        f"{len(result.base.columns)} base parameters identified ({source})",
     )
 
 

@@ -1,24 +1,18 @@
 """Documents of ``fleet``."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping
 
 from ....common.schema import Document
-from ....model import Robot
-from ....model.names import parameter_kind
 from ...fleet import Fleet
 from ...fleet.alarms import Alarm
 from ...fleet.reduction import Reduced
-from ...fleet.series import RELATIVE
-from ...fleet.simulated import Event, Scenario, TrueArm
 from ...fleet.trends import Drift
 from ...results.parts import Number
-from ..recordings import SIMULATED
-from .passport import OddDocument
+from .compare import OddDocument
 
 
 class RefusedDocument(Document, frozen=True):
-    """A log without a passport, and why."""
+    """A log that is not in the store, and why."""
 
     file: str
     reason: str
@@ -42,51 +36,6 @@ def reduced_document(reduced: Reduced) -> ReducedDocument:
 
 def _refused(refused: Mapping[str, str]) -> tuple[RefusedDocument, ...]:
     return tuple(RefusedDocument(file, reason) for file, reason in sorted(refused.items()))
-
-
-class TrueNightDocument(Document, frozen=True):
-    """A day of a simulated arm: carried untold [kg], its log, and the friction as it was."""
-
-    day: str
-    temperature: float
-    carried: float
-    log: str
-    friction: dict[str, float]
-
-
-class TrueArmDocument(Document, frozen=True):
-    """A simulated arm: its standard parameters at 20 deg C, what happens to it (null: nothing), and its days."""
-
-    arm: str
-    robot: str
-    parameters: dict[str, float]
-    event: Event | None
-    nights: tuple[TrueNightDocument, ...]
-
-
-class TruthDocument(Document, frozen=True):
-    """A simulated fleet as it was: settings by the options' names, and every arm of every type."""
-
-    settings: dict[str, float | str]
-    assumed: dict[str, dict[str, str]]
-    arms: tuple[TrueArmDocument, ...]
-
-
-def truth_document(scenario: Scenario, types: Sequence[tuple[Robot, Sequence[TrueArm]]]) -> TruthDocument:
-    """What ``dynident fleet simulate`` writes as truth.json; ``types``: robots with their arms."""
-    settings = {name: str(value) if name == "first" else value for name, value in asdict(scenario).items()}
-    assumed = {robot.name: robot.assumed(*SIMULATED) for robot, _ in types}
-    return TruthDocument(settings, assumed, tuple(_true_arm(robot, arm) for robot, arms in types for arm in arms))
-
-
-def _true_arm(robot: Robot, arm: TrueArm) -> TrueArmDocument:
-    nights = tuple(
-        TrueNightDocument.of(
-            night, friction={name: x for name, x in night.parameters.items() if parameter_kind(name) in RELATIVE}
-        )
-        for night in arm.nights
-    )
-    return TrueArmDocument(arm.name, robot.name, dict(arm.parameters), arm.event, nights)
 
 
 class NightDocument(Document, frozen=True):

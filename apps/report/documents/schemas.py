@@ -8,10 +8,10 @@ from ....common.files import write_bytes
 from ....common.schema import Document, json_schema
 from ...results import StoredGains, StoredPayload, StoredRobot
 from .check import CheckDocument, FollowingDocument, RobotCheckDocument
+from .compare import ComparedDocument
 from .design import DesignDocument, NearDocument
-from .fleet import FleetDocument, ReducedDocument, TruthDocument
+from .fleet import FleetDocument, ReducedDocument
 from .live import LiveDocument
-from .passport import ComparedDocument, PassportDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
@@ -25,8 +25,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "rollout": RolloutsDocument,
     "fleet_report": FleetDocument,
     "fleet_reduce": ReducedDocument,
-    "fleet_simulate": TruthDocument,
-    "passport": PassportDocument,
     "compare": ComparedDocument,
     "check": CheckDocument,
     "verify": FollowingDocument,

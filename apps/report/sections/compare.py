@@ -1,48 +1,16 @@
-"""What a passport holds, and recordings of one thing side by side."""
+"""Recordings of one robot side by side."""
 
 from pathlib import PurePath
 
 import numpy as np
 
-from ....estimation import Identification, PayloadAnswer
-from ...fleet import Passport
-from ...fleet.answers import numbers_of
 from ...fleet.comparing import CHANCE, Compared
-from ..blocks import Banner, Block, Notes, Remarks, Screen, Table, columns
+from ..blocks import Block, Remarks, Screen, Table, columns
 
 _SHOWN = 10
 """Parameters on the first screen."""
 _LINES = 12
 """Recordings that have a column of their own."""
-
-
-def passport_screen(passport: Passport, answer: Identification | PayloadAnswer) -> Screen:
-    """The answer by the passport alone; then all parameters, logs and versions."""
-    numbers, verdict = numbers_of(answer), answer.verdict
-    rows = [(number.name, f"{number.value:.5g}", f"{number.low:.5g}", f"{number.high:.5g}") for number in numbers]
-    headings = columns(("parameter",), ("value", "95 % from", "to"))
-    width = [(number.high - number.low) / max(abs(number.value), 1e-300) for number in numbers]
-    order = np.argsort(width, kind="stable")[:_SHOWN]
-    title = f"The {len(order)} surest of {len(rows)} parameters (SI units)"
-    about = [f"{key}: {value}" for key, value in passport.about.items()]
-    whose = f"{passport.robot.title or passport.robot.name}, robot {passport.robot_fingerprint}"
-    lines = [
-        f"{answer.headline}.",
-        f"{whose}; made by '{passport.recipe.kind}', recipe {passport.recipe.fingerprint}.",
-        *about,
-    ]
-    first: list[Block] = [
-        Notes(lines),
-        Table(title, headings, [rows[k] for k in sorted(order.tolist())], style="tight"),
-        Banner(verdict.level, "; ".join(verdict.reasons)),
-    ]
-    logs = [(log.role, PurePath(log.name).name, log.sha256) for log in passport.logs]
-    details: list[Block] = [
-        Table("All parameters", headings, rows, style="tight"),
-        Table("Logs", columns(("read as", "file", "SHA-256")), logs, style="tight"),
-        Notes([f"{name} {version}" for name, version in passport.versions.items()]),
-    ]
-    return Screen(first, details, "all parameters, logs with checksums, versions")
 
 
 def compared_screen(compared: Compared) -> Screen:

@@ -4,22 +4,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-
-from ...common.arrays import Array
-from ...estimation.equations.equations import Equations, merged
-from ...estimation.equations.leave_one_out import WithoutEach
-from ...estimation.fit.least_squares import weighted
-from .answers import compared_sigma
-from .nights import robust_sigma
-from .passport import Log, RobotPassport
+from dynident.apps.fleet.answers import compared_sigma
+from dynident.apps.fleet.nights import robust_sigma
+from dynident.apps.fleet.stored import Stored
+from dynident.common.arrays import Array
+from dynident.estimation.equations.equations import Equations, merged
+from dynident.estimation.fit.least_squares import weighted
 
 
-def noise_of(passport: RobotPassport) -> Array:
+def noise_of(recording: Stored) -> Array:
     """Standard deviation of white noise on each joint's equations that spreads estimates as a recording's errors.
 
     The residual's own, times what the jackknife finds beyond the formula on the whole, shape (n,).
     """
-    equations = passport.equations
+    equations = recording.equations
     estimate = weighted(equations)
     ratio = compared_sigma(estimate, robust_sigma(equations)) / estimate.sigma
     rows = np.maximum(np.array(equations.rows, dtype=float), 1.0)
@@ -27,31 +25,26 @@ def noise_of(passport: RobotPassport) -> Array:
 
 
 def drawn(
-    passport: RobotPassport,
+    recording: Stored,
     values: Array,
     noise: Array,
     draw: np.random.Generator,
     name: str,
     about: Mapping[str, str],
-) -> RobotPassport:
-    """A passport as that motion would give it on another night.
+) -> Stored:
+    """A recording as that motion would give it on another night.
 
     Args:
-        passport: whose motion, robot and recipe.
+        recording: whose motion, robot and recipe.
         values: the base parameters then, shape (c,).
         noise: of each joint's equations, shape (n,); see ``noise_of``.
         draw: what draws.
         name: of the log that never was.
         about: its arm, day, temperature and told payload.
     """
-    parts = passport.equations.leave_one_out
-    blocks = parts.blocks if isinstance(parts, WithoutEach) else (passport.equations,)
-    drawn_blocks = [_drawn_block(block, values, noise, draw) for block in blocks]
-    equations = replace(
-        merged(drawn_blocks), leave_one_out=WithoutEach(drawn_blocks), block_length=passport.equations.block_length
-    )
-    log = Log("without payload", name, f"{draw.integers(2**63):064x}")
-    return replace(passport, equations=equations, logs=(log,), about=dict(about))
+    blocks = tuple(_drawn_block(block, values, noise, draw) for block in recording.blocks or (recording.whole,))
+    whole = replace(merged(blocks), leave_one_out=(), block_length=recording.whole.block_length)
+    return replace(recording, name=name, whole=whole, blocks=blocks if recording.blocks else (), about=dict(about))
 
 
 def _drawn_block(block: Equations, values: Array, noise: Array, draw: np.random.Generator) -> Equations:
