@@ -1,4 +1,4 @@
-"""Freezes the outputs of whole runs, one JSON file a run.
+"""Freezes the numbers of whole runs, one JSON file a run.
 
 ``python -m dynident.tests.frozen.freeze`` freezes all, with names of runs those alone. What changed on purpose is
 frozen anew, looked at in the difference that version control shows, and committed with the change.
@@ -9,21 +9,16 @@ import contextlib
 import io
 import json
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from dynident.cli import main
-from dynident.tests.frozen.documents import Leaves, leaves
 from dynident.tests.frozen.inputs import folder_of_inputs
+from dynident.tests.frozen.numbers import Leaves, leaves
 from dynident.tests.frozen.runs import RUNS, Run
-from dynident.tests.frozen.texts import Text, take_apart, text_of_html
 
 FOLDER = Path(__file__).parent / "data"
-TERMINAL = "terminal"
-_ROWS = 10
-"""Of a time series every tenth row is kept."""
 _SETTINGS = {"SOURCE_DATE_EPOCH": "0", "COLUMNS": "80", "NO_COLOR": "1"}
 
 
@@ -31,32 +26,23 @@ class Frozen(NamedTuple):
     """What one run gave."""
 
     status: int
-    texts: dict[str, Text]
-    """Terminal, pages, tables and exported files, by name."""
-    documents: dict[str, Leaves]
-    """JSON documents by name."""
+    numbers: Leaves
+    """Of its JSON document."""
 
 
 def outputs(run: Run) -> Frozen:
     """Run one command line in the working folder, which holds the inputs."""
-    out, err = io.StringIO(), io.StringIO()
     line = run.line.replace("DYNIDENT_DATA", os.environ.get("DYNIDENT_DATA", ""))
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), settings():
+    silent = io.StringIO()
+    with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent), settings():
         try:
-            status = main(line.split())
+            status = main([*line.split(), "--json", "a.json"])
         except SystemExit as stop:
             status = int(stop.code or 0)
-    texts = {TERMINAL: take_apart(_anonymous(out.getvalue() + "\n" + err.getvalue()))}
-    documents = {}
-    for name in run.files:
-        path = Path(name)
-        text = _anonymous(path.read_text(encoding="utf-8")) if path.exists() else "(no such file)"
-        path.unlink(missing_ok=True)
-        if path.suffix == ".json" and text.startswith("{"):
-            documents[name] = leaves(json.loads(text))
-        else:
-            texts[name] = take_apart(_readable(path.suffix, text))
-    return Frozen(status, texts, documents)
+    path = Path("a.json")
+    numbers = leaves(json.loads(path.read_text(encoding="utf-8"))) if path.exists() else {}
+    path.unlink(missing_ok=True)
+    return Frozen(status, numbers)
 
 
 @contextlib.contextmanager
@@ -73,32 +59,9 @@ def settings() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _anonymous(text: str) -> str:
-    """Without the folder of real recordings."""
-    data = os.environ.get("DYNIDENT_DATA")
-    return text.replace(data, "DYNIDENT_DATA") if data else text
-
-
-def _readable(suffix: str, text: str) -> str:
-    if suffix == ".html":
-        return text_of_html(text)
-    lines = text.splitlines()
-    start = next((i for i, line in enumerate(lines) if line.startswith("t,")), None)
-    if suffix == ".csv" and start is not None:
-        return "\n".join(lines[: start + 1] + lines[start + 1 :: _ROWS])
-    return text
-
-
 def write(folder: Path, run: Run, frozen: Frozen) -> None:
-    """One file a run, one line a word line or number."""
-    texts = {name: text._asdict() for name, text in frozen.texts.items()}
-    content: dict[str, Any] = {
-        "line": run.line,
-        "status": frozen.status,
-        "texts": texts,
-        "documents": frozen.documents,
-    }
-    text = json.dumps(content, ensure_ascii=False, indent=0)
+    """One file a run, one line a number."""
+    text = json.dumps({"line": run.line, **frozen._asdict()}, ensure_ascii=False, indent=0)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{run.name}.json").write_text(text + "\n", encoding="utf-8")
 
@@ -106,28 +69,28 @@ def write(folder: Path, run: Run, frozen: Frozen) -> None:
 def read(run: Run, folder: Path = FOLDER) -> Frozen:
     """What :func:`write` wrote."""
     content = json.loads((folder / f"{run.name}.json").read_text(encoding="utf-8"))
-    texts = {name: Text(**text) for name, text in content["texts"].items()}
-    return Frozen(content["status"], texts, content["documents"])
+    return Frozen(content["status"], content["numbers"])
 
 
 def freeze(names: list[str], into: Path) -> None:
     """Freeze runs by name, or all that can be run here."""
-    unknown = set(names) - {run.name for run in RUNS}
-    if unknown:
-        sys.exit(f"no run is called {', '.join(sorted(unknown))}; there are {', '.join(run.name for run in RUNS)}")
-    can = [run for run in RUNS if not run.real or os.environ.get("DYNIDENT_DATA")]
     with folder_of_inputs():
-        for run in can:
-            if not names or run.name in names:
-                write(into, run, outputs(run))
-                print(f"{run.name}: frozen")
-    for run in () if names else [run for run in RUNS if run not in can]:
-        print(f"{run.name}: kept as it was, for DYNIDENT_DATA is not set")
+        for run in RUNS:
+            if run.name not in names and names:
+                continue
+            if run.real and not os.environ.get("DYNIDENT_DATA"):
+                print(f"{run.name}: kept as it was, for DYNIDENT_DATA is not set")
+                continue
+            write(into, run, outputs(run))
+            print(f"{run.name}: frozen")
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="Freeze the outputs of whole runs.")
-    parser.add_argument("runs", nargs="*", metavar="RUN", help="names of runs; all by default")
+    parser = argparse.ArgumentParser(description="Freeze the numbers of whole runs.")
+    known = [run.name for run in RUNS]
+    parser.add_argument("runs", nargs="*", metavar="RUN", help=f"all by default; of {', '.join(known)}")
     parser.add_argument("--into", type=Path, default=FOLDER, help="folder of the frozen files")
     chosen = parser.parse_args()
+    if unknown := set(chosen.runs) - set(known):
+        parser.error(f"no run is called {', '.join(sorted(unknown))}")
     freeze(chosen.runs, chosen.into.absolute())
