@@ -15,10 +15,7 @@ _UR_NEAR = "--unloaded ur_near_unloaded.csv --loaded ur_near_loaded.csv"
 _GAINS = "11.976,11.976,9.839,10.763,10.757,10.680"
 _NOISE = "--torque-noise 24,30,10.8,5.1,6.6,2.3"
 
-_FORMATS = (
-    "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua", "urdf", "sdf",
-    "mjcf", "usd", "drake", "pinocchio",
-)  # fmt: skip
+_FORMATS = ("abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd")
 
 
 class Run(NamedTuple):
