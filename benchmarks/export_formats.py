@@ -40,12 +40,6 @@ def by_drake(extension: str) -> Read:
     return read
 
 
-def drake_snippet(text: str) -> tuple[float, Array, Array]:
-    space: dict[str, Any] = {}
-    exec(text, space)
-    return spatial(space["payload"])
-
-
 def by_usd(text: str) -> tuple[float, Array, Array]:
     from pxr import Usd, UsdGeom, UsdPhysics
     from scipy.spatial.transform import Rotation
@@ -67,7 +61,6 @@ READERS: dict[str, tuple[str, Read]] = {
     "urdf": ("pydrake", by_drake("urdf")),
     "sdf": ("pydrake", by_drake("sdf")),
     "mjcf": ("pydrake", by_drake("xml")),
-    "drake": ("pydrake", drake_snippet),
     "usd": ("pxr", by_usd),
 }
 

@@ -14,13 +14,9 @@ from ...common.letters import one_line
 from .. import export
 from . import ANSWERED, DO_NOT_USE
 from .options import Options, option
-from .progress import note
 from .values import number
 
-NAMES = (
-    "abb", "kuka", "ur", "ros2", "franka", "franka-desk", "fanuc", "yaskawa", "staubli", "opcua",
-    "urdf", "sdf", "mjcf", "usd", "drake", "pinocchio",
-)  # fmt: skip
+NAMES = ("abb", "kuka", "ur", "ros2", "franka", "fanuc", "yaskawa", "staubli", "urdf", "sdf", "mjcf", "usd")
 """The formats, told again here so that ``--help`` need not load them."""
 _POSE = ("X", "Y", "Z", "RX", "RY", "RZ")
 _FARTHEST = 100.0  # m
@@ -103,9 +99,6 @@ def run(request: _Export) -> int:
         return DO_NOT_USE
     load = request.placed(load)
     text = form.text(load)
-    if form.comment is None and not form.head_inside:
-        for line in form.head(load):
-            note(f"{line}")
     if request.out:
         write_text(request.out, text)
     else:

@@ -99,7 +99,7 @@ def test_an_arm_goes_through_every_command(name: str, tmp_path: Path, capsys: py
         recommended = weighed_mass(arm.written(file))
         assert recommended == pytest.approx(0.5 * robot.rated_payload, rel=0.15), file
     status, out, err = arm.run(
-        "export", path("payload.json"), "--to", FORMAT.get(name, "opcua"), "--despite-verdict"
+        "export", path("payload.json"), "--to", FORMAT.get(name, "kuka"), "--despite-verdict"
     )
     assert status == 0, err
     assert out

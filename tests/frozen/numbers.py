@@ -121,7 +121,9 @@ def tolerance(path: str, frozen: Leaves, share: float = FREE) -> float:
     if any(sibling.startswith("drive_gains/") for sibling in frozen):
         return ITERATED[0 if sigma else 1] * scale
     if solved and any(name in parts for name in _MADE_ZERO):
-        parameters = [abs(_number(frozen, k) or 0.0) for k in frozen if free and k.startswith(f"{free}/parameters/")]
+        parameters = [
+            abs(_number(frozen, k) or 0.0) for k in frozen if free and k.startswith(f"{free}/parameters/")
+        ]
         return ZERO * max(parameters, default=1.0) + UNDECIDED * abs(_number(frozen, path) or 0.0)
     if solved and not any(part.startswith("sigma") for part in parts):
         return max(CONSTRAINED * scale, FLOOR)
@@ -177,7 +179,8 @@ def _parts(path: str) -> list[str]:
 
 
 def _is_matrix(document: list[Any]) -> bool:
-    return bool(document) and all(isinstance(row, list) and row and isinstance(row[0], float | int) for row in document)
+    rows = all(isinstance(row, list) and row and isinstance(row[0], float | int) for row in document)
+    return bool(document) and rows
 
 
 def _join(path: str, key: str) -> str:

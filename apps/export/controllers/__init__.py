@@ -6,14 +6,10 @@ Every format gives one small text that says frame, reference point, order, units
 
 from . import (
     abb,
-    drake,
     fanuc,
     franka,
-    franka_desk,
     kuka,
     mjcf,
-    opcua,
-    pinocchio,
     ros2,
     sdformat,
     staubli,
@@ -27,8 +23,7 @@ from .load import ControllerLoad
 from .payload_file import load_of_document, read_load
 
 _MODULES = (
-    abb, kuka, universal_robots, ros2, franka, franka_desk, fanuc, yaskawa, staubli, opcua,
-    urdf, sdformat, mjcf, usd, drake, pinocchio,
+    abb, kuka, universal_robots, ros2, franka, fanuc, yaskawa, staubli, urdf, sdformat, mjcf, usd,
 )  # fmt: skip
 
 FORMATS: dict[str, ControllerFormat] = {module.FORMAT.name: module.FORMAT for module in _MODULES}

@@ -26,12 +26,11 @@ class ControllerFormat:
         units: of the numbers.
         point_mass: what the format makes of mass and centre of mass alone.
         source: where the format is documented.
-        comment: what goes before and after a line of comment; None where the format has no comments.
+        comment: what goes before and after a line of comment.
         first_line: what must stand before the comments.
         loses_products: whether products of inertia have no place.
         in_tool_frame: whether it can be told in a tool's frame.
         own_units: whether lengths are in the file's own units.
-        head_inside: whether a format without comments has another place for what must be said.
         check: refuses what the controller would refuse.
     """
 
@@ -43,12 +42,11 @@ class ControllerFormat:
     point_mass: str
     source: str
     write: Callable[[ControllerLoad], str]
-    comment: tuple[str, str] | None
+    comment: tuple[str, str]
     first_line: str = ""
     loses_products: bool = False
     in_tool_frame: bool = False
     own_units: bool = False
-    head_inside: bool = False
     check: Callable[[ControllerLoad], None] | None = None
 
     def text(self, load: ControllerLoad) -> str:
@@ -61,9 +59,8 @@ class ControllerFormat:
         if self.check is not None:
             self.check(load)
         lines = [self.first_line] if self.first_line else []
-        if self.comment is not None:
-            before, after = self.comment
-            lines += [f"{before}{_plain(line)}{after}" for line in self.head(load)]
+        before, after = self.comment
+        lines += [f"{before}{_plain(line)}{after}" for line in self.head(load)]
         return "\n".join([*lines, self.write(load).rstrip("\n")]) + "\n"
 
     def head(self, load: ControllerLoad) -> list[str]:

@@ -70,9 +70,7 @@ def _format(form: ControllerFormat, load: ControllerLoad, opened: bool) -> Detai
         text = form.text(load)
     except InputError as error:
         return Details(form.title, [Text(f"This controller would refuse it: {error}.")])
-    apart = form.comment is None and not form.head_inside
-    head = [Text(line, "note") for line in form.head(load)] if apart else []
-    return Details(form.title, [*head, Code(f"controller-{form.name}", text.rstrip("\n"))], opened)
+    return Details(form.title, [Code(f"controller-{form.name}", text.rstrip("\n"))], opened)
 
 
 def _plain_text(load: ControllerLoad) -> str:

@@ -1,12 +1,9 @@
 """Reads the formats back, each written from its documentation alone; rotations by SciPy."""
 
-import json
 import re
-import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -85,15 +82,6 @@ def franka(text: str) -> Body:
     return Body(mass, np.array([x, y, z]), np.column_stack(columns))
 
 
-def desk(text: str) -> Body:
-    data = json.loads(text)
-    assert set(data) == {"id", "name", "color", "mass", "centerOfMass", "transformation", "inertia"}
-    assert not data["id"].startswith("ee-")
-    np.testing.assert_array_equal(np.reshape(data["transformation"], (4, 4)), np.eye(4))
-    columns = [data["inertia"][k : k + 3] for k in (0, 3, 6)]
-    return Body(data["mass"], np.array(data["centerOfMass"]), np.column_stack(columns))
-
-
 def _table(text: str, scales: list[float]) -> list[float]:
     lines = _code(text, "#").splitlines()
     return [float(line.split()[-1]) * scale for line, scale in zip(lines, scales, strict=True)]
@@ -117,17 +105,6 @@ def staubli(text: str) -> Body:
     values = {line.split("[")[0].strip(): float(line.split()[-1]) for line in lines}
     J = np.array([[values.get(f"I{min(a, b)}{max(a, b)}", 0.0) for b in "xyz"] for a in "xyz"])
     return Body(values["mass"], np.array([values[f"com {axis}"] for axis in "xyz"]), J)
-
-
-def opcua(text: str) -> Body:
-    data = json.loads(text)
-    place, turn = data["CenterOfMass"]["CartesianCoordinates"], data["CenterOfMass"]["Orientation"]
-    units = [data["Mass"]["EngineeringUnits"], place["LengthUnit"], turn["AngleUnit"]]
-    # "KGM", "MTR" and "DD" of UNECE Recommendation 20 by the numbers that OPC 10000-8 prints for them.
-    assert [unit["UnitId"] for unit in units] == [4933453, 5067858, 17476]
-    axes = Rotation.from_euler("ZYX", [turn["C"], turn["B"], turn["A"]], degrees=True)
-    moments = [data["Inertia"][axis] for axis in "XYZ"] if "Inertia" in data else [0.0] * 3
-    return Body(data["Mass"]["Value"], np.array([place[axis] for axis in "XYZ"]), _turned(moments, axes))
 
 
 def urdf(text: str) -> Body:
@@ -168,51 +145,9 @@ def usd(text: str) -> Body:
     return Body(mass, com, _turned(list(moments), Rotation.from_quat([x, y, z, w])))
 
 
-def _unit_inertia(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> Array:
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-class _SpatialInertia:
-    """Drake's constructor: the unit inertia is about P, the frame's origin."""
-
-    def __init__(self, mass: float, p_PScm_E: list[float], G_SP_E: Array) -> None:
-        c = np.array(p_PScm_E)
-        shift = c @ c * np.eye(3) - np.outer(c, c)
-        self.body = Body(mass, c, mass * (G_SP_E - shift))
-
-
-def drake(text: str) -> Body:
-    tree = ModuleType("pydrake.multibody.tree")
-    tree.__dict__.update(SpatialInertia=_SpatialInertia, UnitInertia=_unit_inertia)
-    modules = {
-        "pydrake": ModuleType("pydrake"),
-        "pydrake.multibody": ModuleType("pydrake.multibody"),
-        tree.__name__: tree,
-    }
-    with pytest.MonkeyPatch.context() as patch:
-        for name, module in modules.items():
-            patch.setitem(sys.modules, name, module)
-        body = _run(text)["payload"].body
-    assert isinstance(body, Body)
-    return body
-
-
-def pinocchio(text: str) -> Body:
-    inertia = _run(text)["payload"]
-    assert isinstance(inertia, pin.Inertia)
-    return Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
-
-
-def _run(text: str) -> dict[str, Any]:
-    space: dict[str, Any] = {}
-    exec(compile(text, "snippet", "exec"), space)
-    return space
-
-
 PARSERS: dict[str, Callable[[str], Body]] = {
-    "abb": abb, "kuka": kuka, "ur": ur, "ros2": ros2, "franka": franka, "franka-desk": desk, "fanuc": fanuc,
-    "yaskawa": yaskawa, "staubli": staubli, "opcua": opcua, "urdf": urdf, "sdf": sdf, "mjcf": mjcf, "usd": usd,
-    "drake": drake, "pinocchio": pinocchio,
+    "abb": abb, "kuka": kuka, "ur": ur, "ros2": ros2, "franka": franka, "fanuc": fanuc, "yaskawa": yaskawa,
+    "staubli": staubli, "urdf": urdf, "sdf": sdf, "mjcf": mjcf, "usd": usd,
 }  # fmt: skip
 MOMENTS_ONLY = {"fanuc", "yaskawa"}
 """Formats without products of inertia."""
