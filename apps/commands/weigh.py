@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar
 
 from ... import estimation, model
@@ -16,9 +16,7 @@ from .comparison import check_compared, constraints_solved, show_payload, stored
 from .options import (
     FrictionOptions,
     GainOptions,
-    HostOptions,
     KnowledgeOptions,
-    Options,
     PageOptions,
     PairOptions,
     RobotOptions,
@@ -28,7 +26,6 @@ from .options import (
 )
 from .progress import status
 from .values import joint_list
-from .weigh_live import LiveOptions, weigh_live
 
 
 @dataclass(frozen=True)
@@ -70,14 +67,9 @@ def run(
     processing: PairOptions,
     files: PageOptions,
     view: ViewOptions,
-    stream: LiveOptions,
-    controller: HostOptions,
 ) -> int:
     """Run it."""
-    if stream.asked:
-        _refuse_beside_stream(request, processing, files, (knowledge, view))
-        return weigh_live(arm, request, drives, processing, files, stream, controller)
-    _refuse_without_stream(request, stream, controller)
+    _check_request(request)
     view.check_view()
     constraints = knowledge.constraints()
     stand_in = estimation.StandIn.parse(request.inertia) if request.inertia is not None else None
@@ -114,27 +106,10 @@ def _page(
     return page
 
 
-def _refuse_beside_stream(
-    request: _Weigh, processing: PairOptions, files: PageOptions, others: Sequence[Options]
-) -> None:
-    """Refuse options of recordings where samples come one after the other."""
-    named: list[tuple[Options, Sequence[str]]] = [(request, ("loaded", "unloaded", "moving", "inertia"))]
-    named += [(processing, ("max_mismatch",)), (files, ("report", "plots"))]
-    named += [(part, [entry.name for entry in fields(part) if entry.metadata]) for part in others]
-    for part, names in named:
-        for name in names:
-            if getattr(part, name) != ():
-                part.refuse(name, "has no meaning for --live and --replay")
-
-
-def _refuse_without_stream(request: _Weigh, stream: LiveOptions, controller: HostOptions) -> None:
-    """Refuse options of a stream where there is none."""
-    for option_name in ("until", "watch"):
-        stream.refuse(option_name, "belongs to --live or --replay")
-    for option_name in ("host", "port"):
-        controller.refuse(option_name, "belongs to --live or --replay")
+def _check_request(request: _Weigh) -> None:
+    """Refuse a line without recordings, or with options that belong together and are not."""
     if not request.loaded:
-        raise InputError("give --loaded recordings, or --live or --replay with --robot-parameters")
+        raise InputError("give --loaded recordings")
     check_compared(request)
     if not request.robot_parameters:
         request.refuse("friction_change", "belongs to --robot-parameters: a difference of torques frees friction")

@@ -3,8 +3,6 @@ from .by_joints import JointShare as JointShare
 from .by_joints import JointsMass as JointsMass
 from .by_joints import payload_by_joints as payload_by_joints
 from .by_joints import payload_over_time as payload_over_time
-from .change import Change as Change
-from .change import ChangeWatch as ChangeWatch
 from .constant_torques import OFFSET_SHARE as OFFSET_SHARE
 from .constrained import ConstrainedPayload as ConstrainedPayload
 from .constrained import constrain_payload as constrain_payload
@@ -12,8 +10,6 @@ from .equations import PairedMeasurement as PairedMeasurement
 from .equations import payload_equations as payload_equations
 from .friction import FRICTION_CHANGE as FRICTION_CHANGE
 from .from_change import payload_map as payload_map
-from .live import LiveWeighing as LiveWeighing
-from .live import Told as Told
 from .methods import METHODS as METHODS
 from .methods import combined as combined
 from .methods import essential_combined as essential_combined
@@ -31,6 +27,3 @@ from .ripple import RIPPLE_CHANCE as RIPPLE_CHANCE
 from .short_motion import ShortMotion as ShortMotion
 from .weighing import known_robot_weighing as known_robot_weighing
 from .weighing_pairs import difference_weighing as difference_weighing
-from .window import Block as Block
-from .window import MovingWindow as MovingWindow
-from .window import Weighed as Weighed

@@ -35,11 +35,6 @@ OPTIONS: dict[str, dict[str, str]] = {
         "--friction-change": "--friction-change 5%",
         "--inertia": "--inertia box:200x200x100",
         "--max-mismatch": "--max-mismatch 1e-9",
-        "--live": "--live ur",
-        "--replay": "--replay rx_near_loaded.csv",
-        "--until": "=--robot rx90 --robot-parameters earlier.json --replay rx_arm_loaded.csv | --until 9kg",
-        "--watch": "--watch a.jsonl",
-        **HOST,
     },
     "verify": LINKS | LOGS | CURRENTS | PAGE | {
         "--robot": "--robot panda",

@@ -283,7 +283,7 @@ def test_names_are_never_markup(name: str, folder: Path) -> None:
         line = [str(ODD / word) if (ODD / word).exists() else word for word in words(name)]
         outputs = {}
         for command, option, _ in OUTPUTS:
-            if command == name and option != "--watch":  # it belongs to a stream, all others to recordings
+            if command == name:
                 ending = "csv" if name == "record" else "svg"
                 outputs[option] = ODD / ("odd_val3" if option == "--val3" else f"[b]{option[2:]}.{ending}")
                 line = [*without(line, option), option, str(outputs[option])]

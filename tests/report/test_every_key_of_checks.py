@@ -5,7 +5,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 from dynident.apps.logs.fits import RobotFit, RobotFits
 from dynident.apps.logs.log_check import Excited
 from dynident.apps.logs.log_facts import JointFacts, TimeFacts
@@ -62,24 +61,6 @@ def test_rollout() -> None:
         "replay_relative": 0.045, "replay_joints": rollout.replay.joints, "replay_strayed": 0.002,
     }  # fmt: skip
     same(documents.rollouts_document("arm", [rollout]), {"robot": "arm", "rollouts": [expected]})
-
-
-@pytest.mark.parametrize("hidden", ["", "not visible yet"])
-def test_weigh_live(hidden: str) -> None:
-    change: Any = SimpleNamespace(time=57.5, mass=2.75, low=2.5, high=3.0)
-    weighed: Any = SimpleNamespace(
-        mass=2.8, low=2.7, high=2.9, com=np.array([0.1, 0.2, np.nan]), com_sigma=np.array([0.01, 0.02, np.inf]),
-        seconds=20.0, hidden=hidden,
-    )  # fmt: skip
-    line = {"time_s": 57.5, "change_kg": 2.75, "interval95_kg": [2.5, 3.0], "told_s": 62.5}
-    document = documents.change_document(change, 62.5)
-    same(document, line)
-    expected = {
-        "robot": "arm", "frame": "tool0", "seconds": 20.0, "mass_kg": None if hidden else 2.8,
-        "interval95_kg": None if hidden else [2.7, 2.9], "com_m": [0.1, 0.2, None],
-        "com_sigma_m": [0.01, 0.02, None], "hidden": hidden, "changes": [line],
-    }  # fmt: skip
-    same(documents.live_document("arm", "tool0", weighed, [document]), expected)
 
 
 def test_verify() -> None:

@@ -12,8 +12,6 @@ from .design import near_document as near_document
 from .fleet import fleet_document as fleet_document
 from .fleet import reduced_document as reduced_document
 from .gains import gains_document as gains_document
-from .live import change_document as change_document
-from .live import live_document as live_document
 from .parts import elimination_document as elimination_document
 from .payload import free_estimate as free_estimate
 from .payload import payload_document as payload_document

@@ -11,14 +11,12 @@ from .check import CheckDocument, FollowingDocument, RobotCheckDocument
 from .compare import ComparedDocument
 from .design import DesignDocument, NearDocument
 from .fleet import FleetDocument, ReducedDocument
-from .live import LiveDocument
 from .rollout import RolloutsDocument
 
 DOCUMENTS: dict[str, type[Document]] = {
     "identify": StoredRobot,
     "payload": StoredPayload,
     "weigh": StoredPayload,
-    "weigh_live": LiveDocument,
     "gains": StoredGains,
     "design": DesignDocument,
     "near": NearDocument,
