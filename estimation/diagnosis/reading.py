@@ -10,7 +10,7 @@ from ...common.arrays import Array
 from .sample import Sample
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Reading:
     """How joint j of the robot is read: q_j = sign_j q_log[order_j] + quarters_j 90 degrees.
 

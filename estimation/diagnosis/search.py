@@ -46,6 +46,7 @@ _FRONT = 3
 _ALIKE = 0.03
 _ROUNDING = 1e-9
 """Residuals that differ by less do equally well."""
+_DIGITS = 9
 _CLEAR = 0.95
 """The suggestion must lie below this fraction of the residual as recorded."""
 
@@ -250,7 +251,7 @@ def _ranked(
         if not best.residual < (1.0 - _WORTH) * before.residual:
             break
         fresh = [entry for entry in tried.values() if entry.reading not in spread]
-        front = sorted(fresh, key=lambda entry: (entry.residual, entry.reading.changes))[:_FRONT]
+        front = sorted(fresh, key=_order)[:_FRONT]
     return KinematicsCheck(start, tuple(_best_first(tried.values())), unit)
 
 
@@ -264,8 +265,13 @@ def _best_first(candidates: Iterable[Ranked]) -> list[Ranked]:
     candidates = list(candidates)
     limit = _alike(candidates)
 
-    def rank(entry: Ranked) -> tuple[bool, int, float, int]:
-        changes, worse = entry.reading.changes, entry.residual > limit
-        return worse, 0 if worse else changes, entry.residual, changes
+    def rank(entry: Ranked) -> tuple[bool, int, tuple[float, int, Reading]]:
+        worse = entry.residual > limit
+        return worse, 0 if worse else entry.reading.changes, _order(entry)
 
     return sorted(candidates, key=rank)
+
+
+def _order(entry: Ranked) -> tuple[float, int, Reading]:
+    """Residual, then simplicity: rounding decides nothing between readings that no torque tells apart."""
+    return round(entry.residual, _DIGITS), entry.reading.changes, entry.reading

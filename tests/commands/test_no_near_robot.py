@@ -57,7 +57,7 @@ def test_a_bound_of_the_mass_leads_to_a_file(
     status, text, errors = run(*written, "--despite-verdict")
     assert status == 0, errors
     assert "the data allow" in " ".join(text.split())
-    monkeypatch.setattr("dynident.estimation.answers.whole_robot.parameter_ranges", fails)
+    monkeypatch.setattr("dynident.apps.export.simulators.whole_robot.parameter_ranges", fails)
     status, text, errors = run(*written, "--despite-verdict")
     assert status == 0, errors
     assert "the data allow of the prior's numbers is not known" in " ".join(text.split())
